@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from devices import H, chain, multisine, noisy, plays
+from numpy_devices import H, chain, multisine, noisy, plays
 
 import hystfmu as hy
 

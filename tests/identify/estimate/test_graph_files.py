@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from devices import H, plays
+from numpy_devices import H, plays
 
 import hystfmu as hy
 from hystfmu.cli import main

@@ -8,7 +8,6 @@ from hystfmu.identify.features.dynamics import Dynamics
 
 H = 1e-3
 G = Dynamics(60.0, 0.4, 2.3 * H)
-BW = {"n_max": 6.0, "hold": "foh", "delay_max": 10.0, "zeta_max": 5.0}
 PI = {"N": 4, "w0_min": 0.0, "u0": None, "hold": "foh", "delay_max": 10.0, "zeta_max": 5.0}
 TRAIN = slice(30, 400)
 

@@ -17,6 +17,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.core.executor import Executor
 from hystfmu.graph import Graph, Input, Node, Output
 
+MOST_NODES = 900  # of a graph with its lanes; the core takes 1000
 Values = Mapping[str, ArrayLike]
 """Values of parameters by name, ``node.parameter``; each a number or an array with all elements."""
 
@@ -95,6 +96,14 @@ class Lanes:
             The core refuses the values.
         """
         return self._executor.run(rows, self.n, h)
+
+
+def batches(graph: Graph, touched: Sequence[Collection[str]]) -> list[tuple[range, Lanes]]:
+    """Return the lanes of `touched` in sets that the core takes, each with the places of its lanes after the base."""
+    copies = max((len(_downstream(graph, names)) for names in touched), default=1)
+    size = max(1, (MOST_NODES - len(graph.nodes)) // copies)
+    parts = [range(k, min(k + size, len(touched))) for k in range(0, len(touched), size)] or [range(0)]
+    return [(part, Lanes(graph, touched[part.start : part.stop])) for part in parts]
 
 
 def _downstream(graph: Graph, names: Collection[str]) -> set[str]:

@@ -9,7 +9,7 @@ order in the residuals is left out.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.identify.estimate.coordinates import Coordinates
-from hystfmu.identify.estimate.lanes import Lanes
+from hystfmu.identify.estimate.lanes import Lanes, batches
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model.inputs import rows_of
 
@@ -107,8 +107,8 @@ class Objective:
         )
         self._inputs = [inputs[r.start : min(r.stop, stop)] for r in data.records if r.start < stop]
         self.positive = np.array([part.positive for part in linear for _ in part.elements], dtype=bool)
-        self._columns: dict[Graph, Lanes] = {}
-        self._moved: dict[tuple[Graph, tuple[frozenset[str], ...]], Lanes] = {}
+        self._columns: dict[Graph, list[tuple[range, Lanes]]] = {}
+        self._moved: dict[tuple[Graph, tuple[frozenset[str], ...]], list[tuple[range, Lanes]]] = {}
         self._point: tuple[bytes | None, Array, Array, Array] = None, np.zeros(0), np.zeros(0), np.zeros(0)
         self.best: tuple[float, Array] = np.inf, np.zeros(0)
 
@@ -156,16 +156,19 @@ class Objective:
         graph, values = self.structure(p), self.values(p, np.zeros(len(self.positive)))
         places = [(part, element) for part in self.linear for element in part.elements]
         if graph not in self._columns:
-            self._columns[graph] = Lanes(graph, [{part.node} for part, _ in places])
-        lanes = self._columns[graph]
-        for lane in range(lanes.n):
-            lanes.put(lane, values)
-        for lane, (part, element) in enumerate(places, 1):
-            one = values[part.name].copy()
-            one[element] = 1.0
-            lanes.put(lane, {part.name: one})
-        y = self._run(lanes)
-        return y[:, 0], y[:, 1:] - y[:, :1]
+            self._columns[graph] = batches(graph, [{part.node} for part, _ in places])
+        base, found = np.zeros(0), np.empty((len(self.y), len(places)))
+        for part_of, lanes in self._columns[graph]:
+            for lane in range(lanes.n):
+                lanes.put(lane, values)
+            for lane, k in enumerate(part_of, 1):
+                part, element = places[k]
+                one = values[part.name].copy()
+                one[element] = 1.0
+                lanes.put(lane, {part.name: one})
+            y = self._run(lanes)
+            base, found[:, part_of.start : part_of.stop] = y[:, 0], y[:, 1:] - y[:, :1]
+        return base, found
 
     def project(self, p: Array) -> tuple[Array, Array, Array]:
         """Return residuals (rows,), weights of the linear parameters, and an orthonormal basis of their columns.
@@ -220,31 +223,30 @@ class Objective:
         steps[steps == 0] = 1.0
         touched = tuple(frozenset(name.partition(".")[0] for name in values) for values in moved)
         if (graph, touched) not in self._moved:
-            self._moved = {(graph, touched): Lanes(graph, touched)}
-        lanes = self._moved[graph, touched]
+            self._moved = {(graph, touched): batches(graph, touched)}
+        found = np.zeros((len(self.y), n))
+        for part_of, lanes in self._moved[graph, touched]:
 
-        def outputs(chosen: Sequence[int]) -> Array:
-            for lane in range(lanes.n):
-                lanes.put(lane, base)
-                if lane - 1 in chosen:
-                    lanes.put(lane, moved[lane - 1])
-            return self._run(lanes)
+            def changes(chosen: Collection[int], part_of: range = part_of, lanes: Lanes = lanes) -> Array:
+                lanes.put(0, base)
+                for lane, k in enumerate(part_of, 1):
+                    lanes.put(lane, {**base, **moved[k]} if k in chosen else base)
+                y = self._run(lanes)
+                return y[:, 1:] - y[:, :1]
 
-        try:
-            y = outputs(range(n))
-        except InputError:  # a step leaves what the core takes: each alone, in both directions
-            found = np.zeros((len(self.y), n))
-            for k, unit in enumerate(np.eye(n)):
-                for sign in (1, -1):
-                    if self.structure(p + sign * steps[k] * unit) is not graph:
-                        continue
-                    moved[k] = self.values(p + sign * steps[k] * unit, weights)
-                    with suppress(InputError):
-                        y = outputs([k])
-                        found[:, k] = (y[:, k + 1] - y[:, 0]) / (sign * steps[k])
-                        break
-            return found
-        return (y[:, 1:] - y[:, :1]) / steps
+            try:
+                found[:, part_of.start : part_of.stop] = changes(part_of) / steps[part_of.start : part_of.stop]
+            except InputError:  # a step leaves what the core takes: each alone, in both directions
+                for k in part_of:
+                    for step in (steps[k], -steps[k]):
+                        point = p + step * np.eye(n)[k]
+                        if self.structure(point) is not graph:
+                            continue
+                        moved[k] = self.values(point, weights)
+                        with suppress(InputError):
+                            found[:, k] = changes({k})[:, k - part_of.start] / step
+                            break
+        return found
 
     def steps(self, p: Array) -> Array:
         """Return steps for differences, inside the bounds and within the structure of a point; 0 where none is."""

@@ -65,10 +65,10 @@ def refined(
         objective.jacobian,
         (c.lo, c.hi),
         x_scale="jac" if by_jacobian else c.scale,
-        max_nfev=evaluations,
         ftol=tolerance,
         xtol=tolerance,
         gtol=tolerance,
+        max_nfev=evaluations,
     )
     return Found(np.asarray(r.x), float(r.cost))
 

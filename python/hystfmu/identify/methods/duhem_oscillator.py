@@ -3,9 +3,9 @@
   m_L y'' + c_L y' + k_L y + z = u,   dz/dy = f(s z), s = sgn(y')
 
 f is piecewise linear on equal knots and the same for both directions of motion (odd symmetry of the loop).  The linear
-oscillator gives the first estimates; the output error of the free run from rest is then minimised by
-Levenberg-Marquardt, on the first quarter of the train rows and on all of them.  Knots are added between the knots while
-the data support them (Bayesian information criterion).
+oscillator gives the first estimates; the output error of the free run from rest is then minimised, on the first quarter
+of the train rows and on all of them.  Knots are added between the knots while the data support them (Bayesian
+information criterion).
 
 Guard: of two knots at -x and x, the stiffer one counts at -x, and none there is below `SOFTEST`.  Every loop of z over
 y then takes energy from the motion, so that a free run of the equation decays, whatever the data.
@@ -18,24 +18,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output, Value
+from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.candidate import LAGS, Candidate
+from hystfmu.identify.estimate.coordinates import Coordinates
+from hystfmu.identify.estimate.determined import determined
+from hystfmu.identify.estimate.objective import Objective
+from hystfmu.identify.estimate.search import refined
 from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
 from hystfmu.identify.options import Option
-from hystfmu.identify.solvers.levenberg_marquardt import minimise
 
-TEXT = "oscillator with a Duhem force of free shape, Levenberg-Marquardt on the free run"
+TEXT = "oscillator with a Duhem force of free shape, least squares on the free run"
 KNOTS = (5, 9, 17)  # of f; the finer ones hold the coarser, and all hold 0, where f must be positive
-ITERATIONS, TOLERANCE = 30, 1e-6  # limits of a search
-STEP = 1e-4  # finite-difference step of a parameter scaled to about 1
+EVALUATIONS, TOLERANCE = 30, 1e-6  # limits of a search
 SOFTEST = 1e-3  # of the first estimates: least mass, damping, stiffness
 ROOM = 1.1  # z_max over the largest spring force: z is a part of that force, but keeps it after reversals
 SHARES = (0.5, 0.25, 0.125)  # of this z_max: other starts, for a force that yields early
@@ -48,8 +50,10 @@ OPTIONS = (
 CANDIDATES = (Candidate(LAGS, 0.5, 3.0),)
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """Build the graph of one ``duhem_oscillator``; return it and the number of its parameters.
+def build(
+    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
+) -> tuple[Graph, int, dict[str, Any]]:
+    """Build the graph of one ``duhem_oscillator``; return it, the number of its parameters and what is known of them.
 
     Raises
     ------
@@ -68,33 +72,28 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
             f"below pi/h = {np.pi / (data.h * stride):.3g} 1/s. Got m_L = {m:g}, k = {k:g} instead."
         )
     widest = ROOM * k * float(np.abs(y).max())
-    scale = (m, max(c, 0.01 * float(np.sqrt(m * k))), k)
+    damping = max(c, 0.01 * float(np.sqrt(m * k)))
     size = float(np.sqrt(np.mean(y**2)))
 
-    def errors(p: Array, z_max: float, count: int) -> Array:
-        model = graph(physical(p), (*scale, z_max), data)
-        e = (model.run(data.u[: rows[count - 1] + 1], data.h)[rows[:count]] - y[:count]) / size
-        return np.asarray(np.clip(np.nan_to_num(e, nan=1e3), -1e3, 1e3))  # a trial may diverge
+    def objective(z_max: float, count: int, knots: int) -> Objective:
+        """Return the objective on the first rows, relative to the output."""
 
-    def function(p: Array, z_max: float, count: int) -> tuple[Array, Array]:
-        e = errors(p, z_max, count)
-        moved = p + STEP * np.eye(len(p))
-        return e, np.column_stack([(errors(q, z_max, count) - e) / STEP for q in moved])
+        def values(p: Array) -> dict[str, ArrayLike]:
+            q = physical(p)
+            return {"plant.m_L": m * q[0], "plant.c_L": damping * q[1], "plant.k_L": k * q[2], "plant.f": k * q[3:]}
+
+        n = 3 + knots
+        c = Coordinates(np.full(n, -np.inf), np.full(n, np.inf), np.ones(n), values)
+        return Objective(data, graph(knots, z_max, data), c, size=size * np.sqrt(count), rows=rows[:count])
 
     def search(p: Array, z_max: float, count: int, done: float) -> Trial:
-        p, cost = minimise(
-            p,
-            partial(function, z_max=z_max, count=count),
-            ITERATIONS,
-            TOLERANCE,
-            lambda part: progress(done + part / 8),
-            partial(errors, z_max=z_max, count=count),
-        )
-        return Trial(p, z_max, cost, count)
+        progress(done)
+        found = refined(objective(z_max, count, len(p) - 3), p, EVALUATIONS, TOLERANCE, by_jacobian=True)
+        return Trial(found.p, z_max, found.cost, count)
 
     first = np.concatenate([[1.0, 1.0, 0.5], np.linspace(0.8, 0.2, KNOTS[0])])
     quarter = len(y) // 4
-    off = min(float(np.sqrt(np.mean(errors(first, s * widest, quarter) ** 2))) for s in (1.0, *SHARES))
+    off = min(float(np.linalg.norm(objective(s * widest, quarter, KNOTS[0]).residuals(first))) for s in (1.0, *SHARES))
     if off >= 1:  # a search from there wanders among stiff oscillators for minutes
         raise InputError(
             f"{data.path or data.name}: The linear oscillator of the data, from rest, must come closer to them than no "
@@ -111,12 +110,13 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
         if not trial.beats(best):
             break
         best = trial
-    return graph(physical(best.p), (*scale, best.z_max), data), len(best.p)
+    fitted = objective(best.z_max, len(y), len(best.p) - 3)
+    return fitted.graph(best.p), len(best.p), {"free": determined(fitted, best.p).table}
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Result of a search: parameters, range of the knots, sum of squares over `count` rows."""
+    """Result of a search: parameters, range of the knots, half the sum of squares over `count` rows."""
 
     p: Array
     z_max: float
@@ -138,11 +138,8 @@ def physical(p: Array) -> Array:
     return np.concatenate([np.maximum(p[:3], SOFTEST), np.where(first, left, right)])
 
 
-def graph(p: Array, scale: tuple[float, ...], data: Dataset) -> Graph:
-    """Return the graph of the block with the parameters p times the first estimates of m_L, c_L, k_L; and z_max."""
-    m, c, k, z_max = scale
-    lead = {"m_L": m * float(p[0]), "c_L": c * float(p[1]), "k_L": k * float(p[2])}
-    values: dict[str, Value] = {**lead, "f": k * p[3:], "z_max": z_max}
-    node = Node("plant", "duhem_oscillator", {"n": len(p) - 3}, values)
+def graph(knots: int, z_max: float, data: Dataset) -> Graph:
+    """Return the graph of the block with these knots up to a force of z_max."""
+    node = Node("plant", "duhem_oscillator", {"n": knots}, {"z_max": z_max})
     inputs = [Input("u", ("plant.u",), data.unit_u, float(data.u[0]))]
     return Graph([node], [], inputs, [Output("y", "plant.y", data.unit_y)])

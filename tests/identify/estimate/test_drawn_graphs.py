@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from devices import H, bouc_wen, chain, g0, multisine, noisy, plays, second_order, within
+from numpy_devices import H, bouc_wen, chain, g0, multisine, noisy, plays, second_order, within
 
 import hystfmu as hy
 
