@@ -15,7 +15,15 @@ import twin
 STARTS = (1.0, -2.5)  # s, against 0
 BOUND = 1e-9  # of the largest value of a trajectory
 # one block of each way to begin; all of them in `make stress`
-QUICK = ("Pid", "NarxNetwork", "StateSpace", "AdaptiveInverse", "Sampled.Creep", "Events.PlayBank", "Smooth.CreepSteady")
+QUICK = (
+    "Pid",
+    "NarxNetwork",
+    "StateSpace",
+    "AdaptiveInverse",
+    "Sampled.Creep",
+    "Events.PlayBank",
+    "Smooth.CreepSteady",
+)
 SHAPES = {f"Sources.{s}" for s in (*twin.SHAPES, "Disturbance")}
 OF_TIME_STOP = 4.0  # s; the simulations from each start overlap
 SIGNAL = "HystFMU.Validation.BaseClasses.TestSignal"

@@ -14,7 +14,9 @@ RELATIONS = {"<", ">", "<=", ">="}
 
 
 def outside_when(c: library.Class) -> Iterator[str]:
-    inside = {n for k in with_bases(c) for e in k.tree.equations if isinstance(e, ast.WhenEquation) for n in assigned(e)}
+    inside = {
+        n for k in with_bases(c) for e in k.tree.equations if isinstance(e, ast.WhenEquation) for n in assigned(e)
+    }
     outside = {n for e in c.tree.equations if not isinstance(e, ast.WhenEquation) for n in assigned(e)}
     discrete = {n for n, s in library.components(c).items() if "discrete" in s.prefixes}
     for name in sorted((inside | discrete) & outside):
