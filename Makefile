@@ -17,7 +17,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check generate modelica modelica-strict platforms bench choice devices docs wheel release use lower importers clean torture
+.PHONY: demo test contract stress mutants dev core check generate modelica modelica-strict openmodelica platforms bench choice devices docs wheel release use lower importers clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -84,6 +84,11 @@ platforms: build/tools
 build/platforms/core.wasm: build/tools $(wildcard fmu_build/platforms/*) $(shell find fmu_build/core fmu_build/sources -type f) | build/installed-dev
 	$(PIP) ziglang
 	$(BIN)/python fmu_build/platforms/page.py fmu_build build/platforms
+
+# library, exports and examples in OpenModelica ($HYSTFMU_OMC, or omc on the path), against the same oracles; skipped
+# where there is none
+openmodelica: dev
+	$(PYTEST) -m "openmodelica or not stress" tests/modelica/test_openmodelica.py
 
 bench: dev
 	$(BIN)/python tests/benchmarks/run.py

@@ -1,30 +1,170 @@
-"""The scripts for OpenModelica name every model that they should; with omc on the path they run."""
+"""OpenModelica: library, exports and examples against the oracles that rumoca has; skipped where there is none.
+
+`make openmodelica` runs this file.  The first tests need no OpenModelica: they hold what the others rely on.
+"""
 
 from __future__ import annotations
 
-import shutil
-import subprocess
+import stat
+import sys
+from pathlib import Path
 
+import compare
+import compare_block
+import exported
 import library
+import numpy as np
+import omc
+import outcome
 import pytest
+import simulate
+import test_start
 
 SCRIPTS = library.ROOT / "Resources" / "Scripts" / "OpenModelica"
+needed = [
+    pytest.mark.openmodelica,
+    pytest.mark.skipif(not omc.compiler(), reason=omc.REASON),
+]
 
 
+def real(test):  # type: ignore[no-untyped-def]
+    for mark in needed:
+        test = mark(test)
+    return test
+
+
+@pytest.fixture
+def in_openmodelica(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every comparison simulates with OpenModelica."""
+    monkeypatch.setattr(simulate, "rumoca", omc.simulate)
+    monkeypatch.setattr(simulate, "_EXAMPLES", {})
+
+
+def bound(o: outcome.Outcome, rumoca: float) -> float:
+    """What an error may be: that of rumoca, events and held inputs apart."""
+    package, kind = o.name.split(".")[1:3]
+    own = omc.EVENTS if kind == "Events" else omc.HELD if kind in compare_block.HELD else 0.0
+    return max(rumoca, own) if package == "Validation" else rumoca
+
+
+# ---- without OpenModelica
 def test_scripts_name_every_example_and_operator() -> None:
+    """With the number of intervals: OpenModelica truncates StopTime/Interval of an annotation."""
     for script, packages in (("Examples", ("Examples",)), ("Operators", ("Sampled", "Events", "Smooth"))):
         body = (SCRIPTS / f"{script}.mos").read_text()
         for package in packages:
             folder = library.ROOT / (package if script == "Examples" else f"Validation/{package}")
             for name in (folder / "package.order").read_text().split():
-                assert f"{package}.{name})" in body, name
+                e = library.experiment_of((folder / f"{name}.mo").read_text())
+                call = f"{package}.{name}, stopTime = "
+                (line,) = (x for x in body.splitlines() if call in x)
+                assert f"numberOfIntervals = {round(e['StopTime'] / e['Interval'])}, " in line
 
 
-@pytest.mark.openmodelica
-@pytest.mark.skipif(shutil.which("omc") is None, reason="omc, the OpenModelica compiler, is not installed")
-@pytest.mark.parametrize("script", ["Check", "Examples", "Operators"])
-def test_script_runs_without_an_error(script: str) -> None:
-    command = ["omc", str(SCRIPTS / f"{script}.mos")]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=library.ROOT.parent, timeout=1800, check=False)
-    assert done.returncode == 0, done.stderr
-    assert "Error" not in done.stdout
+CHECK = """true
+""
+"Check of HystFMU.Control.Pid completed successfully.
+Error String:
+""
+Number of classes checked / failed: 457/{failed}
+"""
+
+
+@pytest.mark.parametrize("failed", [0, 3])
+def test_result_of_a_check_is_its_last_line(failed: int) -> None:
+    assert omc.checked(CHECK.format(failed=failed)) == (457, failed)
+
+
+def test_check_that_says_nothing_has_looked_at_nothing() -> None:
+    assert omc.checked('Error String:\n""\n') == (0, 0)
+
+
+STANDS_IN = """#!{python}
+import pathlib, re, sys
+script = pathlib.Path(sys.argv[1]).read_text()
+pathlib.Path({kept!r}).write_text(str(pathlib.Path.cwd()) + "\\n" + script)
+n = int(re.search(r"numberOfIntervals = (\\d+)", script)[1])
+if {works}:
+    rows = ["\\"time\\",\\"tested.y\\",\\"tested.u[1]\\","] + [f"{{k * 0.1}},{{k}},{{-k}}," for k in range(n + 1)]
+    pathlib.Path("run_res.csv").write_text("\\n".join(rows))
+result = "run_res.csv" if {works} else ""
+print(f'record SimulationResult\\n    resultFile = "{{result}}",\\nend SimulationResult;')
+"""
+
+
+@pytest.mark.parametrize("works", [True, False])
+def test_simulation_asks_for_intervals_and_a_result(
+    works: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A program that stands in for the compiler keeps its script, and writes rows or an empty name of the result."""
+    program, kept = tmp_path / "omc", tmp_path / "kept"
+    program.write_text(STANDS_IN.format(python=sys.executable, kept=str(kept), works=works))
+    program.chmod(program.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("HYSTFMU_OMC", str(program))
+    model = library.ROOT / "Validation" / "Sum.mo"
+    said = omc.simulate(model, "HystFMU.Validation.Sum", "0.75", "0.1", "1e-9", tmp_path / "r.npz")
+    folder, script = kept.read_text().split("\n", 1)
+    assert not Path(folder).is_relative_to(library.ROOT.parent)
+    assert "stopTime = 0.7000000000000001, numberOfIntervals = 7, tolerance = 1e-9" in script
+    assert script.count("loadFile(") == 1
+    if not works:
+        assert said.startswith("no result file: record SimulationResult")
+        return
+    assert said == ""
+    with np.load(tmp_path / "r.npz") as stored:
+        assert stored["tested.y"].tolist() == list(range(8))
+        assert stored["tested.u[1]"].tolist() == [-k for k in range(8)]
+
+
+# ---- with OpenModelica
+def linked(folder: Path) -> Path:
+    (folder / "HystFMU").symlink_to(library.ROOT)
+    return folder
+
+
+@real
+def test_every_class_checks(tmp_path: Path) -> None:
+    classes, failed = omc.checked(omc.run(SCRIPTS / "Check.mos", linked(tmp_path)))
+    assert classes > 400
+    assert failed == 0
+
+
+@real
+@pytest.mark.parametrize("script", ["Examples", "Operators"])
+def test_script_has_a_result_of_every_simulation(script: str, tmp_path: Path) -> None:
+    results = omc.result_files(omc.run(SCRIPTS / f"{script}.mos", linked(tmp_path)))
+    assert len(results) == (SCRIPTS / f"{script}.mos").read_text().count("simulate(")
+    assert all(results), results
+
+
+@real
+@pytest.mark.usefixtures("in_openmodelica")
+@pytest.mark.parametrize("name", compare.models())
+def test_model_agrees(name: str, tmp_path: Path) -> None:
+    o = compare.compare(name, tmp_path / "result.npz")
+    print(outcome.line(o))
+    for error, limit in ((o.error_c, o.bound_c), (o.error_numpy, o.bound_numpy), (o.error_reference, o.tube)):
+        assert np.isnan(limit) or error <= bound(o, limit)
+
+
+@real
+@pytest.mark.usefixtures("in_openmodelica")
+@pytest.mark.parametrize("key", exported.KEYS)
+def test_exported_kind_gives_what_predict_gives(key: str, tmp_path: Path) -> None:
+    o = exported.compare(exported.small(key), key, tmp_path)
+    assert o.good, exported.line(o)
+
+
+@real
+@pytest.mark.usefixtures("in_openmodelica")
+@pytest.mark.parametrize("key", exported.CONTINUOUS_KEYS)
+def test_realisations_give_what_predict_gives(key: str, tmp_path: Path) -> None:
+    for o in exported.compare_realisations(exported.small(key), key, tmp_path):
+        assert o.good, exported.line(o)
+
+
+@real
+@pytest.mark.usefixtures("in_openmodelica")
+@pytest.mark.parametrize(("hysteresis", "kind", "count"), test_start.CASES)
+def test_constant_voltage_moves_nothing(hysteresis: str, kind: str, count: int, tmp_path: Path) -> None:
+    test_start.check(hysteresis, kind, count, tmp_path)

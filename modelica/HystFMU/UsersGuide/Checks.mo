@@ -41,6 +41,8 @@ plants the fault and sees it found.</p>
 <tr><td>8.4</td><td>own_value</td><td>In a when-equation the old value of a variable is pre of it.</td></tr>
 <tr><td>8.6</td><td>without_start</td><td>What pre reads at the first event has a start value that is fixed.</td></tr>
 <tr><td>8.6</td><td>without_value</td><td>A parameter of a class that is not partial has a value.</td></tr>
+<tr><td>8.6</td><td>reinit_at_start</td><td>No reinit at initial(): a start is an initial equation or an assignment.</td></tr>
+<tr><td>8.6</td><td>open_start</td><td>What a sample assigns has a start value that is fixed.</td></tr>
 <tr><td>9.3</td><td>misplaced_connect</td><td>A connection stands in no when, and in no if that switches in a run.</td></tr>
 <tr><td>9.3.1</td><td>flow_balance</td><td>A connector has as many flow variables as potentials.</td></tr>
 <tr><td>12.2</td><td>equation_in_function</td><td>A function has no equation.</td></tr>
@@ -84,8 +86,10 @@ plants the fault and sees it found.</p>
 <tr><td>of this library</td><td>unit_clash</td><td>Both sides of an equation, and the terms of a sum, have one unit.</td></tr>
 <tr><td>of this library</td><td>without_unit</td><td>A Real to which an equation gives a dimension has a unit.</td></tr>
 <tr><td>of this library</td><td>without_nominal</td><td>A state with a unit has a nominal value.</td></tr>
+<tr><td>of this library</td><td>other_nominal</td><td>Two names of one variable have one nominal value.</td></tr>
 <tr><td>of this library</td><td>without_view</td><td>Pages of the guide have preferredView and DocumentationClass.</td></tr>
 <tr><td>of this library</td><td>start_unfixed</td><td>A state with a start value says whether it is fixed.</td></tr>
+<tr><td>of this library</td><td>fixed_start_time</td><td>Samples begin at the start of the simulation, and no relation of the time with a sample period tells the first one.</td></tr>
 <tr><td>of this library</td><td>quantity_unit</td><td>A quantity has the unit that Modelica.Units.SI gives it.</td></tr>
 </table>
 </html>"));

@@ -3,7 +3,7 @@ within HystFMU.Validation.Sampled;
 model PrandtlIshlinskiiForgets "Prandtl-Ishlinskii operator with so short a memory that it forgets, sampled"
   extends Icons.Example;
   Operators.Sampled.PrandtlIshlinskii tested(n = 5, depth = 4, w0 = 0.4, r = {0.02, 0.05, 0.1, 0.2, 0.4}, w = {0.3, -0.1, 0.5, 0.2, 0.7}, u0 = 0.1, Ts = 0.002) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
-  BaseClasses.TestSignal signal(amplitude = 1, offset = 0.1) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
+  BaseClasses.TestSignal signal(amplitude = 0.97, offset = 0.1) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
   connect(signal.r, tested.u) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),

@@ -33,7 +33,7 @@ def generated(root: Path) -> dict[PurePath, str]:
         every, {_file(n) for n, text in every_text.items() if n.startswith("Examples.") and _PHYSICAL.search(text)}
     )
     made |= pictures({**shelf.texts, **classes})
-    made |= scripts.scripts(every)
+    made |= scripts.scripts({**shelf.texts, **classes})
     return made
 
 
