@@ -14,6 +14,7 @@
   B(bouc_wen) \
   B(bouc_wen_oscillator) \
   B(bumpless_transfer) \
+  B(coleman_hodgdon) \
   B(constraint_factor) \
   B(constraint_factor_inverse) \
   B(creep) \

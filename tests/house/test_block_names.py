@@ -162,6 +162,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         (
             "backlash_sum",
             "bouc_wen",
+            "coleman_hodgdon",
             "constraint_factor",
             "dead_zones",
             "duhem",

@@ -109,6 +109,19 @@ class BumplessTransfer(Block):
 
     def __init__(self, *, T: float = 1.0) -> None: ...
 
+class ColemanHodgdon(Block):
+    """Coleman-Hodgdon operator."""
+
+    def __init__(
+        self,
+        *,
+        alpha: float = 1.0,
+        b: float = 1.0,
+        k: float = 0.6,
+        y0: float = 0.0,
+        u0: float = 0.0,
+    ) -> None: ...
+
 class ConstraintFactor(Block):
     """Constraint-factor operator (Ma): odd polynomial branch."""
 

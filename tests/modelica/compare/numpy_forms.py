@@ -139,6 +139,11 @@ def bouc_wen(u: Array, v: Values) -> Array:
     return np.column_stack([v["k"] * (v["alpha"] * u + (1 - v["alpha"]) * z), z])
 
 
+def coleman_hodgdon(u: Array, v: Values) -> Array:
+    start = v["u0"], v["y0"]
+    return column(runge_kutta_in_u(u, start, lambda x, y, s: s * v["alpha"] * (v["b"] * x - y) + v["k"]))
+
+
 def duhem(u: Array, v: Values) -> Array:
     rows = len(v["a_rise"])
     tables = {
@@ -311,6 +316,7 @@ FORMS = {
     "KrasnoselskiiPokrovskii": Form(lambda u, v, h, rows: kernels(u, v)),
     # plain Runge-Kutta with a corner at 0
     "BoucWen": Form(lambda u, v, h, rows: bouc_wen(u, v), fast=True, bound=1e-7),
+    "ColemanHodgdon": Form(lambda u, v, h, rows: coleman_hodgdon(u, v), fast=True, bound=1e-7),
     "Duhem": Form(lambda u, v, h, rows: duhem(u, v), fast=True, bound=1e-7),
     # a staircase of many loops
     "Preisach": Form(lambda u, v, h, rows: preisach(u, rows, v), bound=1e-5),
