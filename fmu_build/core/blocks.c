@@ -30,6 +30,7 @@
   B(implicit_inverse) \
   B(in_range) \
   B(iterative_learning) \
+  B(jiles_atherton) \
   B(krasnoselskii_pokrovskii) \
   B(lead_lag) \
   B(mlp) \

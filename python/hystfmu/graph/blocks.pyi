@@ -297,6 +297,22 @@ class IterativeLearning(Block):
         u_max: float = 1e300,
     ) -> None: ...
 
+class JilesAtherton(Block):
+    """Jiles-Atherton operator."""
+
+    def __init__(
+        self,
+        *,
+        steps: int = ...,
+        Ms: float = 1.0,
+        a: float = 0.3,
+        k: float = 0.25,
+        c: float = 0.1,
+        alpha: float = 0.05,
+        m0: float = 0.0,
+        u0: float = 0.0,
+    ) -> None: ...
+
 class KrasnoselskiiPokrovskii(Block):
     """Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps."""
 
