@@ -5,53 +5,59 @@
 #include <string.h>
 
 #ifndef HYST_BLOCKS /* a source FMU contains only the blocks of its graph */
-#define HYST_BLOCKS(B)          \
-  B(adaptive_inverse)           \
-  B(amplifier)                  \
-  B(backlash_sum)               \
-  B(bouc_wen)                   \
-  B(bouc_wen_oscillator)        \
-  B(bumpless_transfer)          \
-  B(constraint_factor)          \
-  B(constraint_factor_inverse)  \
-  B(creep)                      \
-  B(creep_inverse)              \
-  B(dead_zones)                 \
-  B(delay)                      \
-  B(differentiator)             \
-  B(disturbance)                \
-  B(disturbance_observer)       \
-  B(duhem)                      \
-  B(duhem_oscillator)           \
-  B(feedforward)                \
-  B(implicit_inverse)           \
-  B(in_range)                   \
-  B(iterative_learning)         \
-  B(krasnoselskii_pokrovskii)   \
-  B(lead_lag)                   \
-  B(mlp)                        \
-  B(modes)                      \
-  B(narx_network)               \
-  B(noise)                      \
-  B(pid)                        \
-  B(play_bank)                  \
-  B(polynomial_narx)            \
-  B(prandtl_ishlinskii)         \
+/* every word is one line and no line depends on another, so that a new word at any place adds one line */
+/* clang-format off */
+#define HYST_BLOCKS(B) \
+  B(adaptive_inverse) \
+  B(amplifier) \
+  B(backlash_sum) \
+  B(bouc_wen) \
+  B(bouc_wen_oscillator) \
+  B(bumpless_transfer) \
+  B(coleman_hodgdon) \
+  B(constraint_factor) \
+  B(constraint_factor_inverse) \
+  B(creep) \
+  B(creep_inverse) \
+  B(dead_zones) \
+  B(delay) \
+  B(differentiator) \
+  B(disturbance) \
+  B(disturbance_observer) \
+  B(duhem) \
+  B(duhem_oscillator) \
+  B(feedforward) \
+  B(implicit_inverse) \
+  B(in_range) \
+  B(iterative_learning) \
+  B(jiles_atherton) \
+  B(krasnoselskii_pokrovskii) \
+  B(lead_lag) \
+  B(mlp) \
+  B(modes) \
+  B(narx_network) \
+  B(noise) \
+  B(pid) \
+  B(play_bank) \
+  B(polynomial_narx) \
+  B(prandtl_ishlinskii) \
   B(prandtl_ishlinskii_inverse) \
-  B(preisach)                   \
-  B(product)                    \
-  B(quantiser)                  \
-  B(recursive_least_squares)    \
-  B(reference)                  \
-  B(repetitive)                 \
-  B(scaling)                    \
-  B(sliding_mode)               \
-  B(sum)                        \
-  B(super_twisting)             \
-  B(transfer_function)          \
-  B(zhao_tan)                   \
-  B(zhao_tan_inverse)           \
-  B(zhao_tan_inverse_reconstructed)
+  B(preisach) \
+  B(product) \
+  B(quantiser) \
+  B(recursive_least_squares) \
+  B(reference) \
+  B(repetitive) \
+  B(scaling) \
+  B(sliding_mode) \
+  B(sum) \
+  B(super_twisting) \
+  B(transfer_function) \
+  B(zhao_tan) \
+  B(zhao_tan_inverse) \
+  B(zhao_tan_inverse_reconstructed) \
+  /* the end */
+/* clang-format on */
 #endif
 
 #define B(id) extern const hyst_block hyst_##id;

@@ -1,6 +1,7 @@
 """Sizes of every block: smallest, default, largest.  A model of today must open in every later release as it is.
 
-Nothing else states them all: a size that a file leaves away is the default, and the limits are those of its reader.
+Nothing else states them all: a size that a file leaves away is the default, and the limits are those of its reader.  A
+block that no release has yet may be missing here: it is four files, see CONTRIBUTING.md.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ SIZES = {
     "duhem_oscillator": {"n": (2, 5, 1000)},
     "in_range": {"n": (1, 1, 100000)},
     "iterative_learning": {"n": (1, 20, 1000000)},
+    "jiles_atherton": {"steps": (1, 4, 1000)},
     "krasnoselskii_pokrovskii": {"n": (1, 4, 1000), "depth": (4, 256, 100000)},
     "lead_lag": {"n": (1, 1, 1000)},
     "mlp": {"n_in": (1, 1, 10000), "n_hidden": (1, 12, 10000), "n_out": (1, 1, 10000)},
@@ -51,5 +53,5 @@ SIZES = {
 
 
 def test_sizes_are_as_they_have_been() -> None:
-    found = {name: {d.name: (d.lo, d.start, d.hi) for d in b.dims} for name, b in block_types().items() if b.dims}
-    assert found == SIZES
+    found = {name: {d.name: (d.lo, d.start, d.hi) for d in b.dims} for name, b in block_types().items()}
+    assert {name: found.get(name) for name in SIZES} == SIZES

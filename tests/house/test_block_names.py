@@ -164,6 +164,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         (
             "backlash_sum",
             "bouc_wen",
+            "coleman_hodgdon",
             "constraint_factor",
             "dead_zones",
             "duhem",

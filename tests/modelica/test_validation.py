@@ -19,7 +19,13 @@ OPERATORS = [n for n in compare.models() if compare_operator.is_realisation(n, "
 # Of the realisations Events and Smooth two operators run here and all of them in `make stress` and `make modelica`; the
 # others of this list take 0.7 s and more each.
 QUICK = ("PlayBank", "BoucWen")
-LONG = ("Sampled.BoucWenKnee", "Sampled.DuhemSteps", "Sampled.ConstraintFactorInverse", "Sampled.ImplicitInverse")
+LONG = (
+    "Sampled.BoucWenKnee",
+    "Sampled.DuhemSteps",
+    "Sampled.ConstraintFactorInverse",
+    "Sampled.ImplicitInverse",
+    "Sampled.JilesAtherton",
+)
 
 
 def is_long(name: str) -> bool:

@@ -10,8 +10,8 @@ form of the input. It needs the rate of the input, of which the sign alone count
 ramp, and the solver's steps must not be longer than the time between two reversals. A full memory (depth) forgets later
 than that of Sampled.</p>
 <p><b>Smooth</b> is an ordinary differential equation without events, for solvers and optimisers that want none. It needs the rate of
-the input itself. Plays have a corner rounded over <code>width</code>, the bound of their error; Bouc-Wen, Duhem and creep are
-differential equations anyhow. Zhao-Tan and Ma are a polygon of <code>plays</code> pieces over <code>reach</code>.</p>
+the input itself. Plays have a corner rounded over <code>width</code>, the bound of their error; Bouc-Wen, Coleman-Hodgdon, Duhem,
+Jiles-Atherton and creep are differential equations anyhow. Zhao-Tan and Ma are a polygon of <code>plays</code> pieces over <code>reach</code>.</p>
 <p>The rate comes from a source (dr_lead with lead = 0), from a state equation (the relaxation of a polarisation, see Actuators.BaseClasses.Piezo), or from
 Dynamics.RateFilter. No input is differentiated by der().</p>
 <p>To change over: <code>replaceable Operators.Sampled.PlayBank plays constrainedby Operators.BaseClasses.PlayBank</code>, then redeclare.

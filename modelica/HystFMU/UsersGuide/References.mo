@@ -12,6 +12,9 @@ package References "References"
 <li>Bristow, Tharayil, Alleyne: A survey of iterative learning control. IEEE Control Systems 26 (2006) 96-114.</li>
 <li>Wen: Method for random vibration of hysteretic systems. J. Eng. Mech. Div. 102 (1976) 249-263.</li>
 <li>Ikhouane, Rodellar: Systems with Hysteresis. Wiley 2007.</li>
+<li>Coleman, Hodgdon: A constitutive relation for rate-independent hysteresis in ferromagnetically soft materials. Int. J. Eng. Sci. 24 (1986) 897-919.</li>
+<li>Jiles, Atherton: Theory of ferromagnetic hysteresis. J. Magn. Magn. Mater. 61 (1986) 48-60.</li>
+<li>Sadowski, Batistela, Bastos, Lajoie-Mazenc: An inverse Jiles-Atherton model to take into account hysteresis in time-stepping finite-element calculations. IEEE Trans. Magn. 38 (2002) 797-800.</li>
 <li>Oh, Bernstein: Semilinear Duhem model. IEEE Trans. Autom. Control 50 (2005) 631-645.</li>
 <li>Henon: On the numerical computation of Poincare maps. Physica D 5 (1982) 412-414.</li>
 <li>Mayergoyz: Mathematical Models of Hysteresis. Springer 1991.</li>

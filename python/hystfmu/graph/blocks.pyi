@@ -109,6 +109,19 @@ class BumplessTransfer(Block):
 
     def __init__(self, *, T: float = 1.0) -> None: ...
 
+class ColemanHodgdon(Block):
+    """Coleman-Hodgdon operator."""
+
+    def __init__(
+        self,
+        *,
+        alpha: float = 1.0,
+        b: float = 1.0,
+        k: float = 0.6,
+        y0: float = 0.0,
+        u0: float = 0.0,
+    ) -> None: ...
+
 class ConstraintFactor(Block):
     """Constraint-factor operator (Ma): odd polynomial branch."""
 
@@ -282,6 +295,22 @@ class IterativeLearning(Block):
         smooth: float = 0.0,
         u_min: float = -1e300,
         u_max: float = 1e300,
+    ) -> None: ...
+
+class JilesAtherton(Block):
+    """Jiles-Atherton operator."""
+
+    def __init__(
+        self,
+        *,
+        steps: int = ...,
+        Ms: float = 1.0,
+        a: float = 0.3,
+        k: float = 0.25,
+        c: float = 0.1,
+        alpha: float = 0.05,
+        m0: float = 0.0,
+        u0: float = 0.0,
     ) -> None: ...
 
 class KrasnoselskiiPokrovskii(Block):

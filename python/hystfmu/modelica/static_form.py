@@ -15,6 +15,7 @@ from hystfmu.modelica.record import field
 STATIC = {
     "backlash_sum": "w0 r w",
     "bouc_wen": "A beta gamma n alpha k",
+    "coleman_hodgdon": "alpha b k",
     "constraint_factor": "a0 d_max memory x0 a",
     "dead_zones": "w0 r w",
     "duhem": "k w_max du_max a_rise b_rise c_rise a_fall b_fall c_fall",
@@ -170,6 +171,8 @@ def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
         case "bouc_wen" | "duhem":
             first = "z0" if node.type == "bouc_wen" else "w0"
             return [f"{{0, {of(first)}, {of('u0')}}}"], 3
+        case "coleman_hodgdon":
+            return [f"{{0, {of('y0')} - {of('b')}*{of('u0')}, {of('u0')}}}"], 3
     return [], 0
 
 

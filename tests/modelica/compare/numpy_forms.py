@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from numpy_slopes import bouc_wen, coleman_hodgdon, column, duhem, jiles_atherton
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 Values = dict[str, Any]
-RK_STEPS = 2
 
 
 def plays(u: Array, r: Array, z: Array) -> Array:
@@ -111,57 +111,6 @@ def prandtl_ishlinskii_branch(v: Values) -> Callable[[Array], Array]:
     return lambda d: v["w0"] * d + 2 * np.maximum(np.multiply.outer(d, 0.5 * np.ones(len(r))) - r, 0) @ w
 
 
-def runge_kutta_in_u(
-    u: Array, start: tuple[float, float], slope: Callable[[float, float, float], float], bound: float = np.inf
-) -> Array:
-    """dz/du = slope(u, z, direction) within the bound, from u and z at the start to every row, by Runge-Kutta steps."""
-    z = np.empty(len(u))
-    last, value = start
-    for k in range(len(u)):
-        steps = RK_STEPS + int(2500 * abs(u[k] - last))
-        h = float(u[k] - last) / steps
-        s = float(np.sign(h))
-        for i in range(steps if h != 0 else 0):
-            x = float(last + i * h)
-            k1 = slope(x, value, s)
-            k2 = slope(x + h / 2, value + h / 2 * k1, s)
-            k3 = slope(x + h / 2, value + h / 2 * k2, s)
-            k4 = slope(x + h, value + h * k3, s)
-            value = max(-bound, min(bound, value + h / 6 * (k1 + 2 * (k2 + k3) + k4)))
-        z[k], last = value, u[k]
-    return z
-
-
-def bouc_wen(u: Array, v: Values) -> Array:
-    A, beta, gamma, n = v["A"], v["beta"], v["gamma"], v["n"]
-    start = v["u0"], v["z0"]
-    z = runge_kutta_in_u(u, start, lambda _, z, s: A - s * beta * abs(z) ** (n - 1) * z - gamma * abs(z) ** n)
-    return np.column_stack([v["k"] * (v["alpha"] * u + (1 - v["alpha"]) * z), z])
-
-
-def duhem(u: Array, v: Values) -> Array:
-    rows = len(v["a_rise"])
-    tables = {
-        sign: [
-            (a, list(zip(b, c, strict=True)))
-            for a, b, c in zip(*(_rows(v[f"{m}_{end}"], rows) for m in "abc"), strict=True)
-        ]
-        for sign, end in ((1.0, "rise"), (-1.0, "fall"))
-    }
-
-    def slope(x: float, w: float, s: float) -> float:
-        f = 0.0
-        for i, (a, pairs) in enumerate(tables[s]):
-            f += x**i * (a[0] + sum(b * w**j + c * abs(w) * w ** (j - 1) for j, (b, c) in enumerate(pairs, 1)))
-        return f
-
-    return (v["k"] * u + runge_kutta_in_u(u, (v["u0"], v["w0"]), slope, v["w_max"]))[:, None]
-
-
-def _rows(flat: Array, rows: int) -> list[list[float]]:
-    return [[float(x) for x in row] for row in np.asarray(flat).reshape(rows, -1)]
-
-
 def kernels(u: Array, v: Values) -> Array:
     i, j = np.tril_indices(int(v["n"]))
     a = (v["hi"] - v["lo"]) / v["n"]
@@ -243,10 +192,6 @@ def creep_inverse(u: Array, v: Values, h: float) -> Array:
     return y[:, None]
 
 
-def column(y: Array) -> Array:
-    return np.asarray(y)[:, None]
-
-
 def chosen(u: Array, v: Values, rows: Rows, g: Callable[[Array], Array]) -> Array:
     """An operator that remembers its dominant extrema, or the last one alone."""
     return column(last_extremum(u, v["x0"], g) if v["memory"] == "last" else return_point(u, rows, v["x0"], 0.0, g))
@@ -311,6 +256,8 @@ FORMS = {
     "KrasnoselskiiPokrovskii": Form(lambda u, v, h, rows: kernels(u, v)),
     # plain Runge-Kutta with a corner at 0
     "BoucWen": Form(lambda u, v, h, rows: bouc_wen(u, v), fast=True, bound=1e-7),
+    "ColemanHodgdon": Form(lambda u, v, h, rows: coleman_hodgdon(u, v), fast=True, bound=1e-7),
+    "JilesAtherton": Form(lambda u, v, h, rows: jiles_atherton(u, v), fast=True, bound=1e-7),
     "Duhem": Form(lambda u, v, h, rows: duhem(u, v), fast=True, bound=1e-7),
     # a staircase of many loops
     "Preisach": Form(lambda u, v, h, rows: preisach(u, rows, v), bound=1e-5),

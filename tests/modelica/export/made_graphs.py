@@ -69,6 +69,7 @@ def static_forms() -> Model:
         Node("low", "preisach", {"n": 2, "depth": 8}, {"E": [0.2, 0.7, 0.3], "lo": -1.0, "hi": 1.0, "start": "low"}),
         Node("virgin", "preisach", {"n": 2, "depth": 8}, {"E": [0.2, 0.7, 0.3], "lo": -1.0, "hi": 1.0}),
         Node("bw", "bouc_wen", {}, {"beta": 0.8, "z0": 0.1}),
+        Node("ch", "coleman_hodgdon", {}, {"alpha": 2.0, "b": 0.5, "k": 0.3, "y0": 0.1, "u0": -0.1}),
         Node("du", "duhem", {"m": 1, "q": 1}, {"a_rise": [0.5, 0.1], "b_rise": [-0.5, 0.0], "c_rise": [-0.5, 0.0],
              "a_fall": [0.5, 0.1], "b_fall": [0.5, 0.0], "c_fall": [-0.5, 0.0], "w_max": 1.0, "du_max": 0.2}),
         Node("zones", "dead_zones", {"n": 2}, {"r": [-0.3, 0.4], "w": [0.3, 0.2]}),

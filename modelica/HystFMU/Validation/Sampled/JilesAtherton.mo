@@ -1,0 +1,14 @@
+// generated from modelica/validation.toml by `make generate` - do not edit
+within HystFMU.Validation.Sampled;
+model JilesAtherton "Jiles-Atherton operator with a mean field and a reversible share, sampled"
+  extends Icons.Example;
+  Operators.Sampled.JilesAtherton tested(Ms = 1.2, a = 0.3, k = 0.2, c = 0.15, alpha = 0.3, m0 = 0.05, u0 = 0.1, Ts = 0.002) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
+equation
+  connect(signal.r, tested.u) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));
+  annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>Jiles-Atherton operator with a mean field and a reversible share. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every sample.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.JilesAtherton\">Operators.Sampled.JilesAtherton</a>.</p>
+</html>"));
+end JilesAtherton;
