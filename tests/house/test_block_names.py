@@ -168,6 +168,7 @@ ALLOWED: dict[str, dict[str, str]] = {
             "constraint_factor",
             "dead_zones",
             "duhem",
+            "jiles_atherton",
             "krasnoselskii_pokrovskii",
             "mlp",
             "play_bank",

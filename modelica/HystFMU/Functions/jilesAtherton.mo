@@ -9,7 +9,7 @@ function jilesAtherton "Irreversible part of the Jiles-Atherton operator after a
   input Real k "Pinning";
   input Real c "Reversible share";
   input Real alpha "Mean field for a magnetisation of 1";
-  input Integer steps "Steps for the shorter of a and k";
+  input Real steps "Steps for the shorter of a and k";
   output Real m "Irreversible part at u";
 protected
   Real s = if u >= u_last then 1 else -1 "Direction";

@@ -9,7 +9,7 @@ function jilesAthertonSteps "Twenty steps of the Jiles-Atherton operator with mo
   input Real k "Pinning";
   input Real c "Reversible share";
   input Real alpha "Mean field for a magnetisation of 1";
-  input Integer steps "Steps for the shorter of a and k";
+  input Real steps "Steps for the shorter of a and k";
   output Real after[2] "The same after the steps";
 algorithm
   after := before;

@@ -19,6 +19,7 @@ STATIC = {
     "constraint_factor": "a0 d_max memory x0 a",
     "dead_zones": "w0 r w",
     "duhem": "k w_max du_max a_rise b_rise c_rise a_fall b_fall c_fall",
+    "jiles_atherton": "Ms a k c alpha steps",
     "krasnoselskii_pokrovskii": "a offset p1 p2 w",
     "mlp": "W1 b1 W2 b2",
     "play_bank": "r",
@@ -29,6 +30,7 @@ STATIC = {
     "zhao_tan": "x0 memory",
 }
 _REST = {"prandtl_ishlinskii": "u0", "zhao_tan": "x0", "constraint_factor": "x0"}  # where the memory of extrema begins
+_FIRST = {"bouc_wen": "z0", "duhem": "w0", "jiles_atherton": "m0"}  # the state at u0
 _INNER = {"mlp": "Hidden layer", "duhem": "State after the input"}  # values of a block that its output is made of
 
 
@@ -110,6 +112,8 @@ def _values(graph: Graph, node: Node) -> dict[str, tuple[str, int]]:
             found[key] = _preisach(graph, node, key)
         elif key in ("a", "p1", "p2") and node.type == "krasnoselskii_pokrovskii":
             found[key] = _kernels(graph, node, key)
+        elif key in node.dims:
+            found[key] = f"{{{node.dims[key]}}}", 1
         elif rows[key].choices:
             found[key] = f"{{{int(node.value(key)[0])}}}", 1
         elif count := matrix_rows(rows[key]):
@@ -168,9 +172,8 @@ def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
         case "krasnoselskii_pokrovskii":
             k0, n = _kernels(graph, node, "k0")
             return ["{0}", k0], 1 + n
-        case "bouc_wen" | "duhem":
-            first = "z0" if node.type == "bouc_wen" else "w0"
-            return [f"{{0, {of(first)}, {of('u0')}}}"], 3
+        case "bouc_wen" | "duhem" | "jiles_atherton":
+            return [f"{{0, {of(_FIRST[node.type])}, {of('u0')}}}"], 3
         case "coleman_hodgdon":
             return [f"{{0, {of('y0')} - {of('b')}*{of('u0')}, {of('u0')}}}"], 3
     return [], 0

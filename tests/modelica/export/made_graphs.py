@@ -72,6 +72,7 @@ def static_forms() -> Model:
         Node("ch", "coleman_hodgdon", {}, {"alpha": 2.0, "b": 0.5, "k": 0.3, "y0": 0.1, "u0": -0.1}),
         Node("du", "duhem", {"m": 1, "q": 1}, {"a_rise": [0.5, 0.1], "b_rise": [-0.5, 0.0], "c_rise": [-0.5, 0.0],
              "a_fall": [0.5, 0.1], "b_fall": [0.5, 0.0], "c_fall": [-0.5, 0.0], "w_max": 1.0, "du_max": 0.2}),
+        Node("ja", "jiles_atherton", {"steps": 2}, {"c": 0.2, "alpha": 0.3, "m0": 0.05, "u0": 0.1}),
         Node("zones", "dead_zones", {"n": 2}, {"r": [-0.3, 0.4], "w": [0.3, 0.2]}),
     ]  # fmt: skip
     bank = Node("bank", "play_bank", {"n": 2}, {"r": [0.1, 0.2], "z0": [0.1, 0.0]})
