@@ -107,9 +107,9 @@ def rumoca(*arguments: str | Path, packages: Sequence[Path] = (library.ROOT,)) -
     return COMPILER.ask("simulate", os.pathsep.join(map(str, packages)), *arguments)
 
 
-def render(name: str, folder: Path) -> str:
-    """Render a class as embedded C into a folder; what rumoca complains about, or ""."""
-    return COMPILER.ask("render", library.ROOT, name, folder)
+def render(name: str, folder: Path, root: Path) -> str:
+    """Render a class of the library at `root` as embedded C into a folder; what rumoca complains about, or ""."""
+    return COMPILER.ask("render", root, name, folder)
 
 
 def load(names: list[str]) -> dict[str, str]:

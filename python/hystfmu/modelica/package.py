@@ -107,7 +107,11 @@ def _realisations(model: Model) -> dict[str, str]:
     """Blocks of the package and what each is; a realisation that the model has not, and why."""
     graph = model.graph
     sampled = any(classes.is_sampled(n) for n in graph.nodes)
-    found = {"Model": "acts at 0, Ts, 2 Ts, ..., as hystfmu predict" if sampled else "acts as hystfmu predict"}
+    found = {
+        "Model": "acts at the start and every Ts from there, as hystfmu predict"
+        if sampled
+        else "acts as hystfmu predict"
+    }
     for kind, text in CONTINUOUS.items() if sampled else ():
         why = missing(graph, kind)
         found[kind] = f"none, because {why}" if why else text
