@@ -33,6 +33,10 @@ ALLOWED: dict[str, dict[str, str]] = {
     "face/evidence.py": {"creep": "static_output(): lags that pass the input at once, so that they count as static"},
     "face/evidence_section.py": {"modes": "evidence_section(): the name of a line of the diagram"},
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression"},
+    "identify/features/unseen_states.py": dict.fromkeys(
+        ("play_bank", "scaling"), "unseen(): plays that stand for a memory"
+    ),
+    "identify/features/bent_chain.py": {EVERY: "chain(): the blocks of the structure"},
     "identify/features/smooth_density.py": {"preisach": "node(): the block of the density and of its columns"},
     "identify/network/readout.py": {
         "scaling": "fit_readout(): limits and output scaling",

@@ -55,7 +55,7 @@ EXACT_INVERSE = "exact"
 SHORT = 0.2  # of the time of a full fit: a short trial fit
 BUDGET = 24.0  # s for all candidates; estimated, not timed: the load must not decide
 HOPEFUL = 0.3  # of the time of kinds with a trial fit: most of them end there
-LEAST_ROWS, FEWER = 2000, 0.9  # rows that race, however dear all are; how much fewer are tried at a time
+LEAST_ROWS, FEWER = 2000, 0.9  # rows that race, however expensive all are; how much fewer are tried at a time
 
 
 class Inverses(Protocol):

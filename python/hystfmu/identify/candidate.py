@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 CLOSES, OPENS, LAGS, LATE, ANY = "return-point", "open", "rate", "open, then rate", ""
-DEAR = 3.0  # s: a fit that takes longer, and has no quick options, is tried on a part of the rows first
+EXPENSIVE = 3.0  # s: a fit that takes longer, and has no quick options, is tried on a part of the rows first
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Candidate:
 
     def tries(self, rows: int) -> bool:
         """Whether a short trial fit comes before a full one."""
-        return bool(self.quick) or self.cost(rows) > DEAR
+        return bool(self.quick) or self.cost(rows) > EXPENSIVE
 
     def named(self, key: str) -> str:
         """Return the kind with its options, e.g. ``zhao_tan_mlp memory=last``."""

@@ -23,8 +23,8 @@ def test_how_many_rows_all_can_be_tried_on():
     quick = [Candidate(ANY, 2.0, 4.0, quick={"N": 1})] * 2  # 0.3 of 4 s and 8 s per 1000
     assert auto.affordable(quick, 9500) == 9500
     assert auto.affordable([*quick, Candidate(ANY, 0.3, 0.0)], 9500) == 8550
-    dear = [Candidate(ANY, 2.0, 4.0)] * 2  # tried on a part of the rows
-    assert auto.affordable(dear, 9500) == 9500
+    expensive = [Candidate(ANY, 2.0, 4.0)] * 2  # tried on a part of the rows
+    assert auto.affordable(expensive, 9500) == 9500
     assert auto.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 30_000) == auto.LEAST_ROWS
     assert auto.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 500) == 500
 

@@ -104,7 +104,7 @@ def test_a_short_trial_fit_costs_a_fifth(chosen):
     assert asked[:3] == [("a", 1), ("b", 1), ("c", 1)]
     assert choice.provenance["auto_left_out"]["b"] == "9 % of the span after a short trial fit"
     # 1 + a fifth of 10 + 12 = 15 of the budget of 24; a second fold of both would need 28
-    assert asked[3:] == [("c", 1)]  # dear ones are tried on a part of the rows
+    assert asked[3:] == [("c", 1)]  # expensive ones are tried on a part of the rows
     assert told == pytest.approx([1 / 46, (3 + 12) / 46])
 
 
@@ -132,11 +132,11 @@ def test_who_is_left_out_before_the_race(chosen):
 
 
 def test_no_kind_is_left_out_for_its_price(chosen):
-    """All race on fewer rows, and the dear one wins."""
-    table = {"cheap": (Candidate(ANY, 1.0, 1.0), [2.0] * 3, 3), "dear": (Candidate(ANY, 2.0, 60.0), [1.0] * 3, 3)}
+    """All race on fewer rows, and the expensive one wins."""
+    table = {"cheap": (Candidate(ANY, 1.0, 1.0), [2.0] * 3, 3), "expensive": (Candidate(ANY, 2.0, 60.0), [1.0] * 3, 3)}
     choice, asked, _ = chosen(table)
-    assert asked[:3] == [("cheap", 1), ("dear", 1), ("dear", 1)]  # the first of these is short
-    assert choice.provenance["auto_choice"] == "dear"
+    assert asked[:3] == [("cheap", 1), ("expensive", 1), ("expensive", 1)]  # the first of these is short
+    assert choice.provenance["auto_choice"] == "expensive"
     assert choice.provenance["auto_left_out"] == {}
     assert choice.provenance["auto_rows"] == auto.LEAST_ROWS
     assert "auto_rows" not in chosen({"cheap": table["cheap"]})[0].provenance

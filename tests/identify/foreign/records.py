@@ -87,7 +87,8 @@ class Case:
     def record(self, u, rng, noise):
         d, m = self.device, len(self.device.covariates)
         beside = np.cumsum(rng.normal(size=(len(u), m)), axis=0)
-        beside = beside / np.maximum(np.abs(beside).max(axis=0, initial=0.0), 1e-9)
+        low, high = beside.min(axis=0, initial=0.0), beside.max(axis=0, initial=0.0)
+        beside = (1.0 if noise else 0.95) * (2 * (beside - low) / np.maximum(high - low, 1e-9) - 1)
         y = d.run(u, beside)
         y = y + noise * np.ptp(y) * rng.normal(size=len(y))
         given = {name: beside[:, k] for k, name in enumerate(d.covariates)}

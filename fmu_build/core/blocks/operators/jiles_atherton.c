@@ -3,7 +3,7 @@
  *   dm/dh = (f(h) - m) / (k s) where the walls move, s (f(h) - m) > 0, otherwise 0,   s = sgn(u').
  * The condition is the correction without which the susceptibility is negative after a reversal.  Jiles & Atherton,
  * J. Magn. Magn. Mater. 61 (1986) 48-60; all of y in the effective field: Sadowski et al., IEEE Trans. Magn. 38 (2002)
- * 797-800, eq. 2-5.
+ * 797-800.
  *
  * It is rate-independent.  While the walls are pinned, m is constant, and h is the root of h - alpha y(h) = u.  While
  * they move, the distance d = f - m obeys a linear equation in the path x of h, d' = s f' - d / k; over a step of x its
@@ -179,7 +179,7 @@ HYST_BLOCK(jiles_atherton,
            (.text = "Jiles-Atherton operator",
             .equation = "y = (1 - c) m + c f(h), dm/dh = max(0, s (f(h) - m)) / k, h = u + alpha y, "
                         "f(h) = Ms (coth(h/a) - a/h), s = sgn(u')",
-            .source = "Jiles & Atherton 1986; Sadowski et al. 2002, eq. 2-5", .family = "operators",
+            .source = "Jiles & Atherton 1986; Sadowski et al. 2002", .family = "operators",
             .tolerance = "integration", .rule_error = 1e-8),
            .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
            .update = update)

@@ -126,7 +126,7 @@ def build(
     T = every if options["rate"] == "yes" else ()
     starts = [np.array([np.log(z_max), share, n, 0.0]) for z_max, share, n in STARTS]
     # a loop that a curve bends misleads the search of z: it starts with a cubic one
-    first = options["degree"] or DEGREES[1]
+    first = int(options["degree"] or DEGREES[1])
     best = min((f.tried(Parts(first, T, p)) for p in starts), key=lambda t: t[0])
     progress(0.4)
     if options["rate"] is None and examine(data).several_speeds:  # else lags and loop explain each other
