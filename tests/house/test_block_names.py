@@ -45,7 +45,6 @@ ALLOWED: dict[str, dict[str, str]] = {
     },
     "identify/estimate/free.py": {"sum": "KEYS: what the elements of a free parameter make together"},
     "identify/estimate/one_block.py": dict.fromkeys(("scaling", "sum"), "around(): what a block alone stands between"),
-    "identify/race.py": dict.fromkeys(("play_bank", "scaling"), "_unseen(): plays that stand for a memory"),
     "identify/streaming.py": dict.fromkeys(
         ("scaling", "zhao_tan", "polynomial_narx"), "Stream: the chain that a polynomial_narx model consists of"
     ),

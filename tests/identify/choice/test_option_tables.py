@@ -8,7 +8,7 @@ import pytest
 from hystfmu import InputError
 from hystfmu.identify import catalogue
 from hystfmu.identify.candidate import ANY, CLOSES, LAGS, LATE, OPENS, Candidate
-from hystfmu.identify.features.initial_memory import u0_option
+from hystfmu.identify.features.plays import u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.options import Option
 

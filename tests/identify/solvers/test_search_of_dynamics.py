@@ -11,7 +11,7 @@ from scipy.optimize import OptimizeResult
 
 from hystfmu import Dataset, InputError, fit
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.features import bent_sum, dynamics, following, initial_memory, other_memory
+from hystfmu.identify.features import bent_sum, dynamics, following, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.features.dead_band import behind, half_width, in_front
@@ -221,8 +221,8 @@ def test_covariates_start_at_their_training_means():
     first, second = covariate_inputs(data, [("a.u",), ("b.u", "c.u")])
     assert (first.name, first.unit, first.start, first.to, first.text) == ("T", "degC", 3.5, ("a.u",), "covariate")
     assert (second.name, second.start, second.to) == ("load", 13.5, ("b.u", "c.u"))
-    assert initial_memory.u0_of(data, {"u0": None}) == 0.0
-    assert initial_memory.u0_of(data, {"u0": 4}) == 4.0
+    assert plays.u0_of(data, {"u0": None}) == 0.0
+    assert plays.u0_of(data, {"u0": 4}) == 4.0
 
 
 def test_blocks_by_default():

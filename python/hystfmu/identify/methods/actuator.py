@@ -35,8 +35,7 @@ from hystfmu.identify.features.bent_chain import chain
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Problem
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, search, uncertainty, unknown
 from hystfmu.identify.features.following import LEVELS, Following
-from hystfmu.identify.features.initial_memory import u0_of, u0_option
-from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
 from hystfmu.identify.features.relay_sum import RelaySum
 from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
 from hystfmu.identify.options import Option

@@ -17,7 +17,7 @@ from hystfmu.graph import Graph, Node
 from hystfmu.identify.candidate import CLOSES, Candidate
 from hystfmu.identify.features import output_bend
 from hystfmu.identify.features.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
-from hystfmu.identify.features.initial_memory import u0_of, u0_option
+from hystfmu.identify.features.plays import u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.hidden_sweep import hidden_sweep
 from hystfmu.identify.network.readout import Features, fit_readout

@@ -16,8 +16,7 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.candidate import CLOSES, Candidate, Memory
 from hystfmu.identify.features import output_bend
-from hystfmu.identify.features.initial_memory import u0_of, u0_option
-from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
 from hystfmu.identify.options import Option

@@ -16,7 +16,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.candidate import CLOSES, Candidate, Memory
-from hystfmu.identify.features.initial_memory import u0_of, u0_option
+from hystfmu.identify.features.plays import u0_of, u0_option
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 

@@ -26,8 +26,8 @@ from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.candidate import ANY, Candidate, Memory
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
-from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.monomials import basis, count, lagged
+from hystfmu.identify.features.plays import u0_of, u0_option
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.recursive import Recursive
 

@@ -14,8 +14,7 @@ import numpy as np
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.candidate import CLOSES, Candidate, Memory
-from hystfmu.identify.features.initial_memory import u0_of, u0_option
-from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 

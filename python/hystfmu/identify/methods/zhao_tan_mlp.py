@@ -16,7 +16,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.candidate import CLOSES, OPENS, Candidate
-from hystfmu.identify.features.initial_memory import u0_of, u0_option
+from hystfmu.identify.features.plays import u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
 from hystfmu.identify.options import Option

@@ -15,7 +15,7 @@ import yaml
 
 import hystfmu as hy
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 STEPS = yaml.safe_load((ROOT / "scenarios" / "github-workflow.example.yml").read_text())["jobs"]["scenarios"]["steps"]
 pytestmark = [
     pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed"),
