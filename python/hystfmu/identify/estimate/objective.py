@@ -110,6 +110,7 @@ class Objective:
         self._columns: dict[Graph, list[tuple[range, Lanes]]] = {}
         self._moved: dict[tuple[Graph, tuple[frozenset[str], ...]], list[tuple[range, Lanes]]] = {}
         self._point: tuple[bytes | None, Array, Array, Array] = None, np.zeros(0), np.zeros(0), np.zeros(0)
+        self._slopes: tuple[bytes | None, Array] = None, np.zeros(0)
         self.best: tuple[float, Array] = np.inf, np.zeros(0)
 
     # ---- values -----------------------------------------------------------------------------------------------------
@@ -214,6 +215,11 @@ class Objective:
         Differences of whole runs, of which only what a coordinate changes is run again.  A coordinate that can move in
         neither direction has a derivative of 0.
         """
+        if self._slopes[0] != (key := p.tobytes()):
+            self._slopes = key, self._differences(p)
+        return self._slopes[1]
+
+    def _differences(self, p: Array) -> Array:
         weights, n = self.project(p)[1], len(p)
         graph, base = self.structure(p), self.values(p, weights)
         steps, moved = self.steps(p), []

@@ -82,7 +82,7 @@ def build(
     fitted = objective(np.ones(len(lo), dtype=bool), p, rows)
     found = refined(fitted, p, EVALUATIONS[1], TOLERANCE)
     progress(0.9)
-    known, p, parameters = determined(fitted, found.p), found.p, 10
+    best, p, q, parameters = fitted, found.p, found.p, 10
     spread = standard_errors(fitted.residuals(p), fitted.jacobian(p), ~everything.at_bounds(p))
     if p[DELAY] > 0:
         e = fitted.residuals(p)
@@ -92,12 +92,11 @@ def build(
         without = objective(prompt, p_0, rows)
         again = refined(without, p_0[prompt], EVALUATIONS[1], TOLERANCE)
         if independent * np.log(again.cost / found.cost) <= np.log(independent):
-            p, parameters = Coordinates.joined(prompt, p_0, again.p), 9
-            known = determined(without, again.p)
+            best, p, q, parameters = without, Coordinates.joined(prompt, p_0, again.p), again.p, 9
     g = Dynamics.at(p, h)
     warned = unknown(g, spread[:3], data, options)  # the standard errors are those with the delay searched
-    told = {**g.told, "bounded": bouc_wen.searched(p[3:], lo[3:], hi[3:]), "free": known.table}
-    return chains.finished(fitted.graph(p)), parameters, {**told, **({"warnings": warned} if warned else {})}
+    told = {**g.told, "bounded": bouc_wen.searched(p[3:], lo[3:], hi[3:]), "free": determined(best, q).table}
+    return chains.finished(best.graph(q)), parameters, {**told, **({"warnings": warned} if warned else {})}
 
 
 def _values(p: Array, h: float, hold: str) -> dict[str, ArrayLike]:
