@@ -238,7 +238,7 @@ def test_an_output_that_no_kind_follows_is_refused_with_the_reason(only):
     y = plants.prandtl_ishlinskii(U) + 4 * np.sin(2 * np.pi * np.arange(len(U)) / 777)  # of another input
     with pytest.raises(
         InputError,
-        match=r"to 5 % of the span. Got errors on val.* of polynomial_narx [0-9.]+ %; prandtl_ishlinskii: minor loops s",
+        match=r"to 5 % of the span. Got errors on val.* of polynomial_narx [0-9.]+ %; prandtl_ishlinskii: minor loops",
     ):
         fit(Dataset.from_signal(U, y), "auto")
 
