@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import compare
+import compare_block
 import library
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ QUICK = (
     "Events.PlayBank",
     "Smooth.CreepSteady",
 )
+TOLERANCE = 1e-12  # of the solver, whose steps differ with the rounding of the time: at 1e-10 by 1e-8
 SHAPES = {f"Sources.{s}" for s in (*twin.SHAPES, "Disturbance")}
 OF_TIME_STOP = 4.0  # s; the simulations from each start overlap
 SIGNAL = "HystFMU.Validation.BaseClasses.TestSignal"
@@ -50,13 +52,14 @@ def shifted(name: str, start: float, folder: Path) -> simulate.Trajectory:
     body = re.sub(rf"(?<![\w.])({PACKAGES})\.", r"HystFMU.\1.", body).replace("BaseClasses.TestSignal", "TestSignal")
     # rumoca 0.10.2 has the relations of time 0 in the initial equations of a simulation from a time before that
     body = re.sub(r"if (\S+ - \S+) < 0.2 then (.*)", r"if noEvent(\1 <= 0) then \2 elseif \1 < 0.2 then \2", body)
-    body = body.replace("sample(0,", f"sample({start!r},")
+    # of samples that begin at -2.5 with steps of 1e-4 it loses one
+    body = body.replace("sample(0,", f"sample({start - 0.01!r},")
     short_name = name.rsplit(".", 1)[-1]
     file, out = folder / "Moved.mo", folder / f"{start}.npz"
     file.write_text(re.sub(rf"\b(model|end) {short_name}\b", r"\1 Moved", body))
     e = library.experiment(library.classes()[name])
     stop = start + (OF_TIME_STOP if of_time(name) else e["StopTime"])
-    settings = (repr(stop), repr(e["Interval"]), repr(e["Tolerance"]), out, repr(start))
+    settings = (repr(stop), repr(e["Interval"]), repr(TOLERANCE), out, repr(start))
     complaint = simulate.rumoca(file, "Moved", *settings)
     assert not complaint, f"{name} from {start}: rumoca says: {complaint}"
     with np.load(out) as stored:
@@ -82,11 +85,17 @@ def equations(text: str) -> str:
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.stress) if long(n) else n for n in validations()])
 def test_start_time_changes_nothing(name: str, tmp_path: Path) -> None:
     h = library.experiment(library.classes()[name])["Interval"]
+    tested = library.find(str(library.classes()[name].tree.symbols["tested"].type), name)
+    assert tested is not None
+    # behind an input that is held, rounding may place a jump before or behind a row
+    held = name.rsplit(".", 1)[-1] in compare_block.HELD
+    outputs = ["tested.y"] if held else [f"tested.{p}" for p in library.ports(tested, "RealOutput")]
     first = shifted(name, 0.0, tmp_path).at(h)
     for start in STARTS:
         other = shifted(name, start, tmp_path).at(h)
         late = round(start / h) if of_time(name) else 0
-        ports = [k for k in first if k.startswith("tested.")]
+        # not what is inside: the list of extrema holds a loop of a rounding, or not, which no output shows
+        ports = [k for k in first if re.sub(r"\[.*", "", k) in outputs]
         assert ports
         for k in ports:
             a, b = first[k][max(late, 0) :], other[k][max(-late, 0) :]

@@ -12,7 +12,8 @@ Inverse.Sampled.ImplicitInverse is a package. It solves no
 initial equation of a state that depends on a discrete variable, such as the memory of an operator with events: Dynamics.TransferFunction and
 Operators.Smooth.Creep have another form for chains behind one, inChain (Interfaces.InChain), which exported blocks Events use. Its price in any
 tool: a loop around such a block has an algebraic loop through a when-equation at the start, for which inChain = false is right. In the initial
-equations of a simulation from a time before 0 it takes relations of the time as they are at 0. It reads a vector as a whole, so that a sampled block behind
+equations of a simulation from a time before 0 it takes relations of the time as they are at 0, and it loses one of the samples
+that begin at -2.5 s with a period of 1e-4 s. It reads a vector as a whole, so that a sampled block behind
 Dynamics.Sum may read the sum before its elements are new: exports write such a sum as an equation.</p>
 </html>"));
 end ToolSupport;
