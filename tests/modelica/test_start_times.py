@@ -15,6 +15,9 @@ import twin
 
 STARTS = (1.0, -2.5)  # s, against 0
 BOUND = 1e-9  # of the largest value of a trajectory
+SMOOTH = 1e-8  # corners of the rate, which the solver passes with other steps
+# its branch begins with slope 0, so that the inverse takes the root of a rounding of its input there
+ROOT, OF_ROUNDING = "ZhaoTanInverse", 2e-7
 # one block of each way to begin; all of them in `make stress`
 QUICK = (
     "Pid",
@@ -25,7 +28,8 @@ QUICK = (
     "Events.PlayBank",
     "Smooth.CreepSteady",
 )
-TOLERANCE = 1e-12  # of the solver, whose steps differ with the rounding of the time: at 1e-10 by 1e-8
+# of the solver, whose steps differ with the rounding of the time: at 1e-10 by 1e-8; it refuses less for a held input
+TOLERANCE, TOLERANCE_HELD = 1e-12, 1e-11
 SHAPES = {f"Sources.{s}" for s in (*twin.SHAPES, "Disturbance")}
 OF_TIME_STOP = 4.0  # s; the simulations from each start overlap
 SIGNAL = "HystFMU.Validation.BaseClasses.TestSignal"
@@ -59,7 +63,13 @@ def shifted(name: str, start: float, folder: Path) -> simulate.Trajectory:
     file.write_text(re.sub(rf"\b(model|end) {short_name}\b", r"\1 Moved", body))
     e = library.experiment(library.classes()[name])
     stop = start + (OF_TIME_STOP if of_time(name) else e["StopTime"])
-    settings = (repr(stop), repr(e["Interval"]), repr(TOLERANCE), out, repr(start))
+    settings = (
+        repr(stop),
+        repr(e["Interval"]),
+        repr(TOLERANCE_HELD if short_name in compare_block.HELD else TOLERANCE),
+        out,
+        repr(start),
+    )
     complaint = simulate.rumoca(file, "Moved", *settings)
     assert not complaint, f"{name} from {start}: rumoca says: {complaint}"
     with np.load(out) as stored:
@@ -90,6 +100,7 @@ def test_start_time_changes_nothing(name: str, tmp_path: Path) -> None:
     # behind an input that is held, rounding may place a jump before or behind a row
     held = name.rsplit(".", 1)[-1] in compare_block.HELD
     outputs = ["tested.y"] if held else [f"tested.{p}" for p in library.ports(tested, "RealOutput")]
+    bound = OF_ROUNDING if name.endswith(ROOT) else SMOOTH if ".Smooth." in name else BOUND
     first = shifted(name, 0.0, tmp_path).at(h)
     for start in STARTS:
         other = shifted(name, start, tmp_path).at(h)
@@ -101,4 +112,4 @@ def test_start_time_changes_nothing(name: str, tmp_path: Path) -> None:
             a, b = first[k][max(late, 0) :], other[k][max(-late, 0) :]
             rows = min(len(a), len(b))
             assert rows >= 49
-            assert np.abs(a[:rows] - b[:rows]).max() <= BOUND * max(np.abs(first[k]).max(), 1e-300), (k, start)
+            assert np.abs(a[:rows] - b[:rows]).max() <= bound * max(np.abs(first[k]).max(), 1e-300), (k, start)

@@ -18,7 +18,7 @@ initial equation
 equation
   assert(nb <= na, "the numerator must not have a higher degree than the denominator");
   assert(start == Types.Start.rest or abs(a[na + 1]) > 0, "start = steady: an integrator (last coefficient of a is 0) has no steady state");
-  first = if start == Types.Start.steady then u/alpha[1] else 0;
+  first = if start == Types.Start.steady and abs(a[na + 1]) > 0 then u/alpha[1] else 0;
   v[1] = if inChain then taken + x[1] else x[1];
   for i in 2:na loop
     v[i] = x[i];

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -15,6 +15,7 @@ from hystfmu.cli.options import FAILED, OUTPUT_FILE, OUTPUT_FOLDER, Command, ass
 from hystfmu.report.verbosity import VERBOSE, echo, level, say
 
 if TYPE_CHECKING:
+    import hystfmu as hy
     from hystfmu.graph.blocks import Block
 
 
@@ -53,7 +54,7 @@ if TYPE_CHECKING:
     "--sheet", multiple=True, metavar="NAME=VALUE", help="Data sheet of the actuator in SI units (repeatable)."
 )
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Size or value of BLOCK (repeatable).")
-@click.option("--step", type=float, metavar="SECONDS", help="Sample period of BLOCK.")
+@click.option("--step", type=float, metavar="SECONDS", help="Sample period of BLOCK, or of a model file without one.")
 @click.option(
     "--in-range",
     is_flag=True,
@@ -128,9 +129,11 @@ def export(
     if out is None and folder is None:
         raise InputError("export needs -o X.fmu, --modelica DIR, or both")
     if Path(model).suffix:
-        if settings or step is not None:
-            raise InputError("--set and --step give the values of a bare block. A model file has its own.")
+        if settings:
+            raise InputError("--set gives the values of a bare block. A model file has its own.")
         loaded = hy.Model.load(model)
+        if step is not None:
+            loaded = _stepped(loaded, step)
     else:
         loaded = hy.Model.of_block(_block(model, assignments(settings)), step)
     if in_range:
@@ -157,6 +160,15 @@ def export(
         return
     path = loaded.export(out, version, name or own, platforms, source, explorer)
     _wrote(path, version, source)
+
+
+def _stepped(model: hy.Model, step: float) -> hy.Model:
+    """A model file without a sample period, with this one."""
+    if model.step is not None:
+        raise InputError(f"--step must be left out: the model was identified with a step of {model.step:g} s")
+    if not 0 < step < float("inf"):
+        raise InputError(f"--step must be a number of seconds above 0. Got {step:g} instead.")
+    return replace(model, step=step)
 
 
 def _wrote(path: Path, fmi: int, source: bool) -> None:

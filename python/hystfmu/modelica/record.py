@@ -31,8 +31,18 @@ def field(graph: Graph, node: Node, key: str) -> str:
 
 
 def step(model: Model) -> float:
-    """Sample period of the exported block in s: that of `Model.predict`."""
-    return 1.0 if model.step is None else float(model.step)
+    """Sample period of the exported block in s: that of `Model.predict`; 1 s where nothing is sampled.
+
+    Raises
+    ------
+    InputError
+        A block is sampled, and the model has no step.
+    """
+    if model.step is not None:
+        return float(model.step)
+    if any(classes.is_sampled(n) for n in model.graph.nodes):
+        raise InputError("the model has no sample period: give --step SECONDS, or step in the model file")
+    return 1.0
 
 
 def record(model: Model, name: str, within: str, source: str, history: str = "") -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import data_record
@@ -10,10 +11,12 @@ import exported
 import library
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from made_graphs import MADE
 
+from hystfmu.cli import main
 from hystfmu.core.library import block_types
-from hystfmu.graph import Node
+from hystfmu.graph import Graph, Node
 from hystfmu.modelica import classes, export_modelica
 from hystfmu.modelica.literals import number
 from hystfmu.modelica.record import record
@@ -38,6 +41,30 @@ LONG = ("sources", "large_network", "in_range")
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.stress) if n in LONG else n for n in MADE])
 def test_exported_graph_gives_what_predict_gives(name: str, tmp_path: Path) -> None:
     check(exported.compare(MADE[name](), name, tmp_path))
+
+
+def test_model_without_a_step_asks_for_one(tmp_path: Path) -> None:
+    """A block that is discretised for 1 s would be another one."""
+    model = MADE["nfir_without_auxiliary"]()
+    without = replace(model, graph=replace_step(model.graph), step=None)
+    without.save(tmp_path / "plant.model.toml")
+    command = ["export", str(tmp_path / "plant.model.toml"), "--modelica", str(tmp_path)]
+    asked = CliRunner().invoke(main, command)
+    assert asked.exit_code == 2
+    assert "the model has no sample period: give --step SECONDS, or step in the model file" in asked.output
+    done = CliRunner().invoke(main, [*command, "--step", "0.002"])
+    assert done.exit_code == 0, done.output
+    assert "Ts = 0.002" in (tmp_path / "Plant" / "Values.mo").read_text()
+    model.save(tmp_path / "with.model.toml")
+    refused = CliRunner().invoke(
+        main, ["export", str(tmp_path / "with.model.toml"), "--modelica", str(tmp_path), "--step", "0.002"]
+    )
+    assert refused.exit_code == 2
+    assert "--step must be left out: the model was identified with a step of 0.01 s" in refused.output
+
+
+def replace_step(graph: Graph) -> Graph:
+    return Graph(list(graph.nodes), list(graph.wires), list(graph.inputs), list(graph.outputs), sort=False)
 
 
 def check(o: exported.Outcome) -> None:
