@@ -127,6 +127,8 @@ def test_a_reader(command: str, kind: str, folder: Path) -> None:
 def test_a_writer(command: str, kind: str, folder: Path) -> None:
     out = folder / ("x.fmu" if "export" in command else "x.ssp" if "ssp" in command else "x.model.toml")
     if kind == "missing folder":
+        if "--junit" in command:
+            pytest.skip("run makes the folder of a JUnit file, for a server")
         out = folder / "missing" / out.name
     elif kind == "read-only":
         out.write_text("kept")

@@ -65,11 +65,11 @@ typedef struct {
 } pinned;
 
 static double field_off(void *ctx, double h) {
-  const pinned *p = ctx;
+  const pinned *p = (const pinned *)ctx;
   return h - p->l->alpha * output_at(p->l, h, p->m) - p->u;
 }
 static double wall_off(void *ctx, double h) {
-  const pinned *p = ctx;
+  const pinned *p = (const pinned *)ctx;
   return curve(p->l, h) - p->m;
 }
 /* the effective field in which y and m belong to u */
@@ -98,7 +98,7 @@ static double distance(const moving *w, double x) {
   return w->d * hyst_exp(-x / k) + w->s * x * ((5.0 / 18) * outer + (8.0 / 18) * inner);
 }
 static double input_off(void *ctx, double x) {
-  const moving *w = ctx;
+  const moving *w = (const moving *)ctx;
   const double h = w->h + w->s * x;
   return w->s * (h - w->l->alpha * (curve(w->l, h) - (1 - w->l->c) * distance(w, x)) - w->u);
 }
