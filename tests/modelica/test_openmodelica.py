@@ -18,7 +18,7 @@ import omc
 import outcome
 import pytest
 import simulate
-import test_start
+import test_equilibrium
 
 SCRIPTS = library.ROOT / "Resources" / "Scripts" / "OpenModelica"
 needed = [
@@ -165,6 +165,6 @@ def test_realisations_give_what_predict_gives(key: str, tmp_path: Path) -> None:
 
 @real
 @pytest.mark.usefixtures("in_openmodelica")
-@pytest.mark.parametrize(("hysteresis", "kind", "count"), test_start.CASES)
+@pytest.mark.parametrize(("hysteresis", "kind", "count"), test_equilibrium.CASES)
 def test_constant_voltage_moves_nothing(hysteresis: str, kind: str, count: int, tmp_path: Path) -> None:
-    test_start.check(hysteresis, kind, count, tmp_path)
+    test_equilibrium.check(hysteresis, kind, count, tmp_path)
