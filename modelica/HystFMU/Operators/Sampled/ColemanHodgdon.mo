@@ -6,13 +6,13 @@ protected
   discrete Real u_last(start = u0, fixed = true) "Input at the last sample";
   discrete Real w_last(start = y0 - b*u0, fixed = true) "y - b u there";
 equation
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     w_last = Functions.colemanHodgdon(u, pre(u_last), pre(w_last), alpha, k - b);
     u_last = u;
     y = b*u + w_last;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> the simulation must start at time 0.</p>
+<p><b>Limitations:</b> none.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.ColemanHodgdon\">Operators.BaseClasses.ColemanHodgdon</a>: equation, source, example.</p>
 </html>"));
 end ColemanHodgdon;
