@@ -132,7 +132,9 @@ def test_the_curve_of_an_error() -> None:
 
 
 def test_value_and_limit_of_a_metric() -> None:
-    cell = matrix._metric
+    def cell(v: Any, fails: bool = True) -> str:
+        return matrix._metric(v, fails)
+
     assert cell(None) == "<td></td>"
     assert cell(verdict(0.51234, limit=None)) == "<td>0.5123</td>"
     assert cell(verdict(0.5)) == "<td>0.5 <small>≤ 1</small></td>"
@@ -142,6 +144,8 @@ def test_value_and_limit_of_a_metric() -> None:
         == '<td class="bad">0.5<small class="was">was 0.25</small></td>'
     )
     assert cell(verdict(0.5, limit=None, same=True, baseline=0.5)) == "<td>0.5</td>"
+    changed = cell(verdict(0.5, limit=None, same=False, baseline=0.25), fails=False)
+    assert changed == '<td>0.5<small class="was">was 0.25</small></td>'
 
 
 def test_a_row_of_a_case() -> None:

@@ -203,15 +203,16 @@ def test_an_override_that_nothing_takes_names_what_is_near() -> None:
 
 
 def test_a_plan_without_baseline(tmp_path: Any) -> None:
-    def planned(folder: Any, limit: float | None, record: bool = False) -> Any:
+    def planned(folder: Any, limit: float | None, record: bool = False, strict: bool = True) -> Any:
         metrics = {"m": SimpleNamespace(limit=limit)}
         system: Any = SimpleNamespace(case=SimpleNamespace(metrics=metrics))
         scenario: Any = SimpleNamespace(folder=folder, spec=SimpleNamespace(name="s"))
-        return _plan(scenario, (system,), record)
+        return _plan(scenario, (system,), record, strict)
 
     limited, free = planned(tmp_path, 1.0), planned(tmp_path, None)
     assert (limited.strict, limited.note.startswith("s: no baseline yet")) == (False, True)
     assert (free.strict, free.note) == (True, "")
+    assert not planned(tmp_path, None, strict=False).strict
     assert (planned(None, 1.0).strict, planned(tmp_path, 1.0, True).strict) == (False, False)
     assert planned(tmp_path, 1.0, True).note == planned(None, 1.0).note == ""
 
