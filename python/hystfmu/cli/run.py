@@ -39,7 +39,8 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
     multiple=True,
     metavar="UNIT.NAME=VALUE",
     help="Override a parameter (of an FMU: NAME=VALUE), or with @FILE.json those of a file; repeatable. The limits "
-    "alone decide then. A case that sets the parameter itself keeps its value, unless yours is relative ('*1.2').",
+    "alone decide then. A case that sets the parameter itself keeps its value, unless yours is relative ('*1.2') or "
+    "--case names it.",
 )
 @click.option(
     "--engine",

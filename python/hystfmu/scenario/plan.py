@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.near import meant
-from hystfmu.scenario.system.case import Scenario, split_end
+from hystfmu.scenario.system.case import Case, Scenario, split_end
 from hystfmu.scenario.system.inside import scenario_folders
 from hystfmu.scenario.system.spec import Scheme
 from hystfmu.scenario.system.system import System, build
@@ -68,6 +68,8 @@ def plan(
     if unknown := next((name for name in wanted if name not in names), None):
         raise InputError(f"--case {unknown}: no such case; there are {', '.join(names)}.{meant(unknown, names)}")
     cases = [[c for c in s.cases if c.name in wanted] for s in scenarios]
+    if case is None:  # a case that is asked for by its name takes every override
+        cases = [[_without_own(s, c) for c in group] for s, group in zip(scenarios, cases, strict=True)]
     built = [tuple(build(c) for c in group) for group in cases]
     _check_overrides(overrides, [s for group in built for s in group])
     strict = not overrides
@@ -82,6 +84,13 @@ def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool, strict:
         note = f"{scenario.spec.name}: no baseline yet: the limits alone decide; --record keeps these results as one"
         return Plan(scenario, systems, None, strict=False, note=note)
     return Plan(scenario, systems, baseline, strict)
+
+
+def _without_own(scenario: Scenario, case: Case) -> Case:
+    """Return the case without absolute overrides of what it sets itself: a loop without feedback stays one."""
+    own = {key for c in scenario.spec.case if c.name == case.name for key in c.set}
+    relative = {k for k, v in case.overrides.items() if isinstance(v, str) and v.startswith("*")}
+    return replace(case, overrides={k: v for k, v in case.overrides.items() if k not in own - relative})
 
 
 def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) -> None:

@@ -236,7 +236,7 @@ class Scenario:
             final_states=s.final_states,
             origin=self.origin,
             attached=self.attached,
-            overrides={k: v for k, v in self.overrides.items() if k not in c.set or isinstance(v, str)},
+            overrides=self.overrides,
         )
         self._check(case, where)
         return case
