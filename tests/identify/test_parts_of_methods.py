@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from hystfmu import Dataset
-from hystfmu.identify import fit
-from hystfmu.identify.features import slopes
-from hystfmu.identify.methods import polynomial_narx
+from hystfmu.identify.methods import duhem, polynomial_narx
 
 RNG = np.random.default_rng(8)
 
@@ -21,18 +19,18 @@ def test_the_terms_of_the_slope():
     want = [
         [v**i * term for i in range(3) for term in (1, x, x * x, abs(x), abs(x) * x)] for v, x in zip(u, w, strict=True)
     ]
-    assert slopes.basis(u, w, 2, 2) == pytest.approx(np.array(want))
+    assert duhem.basis(u, w, 2, 2) == pytest.approx(np.array(want))
 
 
 def test_a_path_is_cut_at_reversals_and_after_a_length():
     u = np.array([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 1.0, 0.0, 4.0])
-    first, last = slopes.segments(u, 0.0)  # every step is a piece
+    first, last = duhem.segments(u, 0.0)  # every step is a piece
     assert first.tolist() == [0, 1, 2, 3, 4, 5, 6, 7]
     assert last.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
-    first, last = slopes.segments(u, 2.0)
+    first, last = duhem.segments(u, 2.0)
     assert first.tolist() == [0, 2, 3, 5, 7]
     assert last.tolist() == [2, 3, 5, 7, 8]
-    first, last = slopes.segments(u, 100.0)
+    first, last = duhem.segments(u, 100.0)
     assert first.tolist() == [0, 3, 7]
     assert last.tolist() == [3, 7, 8]
 
@@ -49,7 +47,7 @@ def duhem_path(k, c, n=1500):
         theta = RISE if u[i] > u[i - 1] else FALL
         middle = w[i - 1]
         for _ in range(8):
-            terms = slopes.basis(np.array([(u[i] + u[i - 1]) / 2]), np.array([middle]), 0, 2)[0]
+            terms = duhem.basis(np.array([(u[i] + u[i - 1]) / 2]), np.array([middle]), 0, 2)[0]
             step = (u[i] - u[i - 1]) * terms @ theta
             middle = w[i - 1] + step / 2
         w[i] = w[i - 1] + step
@@ -60,16 +58,16 @@ def duhem_path(k, c, n=1500):
 def test_slopes_follow_from_the_increments(least):
     u, y = duhem_path(0.4, -0.2)
     kept = np.ones(len(u), dtype=bool)
-    found_slopes = slopes.Slopes(u, y, kept, 0, 2, least)
-    assert found_slopes.terms == 5
-    theta, factors, left = found_slopes.solve(0.4, -0.2)
+    slopes = duhem._Slopes(u, y, kept, 0, 2, least)
+    assert slopes.terms == 5
+    theta, factors, left = slopes.solve(0.4, -0.2)
     assert theta[0] == pytest.approx(RISE, abs=1e-6)
     assert theta[1] == pytest.approx(FALL, abs=1e-6)
     assert np.abs(left).max() < 1e-9
-    assert np.abs(found_slopes.solve(0.5, -0.2)[2]).max() > 1e-7
+    assert np.abs(slopes.solve(0.5, -0.2)[2]).max() > 1e-7
     assert [f.shape for f in factors] == [(5, 5), (5, 5)]
     if least == 0:
-        terms = slopes.basis((u[:-1] + u[1:]) / 2, (y - 0.4 * u + 0.2)[:-1] / 2 + (y - 0.4 * u + 0.2)[1:] / 2, 0, 2)
+        terms = duhem.basis((u[:-1] + u[1:]) / 2, (y - 0.4 * u + 0.2)[:-1] / 2 + (y - 0.4 * u + 0.2)[1:] / 2, 0, 2)
         rising = np.diff(u) > 0
         orthonormal = (np.diff(u)[:, None] * terms)[rising] @ factors[0]
         assert orthonormal.T @ orthonormal == pytest.approx(np.eye(5), abs=1e-8)
@@ -80,21 +78,29 @@ def test_rows_that_do_not_count_take_no_part():
     kept = np.ones(len(u), dtype=bool)
     kept[100:200] = False
     y = np.where(kept, y, 77.0)
-    found_slopes = slopes.Slopes(u, y, kept, 0, 2, 0.0)
-    used = np.sort(np.concatenate(found_slopes.parts))
+    slopes = duhem._Slopes(u, y, kept, 0, 2, 0.0)
+    used = np.sort(np.concatenate(slopes.parts))
     assert not set(range(99, 200)) & set(used.tolist())
     assert {98, 200} <= set(used.tolist())
-    assert np.abs(found_slopes.solve(0.4, -0.2)[2]).max() < 1e-9
+    assert np.abs(slopes.solve(0.4, -0.2)[2]).max() < 1e-9
 
 
 def test_the_free_run_starts_from_the_increments():
     u, y = duhem_path(0.4, -0.2)
-    model = fit(Dataset.from_signal(u, y, 1.0), "duhem", q=2, dead_band=0.0)
-    node = model.graph.node("operator")
-    assert model.fit["rms_percent"] < 1e-3
-    w = (y - y.mean()) / (np.ptp(y) / 2) - node.value("k")[0] * (2 * u - u.max() - u.min()) / np.ptp(u)
-    assert node.value("w_max")[0] == pytest.approx(3 * np.ptp(w) / 2, rel=0.2)  # w around its offset
-    assert abs(node.value("w0")[0]) < node.value("w_max")[0]
+    rows, kept = slice(0, 1500), np.ones(1500, dtype=bool)
+    slopes = duhem._Slopes(u, y, kept, 0, 2, 0.0)
+    start = duhem._Start(slopes, np.array([0.4, -0.2]), u, y, rows, kept)
+    assert start.w_max == pytest.approx(3 * np.abs(y - 0.4 * u + 0.2).max())
+    assert start.first == pytest.approx(0.0, abs=1e-12)
+    assert start.cost < 1e-8
+    x = np.zeros(13)
+    x[:3], x[3], x[8] = [0.1, 0.2, 0.3], 1.0, 2.0
+    theta, k, c, w0 = start.parts(x)
+    assert (k, c, w0) == pytest.approx((0.5, 0.0, 0.3))
+    assert theta[0] - start.theta[0] == pytest.approx(start.factors[0][:, 0])
+    assert theta[1] - start.theta[1] == pytest.approx(2 * start.factors[1][:, 0])
+    later = duhem._Start(slopes, np.array([0.4, 0.0]), u, y, rows, kept)
+    assert later.first == pytest.approx(-0.2)  # y - k u - c at the first row
 
 
 # ---- polynomial_narx ------------------------------------------------------------------------------------------------

@@ -1,13 +1,14 @@
-"""Duhem fit: scaling, starts from the increments, the free run."""
+"""Duhem fit: scaling, starts from the increments, refinement of the free run, limits of the searches."""
 
 from __future__ import annotations
 
+from itertools import repeat
+
 import numpy as np
 import pytest
+from searches import Spy
 
-import hystfmu as hy
 from hystfmu import Dataset, InputError
-from hystfmu.identify.features import slopes
 from hystfmu.identify.methods import duhem
 
 OPTIONS = {"m": 0, "q": 2, "dead_band": 0.0}
@@ -33,35 +34,52 @@ def scaled(data):
     return u, (y - y.mean()) / (np.ptp(y) / 2)
 
 
-def test_graph_scaling_and_free_parameters(data):
-    model = hy.fit(data, "duhem", q=2, dead_band=0.0)
-    u, _ = scaled(data)
-    g = model.graph
-    assert g.node("input").value("gain")[0] * data.u + g.node("input").value("offset")[0] == pytest.approx(u)
-    assert (g.inputs[0].unit, g.inputs[0].start, g.outputs[0].unit) == ("V", data.u[0], "um")
-    assert model.fit["parameters"] == 3 + 2 * P
-    assert model.fit["rms_percent"] < 0.05
-    names = ("w0", "k", "a_rise", "b_rise[1]", "c_rise[2]", "a_fall", "b_fall[2]", "c_fall[1]")
-    assert {*(f"operator.{k}" for k in names), "readout.offset"} <= set(model.fit["free"])
-    e = (model.predict(data.u) - data.y)[TRAIN]
-    assert e.mean() == pytest.approx(0.0, abs=1e-4 * np.ptp(data.y))
-
-
-def test_starts_are_those_of_the_increments(data):
+def test_starts_refinement_and_their_limits(monkeypatch, data):
+    spy, told = Spy(repeat(1.0)), []
+    monkeypatch.setattr(duhem, "least_squares", spy)
+    graph, parameters = duhem.build(data, OPTIONS, 0, told.append)
     u, y = scaled(data)
-    found = slopes.Slopes(u[TRAIN], y, np.ones(580, dtype=bool), 0, 2, 0.0)
-    told = []
-    starts = found.starts(np.polyfit(u[TRAIN], y, 1)[0], told.append)
-    assert told == pytest.approx([0, 1 / 3, 2 / 3])
-    for k, c in starts:  # stationary: neither k nor c changes the residual
-        here = np.sum(found.solve(k, c)[2] ** 2)
-        assert all(np.sum(found.solve(k + d, c + e)[2] ** 2) >= here * (1 - 1e-3) for d, e in ((0.01, 0), (-0.01, 0)))
+    slope = np.polyfit(u[TRAIN], y, 1)[0]
+    assert [c.x0.tolist() for c in spy.calls[:3]] == [pytest.approx([s * slope, 0.0]) for s in (0, 0.5, 1)]
+    assert [(c.words["x_scale"], c.words["max_nfev"]) for c in spy.calls[:3]] == [(0.1, 60)] * 3
+    assert [(c.words["x_scale"], c.words["max_nfev"]) for c in spy.calls[3:]] == [("jac", 30)] * 3
+    assert all(c.x0.tolist() == [0.0] * (3 + 2 * P) for c in spy.calls[3:])
+    assert told == pytest.approx([0, 0.1, 0.2, 0.3, 0.5, 0.7])
+    slopes = duhem._Slopes(u[TRAIN], y, np.ones(580, dtype=bool), 0, 2, 0.0)
+    assert spy.calls[0].fun(np.array([0.3, 0.1])) == pytest.approx(slopes.solve(0.3, 0.1)[2])
+    squares = [np.sum(c.fun(c.x0) ** 2) for c in spy.calls[3:]]
+    assert squares == sorted(squares)  # the best free run is refined first
+    assert graph.run(data.u, data.h).reshape(-1)[TRAIN] == pytest.approx(
+        data.y[TRAIN] + spy.calls[3].fun(spy.calls[3].x0) * np.sqrt(580) * np.ptp(data.y[TRAIN]) / 2
+    )
+    assert parameters == 3 + 2 * P
+    inner = graph.node("input").value("gain")[0] * data.u + graph.node("input").value("offset")[0]
+    assert inner == pytest.approx(u)
+    assert (graph.inputs[0].unit, graph.inputs[0].start, graph.outputs[0].unit) == ("V", data.u[0], "um")
+
+
+@pytest.mark.parametrize(("rms", "refined"), [(0.0499, 1), (0.0501, 3)])
+def test_an_error_below_five_percent_ends_the_refinement(monkeypatch, data, rms, refined):
+    spy = Spy(repeat(rms**2 / 2))
+    monkeypatch.setattr(duhem, "least_squares", spy)
+    duhem.build(data, OPTIONS, 0, lambda f: None)
+    assert len(spy.calls) == 3 + refined
+
+
+def test_the_best_refinement_is_taken(monkeypatch, data):
+    spy = Spy(iter([1.0, 1.0, 1.0, 3.0, 1.0, 2.0]), 1e-3)
+    monkeypatch.setattr(duhem, "least_squares", spy)
+    graph, _ = duhem.build(data, OPTIONS, 0, lambda f: None)
+    second = spy.calls[4]
+    left = second.fun(second.x0 + 1e-3) * np.sqrt(580) * np.ptp(data.y[TRAIN]) / 2
+    assert graph.run(data.u, data.h).reshape(-1)[TRAIN] == pytest.approx(data.y[TRAIN] + left)
 
 
 def test_pieces_are_five_dead_bands_long(monkeypatch, data):
     asked = []
-    segments = slopes.segments
-    monkeypatch.setattr(slopes, "segments", lambda u, least: (asked.append(least), segments(u, least))[1])
+    monkeypatch.setattr(duhem, "least_squares", Spy(repeat(1.0)))
+    segments = duhem.segments
+    monkeypatch.setattr(duhem, "segments", lambda u, least: (asked.append(least), segments(u, least))[1])
     duhem.build(data, {**OPTIONS, "dead_band": 0.01}, 0, lambda f: None)
     assert asked == [pytest.approx(5 * 0.01 / (np.ptp(data.u[:600]) / 2))]
 
@@ -76,19 +94,25 @@ def test_rows_of_both_directions_are_needed(data):
         duhem.build(up, {**OPTIONS, "q": 5}, 0, lambda f: None)
 
 
-def test_the_coefficients_by_powers():
+def test_the_node_has_its_coefficients_by_powers():
     theta = [np.arange(10.0), np.arange(10.0) + 100]  # m = 1, q = 2: (1, w, w^2, |w|, |w| w) for u^0, then for u^1
-    found = {k: v.tolist() for k, v in duhem.coefficients(theta, 1, 2).items()}
-    rise = {"a_rise": [0, 5], "b_rise": [1, 2, 6, 7], "c_rise": [3, 4, 8, 9]}
-    assert found == {**rise, "a_fall": [100, 105], "b_fall": [101, 102, 106, 107], "c_fall": [103, 104, 108, 109]}
+    node = duhem._node(theta, 0.5, 7.0, -1.0, 2.0, 1, 2)
+    assert node.value("a_rise").tolist() == [0, 5]
+    assert node.value("b_rise").ravel().tolist() == [1, 2, 6, 7]
+    assert node.value("c_rise").ravel().tolist() == [3, 4, 8, 9]
+    assert node.value("a_fall").tolist() == [100, 105]
+    assert node.value("b_fall").ravel().tolist() == [101, 102, 106, 107]
+    assert node.value("c_fall").ravel().tolist() == [103, 104, 108, 109]
+    assert [float(node.value(k)[0]) for k in ("w0", "u0", "w_max", "k")] == [2.0, -1.0, 2.0, 0.5]
+    assert duhem._node(theta, 0.5, -7.0, -1.0, 2.0, 1, 2).value("w0")[0] == -2.0
 
 
 def test_terms_that_the_data_do_not_tell_share_their_weight():
     u = np.tile([0.0, 0.5, 1.0, 0.5], 10)  # two steps up, two down: five terms, two of them are seen
     y = np.tile([0.0, 1.0, 1.5, 1.2], 10)
-    found_slopes = slopes.Slopes(u, y, np.ones(40, dtype=bool), 0, 2, 0.0)
-    theta, _, left = found_slopes.solve(0.0, 0.0)
-    terms = slopes.basis((u[:-1] + u[1:]) / 2, (y[:-1] + y[1:]) / 2, 0, 2) * np.diff(u)[:, None]
+    slopes = duhem._Slopes(u, y, np.ones(40, dtype=bool), 0, 2, 0.0)
+    theta, _, left = slopes.solve(0.0, 0.0)
+    terms = duhem.basis((u[:-1] + u[1:]) / 2, (y[:-1] + y[1:]) / 2, 0, 2) * np.diff(u)[:, None]
     for sign, found in zip((1, -1), theta, strict=True):
         rows = sign * np.diff(u) > 0
         assert found == pytest.approx(np.linalg.pinv(terms[rows], rcond=1e-8) @ np.diff(y)[rows], abs=1e-9)
@@ -96,16 +120,32 @@ def test_terms_that_the_data_do_not_tell_share_their_weight():
 
 
 def test_the_second_row_may_be_a_reversal():
-    first, last = slopes.segments(np.array([0.0, 1.0, 0.0, -1.0]), 100.0)
+    first, last = duhem.segments(np.array([0.0, 1.0, 0.0, -1.0]), 100.0)
     assert (first.tolist(), last.tolist()) == ([0, 1], [1, 3])
 
 
 def test_a_slope_that_follows_the_input():
     u = np.sin(np.arange(300) / 15)
     y = u + 0.25 * u**2  # slope 1 + u / 2 in both directions
-    found_slopes = slopes.Slopes(u, y, np.ones(300, dtype=bool), 1, 1, 0.0)
-    theta, _, left = found_slopes.solve(0.0, 0.0)
-    terms = slopes.basis(u, y, 1, 1)
+    slopes = duhem._Slopes(u, y, np.ones(300, dtype=bool), 1, 1, 0.0)
+    theta, _, left = slopes.solve(0.0, 0.0)
+    terms = duhem.basis(u, y, 1, 1)
     for found in theta:
         assert terms @ found == pytest.approx(1 + 0.5 * u, abs=1e-6)
     assert np.abs(left).max() < 1e-9
+
+
+def test_the_first_row_counts_only_if_it_is_measured(data):
+    u, y = scaled(data)
+    kept = np.ones(580, dtype=bool)
+    slopes = duhem._Slopes(u[TRAIN], y, kept, 0, 2, 0.0)
+    assert duhem._Start(slopes, np.array([0.2, 0.1]), u, y, TRAIN, kept).first == 0.0
+    whole = duhem._Start(slopes, np.array([0.2, 0.1]), u[TRAIN], y, slice(0, 580), kept)
+    assert whole.first == pytest.approx(y[0] - 0.2 * u[20] - 0.1)
+    kept = kept.copy()
+    kept[:3] = False
+    late = duhem._Start(slopes, np.array([0.2, 0.1]), u[TRAIN], y, slice(0, 580), kept)
+    assert late.first == 0.0
+    assert late.w_max == pytest.approx(3 * np.abs(y - 0.2 * u[TRAIN] - 0.1)[3:].max())
+    assert late.cost == pytest.approx(np.sum(late.error(np.zeros(13)) ** 2))
+    assert len(late.error(np.zeros(13))) == 577

@@ -2,9 +2,11 @@
 
   y = c + k u + w,   dw/du = sum_{i<=m} u^i (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))),  rising and falling apart.
 
-The increments of the output give start values (`hystfmu.identify.features.slopes`).  From there all parameters and w at
-the first row are refined on the free run, in the orthonormal basis of the increments, because the powers themselves are
-nearly dependent.  Oh & Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645.
+Given k and c, w is known at every row, and the coefficients follow from linear least squares of its increments over
+the rows, or over pieces of the path if u is noisy.  k and c minimise the residual (variable projection, Golub & Pereyra
+1973).  From this start, all parameters and w at the first row are refined on the free run, in the orthonormal basis of
+the increments, because the powers themselves are nearly dependent.  Oh & Bernstein, IEEE Trans. Autom. Control 50
+(2005) 631-645.
 """
 
 from __future__ import annotations
@@ -13,27 +15,23 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.candidate import OPENS, Candidate, Memory
-from hystfmu.identify.estimate.coordinates import Coordinates
-from hystfmu.identify.estimate.determined import determined
-from hystfmu.identify.estimate.objective import Objective
-from hystfmu.identify.estimate.search import Found, refined
 from hystfmu.identify.features import dead_band
-from hystfmu.identify.features.slopes import Slopes
 from hystfmu.identify.options import Option
 
 TEXT = "polynomial slopes for rising and falling input, least squares, refined on the free run"
 MEMORY = Memory(1700.0, "q")
-EVALUATIONS = 34  # limit on evaluations of residuals and Jacobian on the free run
-TOLERANCE = 1e-8  # relative change that ends the refinement
+EVALUATIONS = (60, 30)  # limit on evaluations of residuals and Jacobian: for k and c, on the free run
+STARTS = (0.0, 0.5, 1.0)  # of k, relative to the slope of the straight line
 PIECE = 5.0  # length of a piece of the path in dead bands: the noise at its ends is an eighth of it
-CLOSE = 0.025  # RMS error, relative to the span, from which on no other start is refined
+CLOSE = 0.05  # RMS error, relative to half the span, from which on no other start is refined
 ROOM = 3.0  # bound of |w|, relative to the largest in the data
 
 CANDIDATES = (Candidate(OPENS, 0.2, 0.5),)
@@ -43,20 +41,114 @@ OPTIONS = (
     dead_band.OPTION,
 )
 
-
-def coefficients(theta: list[Array], m: int, q: int) -> dict[str, Array]:
-    """Return the values of the block for the slopes of rising and of falling u, each (terms,)."""
-    found: dict[str, Array] = {}
-    for end, of in zip(("rise", "fall"), theta, strict=True):
-        by_power = of.reshape(m + 1, 2 * q + 1)
-        found |= {f"a_{end}": by_power[:, 0], f"b_{end}": by_power[:, 1 : q + 1], f"c_{end}": by_power[:, q + 1 :]}
-    return {name: value.ravel() for name, value in found.items()}
+Rows = NDArray[np.intp]
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int, dict[str, Any]]:
-    """Build the graph ``scaling -> duhem -> scaling``; return it with the number of its parameters and what is known.
+def basis(u: Array, w: Array, m: int, q: int) -> Array:
+    """Return the terms of dw/du at (u, w), each (rows,), for every u^i: 1, w^j, |w| w^(j-1).
+
+    The shape is (rows, (m + 1) (2 q + 1)).
+    """
+    powers = w[:, None] ** np.arange(q)
+    of_w = np.column_stack([np.ones(len(w)), w[:, None] * powers, np.abs(w)[:, None] * powers])
+    of_u = u[:, None] ** np.arange(m + 1)
+    return np.asarray((of_u[:, :, None] * of_w[:, None, :]).reshape(len(w), -1))
+
+
+def segments(u: Array, least: float) -> tuple[Rows, Rows]:
+    """Return first and last rows of the monotone pieces of a path u (n,), of length `least` or up to the next reversal.
+
+    The increment between two rows is mostly noise, that of a longer piece is not.
+    """
+    first, last, direction = [0], [], 0.0
+    for k in range(1, len(u)):
+        s = float(np.sign(u[k] - u[k - 1]))
+        if k - 1 > first[-1] and (direction * s < 0 or abs(u[k - 1] - u[first[-1]]) >= least):
+            last.append(k - 1)
+            first.append(k - 1)
+            direction = 0.0
+        direction = s or direction
+    return np.array(first), np.array([*last, len(u) - 1])
+
+
+class _Slopes:
+    """Linear least-squares problem by direction: increments of w over pieces of the path, sums of the terms."""
+
+    def __init__(self, u: Array, y: Array, kept: NDArray[np.bool_], m: int, q: int, least: float) -> None:
+        self.u, self.y, self.m, self.q = u, y, m, q
+        self.terms = (m + 1) * (2 * q + 1)
+        self.first, self.last = segments(u, least)
+        way = u[self.last] - u[self.first]
+        out = np.concatenate([[0], np.cumsum(~kept)])
+        way[out[self.last + 1] > out[self.first]] = 0.0  # no piece with a row whose output does not count
+        self.parts = [np.flatnonzero(s * way > 0) for s in (1, -1)]
+
+    def solve(self, k: float, c: float) -> tuple[list[Array], list[Array], Array]:
+        """Solve for both directions.
+
+        Returns
+        -------
+        theta : list of array, shape (p,)
+            Coefficients, rising and falling.
+        factors : list of array, shape (p, p)
+            Factors that make the terms orthonormal.
+        left : array
+            Residuals of the increments.
+        """
+        u, w = self.u, self.y - k * self.u - c
+        theta, factors, left = [], [], []
+        terms = basis((u[:-1] + u[1:]) / 2, (w[:-1] + w[1:]) / 2, self.m, self.q)
+        sums = np.add.reduceat(np.diff(u)[:, None] * terms, self.first)
+        for pieces in self.parts:
+            U, s, Vt = np.linalg.svd(sums[pieces], full_matrices=False)
+            factor = Vt.T / np.maximum(s, 1e-10 * s[0])
+            dw = w[self.last[pieces]] - w[self.first[pieces]]
+            x = U.T @ dw
+            x[s <= 1e-10 * s[0]] = 0  # terms that the data do not distinguish share their weight
+            theta.append(factor @ x)
+            factors.append(factor)
+            left.append(dw - U @ x)
+        return theta, factors, np.concatenate(left)
+
+
+def _node(theta: list[Array], k: float, w0: float, u0: float, w_max: float, m: int, q: int) -> Node:
+    values: dict[str, Any] = {"k": k, "w_max": w_max, "w0": float(np.clip(w0, -w_max, w_max)), "u0": u0}
+    for end, coefficients in zip(("rise", "fall"), theta, strict=True):
+        by_power = coefficients.reshape(m + 1, 2 * q + 1)
+        values |= {f"a_{end}": by_power[:, 0], f"b_{end}": by_power[:, 1 : q + 1], f"c_{end}": by_power[:, q + 1 :]}
+    return Node("operator", "duhem", {"m": m, "q": q}, values)
+
+
+class _Start:
+    """Slopes from the increments, given k and c, and the errors of the free run around them."""
+
+    def __init__(self, slopes: _Slopes, x: Array, u: Array, y: Array, rows: slice, kept: NDArray[np.bool_]) -> None:
+        self.k, self.c = x
+        self.slopes, self.u, self.y, self.rows, self.kept = slopes, u, y, rows, kept
+        self.theta, self.factors, _ = slopes.solve(self.k, self.c)
+        w = (y - self.k * u[rows] - self.c)[kept]
+        self.w_max = ROOM * float(np.abs(w).max())
+        self.first = float(w[0]) if kept[0] and rows.start == 0 else 0.0
+        self.cost = float(np.sum(self.error(np.zeros(3 + 2 * slopes.terms)) ** 2))
+
+    def parts(self, x: Array) -> tuple[list[Array], float, float, float]:
+        """Return slopes, k, c and w at the first row for changes x of k, c, w and of the slopes."""
+        p = self.slopes.terms
+        pairs = enumerate(zip(self.theta, self.factors, strict=True))
+        changed = [t + f @ x[3 + d * p : 3 + (d + 1) * p] for d, (t, f) in pairs]
+        return changed, self.k + x[0], self.c + x[1], self.first + x[2]
+
+    def error(self, x: Array) -> Array:
+        """Return the errors of the free run at the rows that count."""
+        now, slope, offset, w0 = self.parts(x)
+        node = _node(now, slope, w0, float(self.u[0]), self.w_max, self.slopes.m, self.slopes.q)
+        run = Graph.single(node).run(self.u)
+        kept = self.kept
+        return np.asarray((run[self.rows] + offset - self.y)[kept] / np.sqrt(kept.sum()))
+
+
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+    """Build the graph ``scaling -> duhem -> scaling``; return it with the number of its parameters.
 
     Raises
     ------
@@ -72,48 +164,38 @@ def build(
     kept = np.zeros(len(data.u), dtype=bool)
     kept[counted] = True
     kept = kept[rows]
-    slopes = Slopes(u[rows], y, kept, m, q, PIECE * options["dead_band"] / half)
+    slopes = _Slopes(u[rows], y, kept, m, q, PIECE * options["dead_band"] / half)
     if min(map(len, slopes.parts)) < slopes.terms:
         rises, falls = map(len, slopes.parts)
         raise InputError(
             f"{data.path or data.name}: The train rows for duhem with m = {m}, q = {q} must have at least "
             f"{slopes.terms} rows of rising and of falling u. Got {rises} and {falls} instead."
         )
-    ends = Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half})
-    readout = Node("readout", "scaling", {"n": 1}, {"gain": size})
-    wires = [("input.y", "operator.u"), ("operator.y", "readout.u")]
-    ports = [Input("u", ("input.u",), data.unit_u, float(data.u[0]))], [Output("y", "readout.y", data.unit_y)]
 
-    def free_run(k: float, c: float) -> Objective:
-        """Return the objective around the slopes of the increments for k and c."""
-        theta, factors, _ = slopes.solve(k, c)
-        w = (y - k * u[rows] - c)[kept]
-        w_max = ROOM * float(np.abs(w).max())
-        first = float(w[0]) if kept[0] and rows.start == 0 else 0.0
-
-        def values(x: Array) -> dict[str, ArrayLike]:
-            changed = [t + f @ d for t, f, d in zip(theta, factors, np.split(x[3:], 2), strict=True)]
-            own = {**coefficients(changed, m, q), "k": k + x[0], "w0": np.clip(first + x[2], -w_max, w_max)}
-            found = {f"operator.{name}": value for name, value in own.items()}
-            return {**found, "readout.offset": centre + size * (c + x[1])}
-
-        operator = Node("operator", "duhem", {"m": m, "q": q}, {"w_max": w_max, "u0": float(u[0])})
-        n = 3 + 2 * slopes.terms
-        moved = Coordinates(np.full(n, -np.inf), np.full(n, np.inf), np.ones(n), values)
-        return Objective(data, Graph([ends, operator, readout], wires, *ports), moved)
+    def increments(p: Array) -> Array:
+        return slopes.solve(p[0], p[1])[2]
 
     line = np.linalg.lstsq(np.column_stack([u[rows], np.ones(len(y))])[kept], y[kept], rcond=None)[0]
-    tries = [free_run(*start) for start in slopes.starts(line[0], lambda f: progress(0.3 * f))]
+    tries = []
+    for i, share in enumerate(STARTS):
+        progress(0.3 * i / len(STARTS))
+        tries.append(least_squares(increments, [share * line[0], 0.0], x_scale=0.1, max_nfev=EVALUATIONS[0]))
     # the increments may be followed best by slopes whose free run leaves the data: the free run decides
-    still = np.zeros(3 + 2 * slopes.terms)
-    best: tuple[Found, Objective] | None = None
-    for i, objective in enumerate(sorted(tries, key=lambda o: float(np.sum(o.residuals(still) ** 2)))):
-        progress(0.3 + 0.6 * i / len(tries))
-        found = refined(objective, still, EVALUATIONS, TOLERANCE, by_jacobian=True)
-        if best is None or found.cost < best[0].cost:
-            best = found, objective
-        if found.misfit < CLOSE:
+    starts = sorted((_Start(slopes, r.x, u, y, rows, kept) for r in tries), key=lambda s: s.cost)
+    refined = []
+    for i, start in enumerate(starts):
+        progress(0.3 + 0.6 * i / len(starts))
+        found = least_squares(start.error, np.zeros(3 + 2 * slopes.terms), x_scale="jac", max_nfev=EVALUATIONS[1])
+        refined.append((start, found))
+        if np.sqrt(2 * found.cost) < CLOSE:
             break
-    assert best is not None
-    found, objective = best
-    return objective.graph(found.p), len(still), {"free": determined(objective, found.p).table}
+    start, found = min(refined, key=lambda pair: pair[1].cost)
+    now, slope, offset, w0 = start.parts(found.x)
+    nodes = [
+        Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half}),
+        _node(now, slope, w0, float(u[0]), start.w_max, m, q),
+        Node("readout", "scaling", {"n": 1}, {"gain": size, "offset": centre + size * offset}),
+    ]
+    wires = [("input.y", "operator.u"), ("operator.y", "readout.u")]
+    inputs = [Input("u", ("input.u",), data.unit_u, float(data.u[0]))]
+    return Graph(nodes, wires, inputs, [Output("y", "readout.y", data.unit_y)]), len(found.x)
