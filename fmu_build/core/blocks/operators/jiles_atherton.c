@@ -179,7 +179,7 @@ HYST_BLOCK(jiles_atherton,
            (.text = "Jiles-Atherton operator",
             .equation = "y = (1 - c) m + c f(h), dm/dh = max(0, s (f(h) - m)) / k, h = u + alpha y, "
                         "f(h) = Ms (coth(h/a) - a/h), s = sgn(u')",
-            .source = "Jiles & Atherton 1986; Sadowski et al. 2002", .family = "operators",
-            .tolerance = "integration", .rule_error = 1e-8),
+            .source = "Jiles & Atherton 1986; Sadowski et al. 2002", .family = "operators", .tolerance = "integration",
+            .rule_error = 1e-8),
            .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
            .update = update)
