@@ -127,7 +127,7 @@ def without(data: dict[str, Any], line: str) -> None:
         for key in ("substeps", "every"):
             data["units"][found[1]].pop(key, None)
         return
-    found = re.search(r"\b(x[0-9]+)(?:\.| refuses .*: | cannot be .*: )([puy][0-9][_0-9]*)\b", line)
+    found = re.search(r"\b(x[0-9]+)(?:\.(?:set\.)?| refuses .*: | cannot be .*: )([puy][0-9][_0-9]*)\b", line)
     assert found, line
     unit, name = found.groups()
     own = re.compile(rf"(?:{unit}\.)?{name}(?:_[0-9]+)?")
