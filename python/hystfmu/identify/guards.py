@@ -40,7 +40,8 @@ def other_signal(data: Dataset) -> Array:
     u = data.u[data.counted]
     lo, hi, first = float(u.min()), float(u.max()), float(data.u[0])
     half = (hi - lo) / 2
-    speed = float(np.clip(np.sqrt(np.mean(np.diff(u) ** 2)) / half, LEAST_STEP, MOST_STEP))
+    moved = float(np.sqrt(np.mean(np.diff(u) ** 2)))
+    speed = float(np.clip(moved / half, LEAST_STEP, MOST_STEP)) if half else LEAST_STEP  # a part that holds one level
     steps = np.repeat([first, hi, lo, (lo + hi) / 2], HELD)
     turns = [nested_reversals(REVERSALS, SEED + k, step) for k, step in enumerate((speed, LEAST_STEP))]
     return np.concatenate([steps, (lo + hi) / 2 + half * np.concatenate(turns)])
