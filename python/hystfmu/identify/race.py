@@ -35,6 +35,7 @@ SPREAD = 2  # folds that tell a spread
 FOLDS = (1, 3, 2)  # of every four blocks, the one that is held out; never the first, which alone starts from rest
 AS_GOOD = 1.2  # candidates with errors up to 20 % above the least count as equally good
 PART = 0.25  # of the rows: trial fit of an expensive kind without quick options
+SHOWN = 0.5  # of the range of the input: else a part says nothing of the whole
 LOSER, HOPE = 1.5, 4.0  # error ratios at which a candidate is dropped: after a fold, after its trial fit
 EXACT = 0.002  # % of the span: errors below it count as equal
 SURE = 2.0  # standard errors by which a difference must exceed what the noise of the output explains
@@ -155,7 +156,10 @@ class Race:
         """Fit to a share of the rows outside a fold; return the model, errors there, the RMS of blocks and of all."""
         part, rows, block = self.held(fold)
         if share < 1:
-            part = beginning(part, int(share * (part.train.stop - part.train.start)))
+            short = beginning(part, int(share * (part.train.stop - part.train.start)))
+            u, whole = short.u[short.counted], part.u[part.counted]
+            # a staircase may begin with a level that no kind can be fitted to
+            part = short if len(u) and np.ptp(u) >= SHOWN * np.ptp(whole) else part
         model = fit_one(part, key, self.seed, progress, {**remembered(key, self.rest, part), **options})
         every = run_along(model.graph, self.data) - self.data.y
         errors = every[rows]
