@@ -1,7 +1,7 @@
 """Sizes of every block: smallest, default, largest.  A model of today must open in every later release as it is.
 
-Nothing else states them all: a size that a file leaves away is the default, and the limits are those of its reader.  A
-block that no release has yet may be missing here: it is four files, see CONTRIBUTING.md.
+No other file states all sizes.  A file without a size means the default, and the reader has its own limits.  A block
+that no release has yet may be missing here: CONTRIBUTING.md adds a block by four files.
 """
 
 from __future__ import annotations

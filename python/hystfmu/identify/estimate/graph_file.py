@@ -12,8 +12,7 @@ from hystfmu.base.files import check, check_format, load_toml
 from hystfmu.graph import Graph
 from hystfmu.graph.tables import GraphTable
 from hystfmu.identify.estimate.free import Spec, read
-
-FORMAT = 1
+from hystfmu.model.model import FORMAT
 
 
 class _File(GraphTable):

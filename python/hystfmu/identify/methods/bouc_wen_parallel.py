@@ -28,7 +28,7 @@ from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.features.bent_sum import lagged
 from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
-from hystfmu.identify.methods.bouc_wen import searched, shape
+from hystfmu.identify.methods.bouc_wen import limits, searched, shape
 from hystfmu.identify.options import Option
 from hystfmu.model.accuracy import rms
 
@@ -78,8 +78,7 @@ class _Fitting:
         held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
         self.all = every[:: -(-len(every) // MOST_ROWS)]
         self.kept, self.held = self.all[~held[self.all]], self.all[held[self.all]]
-        self.lo = np.array([np.log(1e-3), -1.0, 1.0, -1.0])
-        self.hi = np.array([np.log(1e2), 1.0, options["n_max"], 1.0])
+        self.lo, self.hi, self.scale = limits(options["n_max"])
 
     def columns(self, parts: Parts) -> Array:
         """Return the columns of a structure: curve, lags of x, z, lags of z."""
@@ -105,7 +104,7 @@ class _Fitting:
         room = 1e-9 * (self.hi - self.lo)
         first = np.clip(parts.p, self.lo + room, self.hi - room)
         found = least_squares(
-            misfit, first, bounds=(self.lo, self.hi), x_scale=np.full(4, 0.3), ftol=1e-8, max_nfev=evaluations
+            misfit, first, bounds=(self.lo, self.hi), x_scale=self.scale, ftol=1e-8, max_nfev=evaluations
         )
         return replace(parts, p=np.asarray(found.x))
 
