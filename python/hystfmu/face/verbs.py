@@ -83,6 +83,8 @@ def fit(
     >>> sorted(alone.fit["free"])[:3]
     ['bouc_wen.beta', 'bouc_wen.gamma', 'bouc_wen.n']
     """
+    from threadpoolctl import threadpool_limits
+
     from hystfmu.face.evidence import with_evidence
     from hystfmu.identify import fit, fit_graph
     from hystfmu.inverse.worth import Inverses
@@ -90,15 +92,17 @@ def fit(
     if purpose not in ("model", "inverse"):
         raise InputError(f"The purpose of a fit must be 'model' or 'inverse'. Got {purpose!r} instead.")
     inverses = Inverses()
-    if isinstance(key, str):
-        if free is not None:
-            raise InputError(f"The free parameters must be those of a graph. Got the kind {key!r}.")
-        model = fit(data, key, seed, progress, inverses, purpose == "inverse", **options)
-    else:
-        model = fit_graph(data, key, free, seed, progress, **options)
-    if purpose == "inverse" and (fault := inverses.fault(model)):
-        raise InputError(f"{data.path or data.name}: The model {model.key} must have a useful inverse. {fault}")
-    return with_evidence(held_out(Model.of(model), data), data)
+    # small matrices: several threads wait for each other, up to twenty times longer on a loaded machine
+    with threadpool_limits(1):
+        if isinstance(key, str):
+            if free is not None:
+                raise InputError(f"The free parameters must be those of a graph. Got the kind {key!r}.")
+            model = fit(data, key, seed, progress, inverses, purpose == "inverse", **options)
+        else:
+            model = fit_graph(data, key, free, seed, progress, **options)
+        if purpose == "inverse" and (fault := inverses.fault(model)):
+            raise InputError(f"{data.path or data.name}: The model {model.key} must have a useful inverse. {fault}")
+        return with_evidence(held_out(Model.of(model), data), data)
 
 
 def study(

@@ -49,7 +49,7 @@ class Fitting:
         self.data = Dataset.from_signal(np.arange(float(rows)), np.arange(float(rows)), H)
         self.kept = np.arange(90)
 
-    def tried(self, parts, start=None):
+    def tried(self, parts, start=None, wanted=np.inf):
         self.asked.append((parts, start))
         return Trial(parts, start or trial(1.0).fit, self.error(parts))
 

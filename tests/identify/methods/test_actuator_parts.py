@@ -153,7 +153,7 @@ def test_a_structure_in_words():
 def test_a_fit_grows_from_one_with_fewer_parts(monkeypatch):
     data, asked = record(covariates=2), []
     f = actuator._Fitting(data, OPTIONS)
-    monkeypatch.setattr(bent_sum, "fit", lambda p, start: (asked.append((p, start)), start)[1])
+    monkeypatch.setattr(bent_sum, "fit", lambda p, start, wanted=0.0: (asked.append((p, start)), start)[1])
     start = replace(fitted(f, Parts(degree=3)), k=np.zeros(0), g=np.array([0.5, 0.6]))
     grown = f.fit(Parts(degree=5, T=(0.1, 1.0), levels=("gain", "bend")), f.kept, start)
     assert grown.q.tolist() == [*start.q, 0, 0]

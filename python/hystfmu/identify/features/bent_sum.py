@@ -27,7 +27,7 @@ from hystfmu.identify.solvers.penalised import LEAST_SIZE
 
 STEPS = 30  # most Gauss-Newton steps
 SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step, tried in turn
-GAIN = 1e-4  # relative reduction of the squared error below which the steps end
+GAIN, HELD_GAIN = 1e-4, 1e-3  # relative reduction of the squared error below which the steps end; with penalties
 LEAST_SLOPE = 0.02  # of the mean slope: a monotone bend is nowhere flatter on the range of v
 GRID = np.linspace(-1.0, 1.0, 201)
 
@@ -172,7 +172,7 @@ def fit_linear(p: Problem, degree: int) -> BentSum:
     )
 
 
-def fit(p: Problem, start: BentSum) -> BentSum:
+def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
     """Take Gauss-Newton steps from `start` until they gain nothing.
 
     Parameters
@@ -181,6 +181,8 @@ def fit(p: Problem, start: BentSum) -> BentSum:
         Data.
     start : BentSum
         First point; ``len(q) - 1`` is the degree of the bend.
+    wanted : float
+        RMS error that another start has reached: steps that do not lead there at the present gain end as well.
 
     Returns
     -------
@@ -188,7 +190,9 @@ def fit(p: Problem, start: BentSum) -> BentSum:
         The best point found.
     """
     best = _with_bend(p, start)
-    for _ in range(STEPS):
+    # penalties pull on the scale of the weights, which the bend makes up for: steps drift on and gain nearly nothing
+    least = HELD_GAIN if p.penalties else GAIN
+    for left in range(STEPS - 1, -1, -1):
         step = _newton(p, best)
         for share in SHARES:
             moved = {name: old + share * (getattr(step, name) - old) for name, old in _variables(best).items()}
@@ -198,7 +202,7 @@ def fit(p: Problem, start: BentSum) -> BentSum:
         else:
             break
         gained, best = 1 - (trial.rms / best.rms) ** 2, trial
-        if gained < GAIN:
+        if gained < least or best.rms * (1 - gained) ** (left / 2) > wanted:
             break
     return best
 

@@ -118,7 +118,9 @@ class _Fitting:
         """Return the function from columns to columns behind dynamics."""
         return None if g is None else lambda columns: g.filter(columns, self.data.h, self.options["hold"])
 
-    def fit(self, parts: Parts, rows: NDArray[np.intp], start: BentSum | None = None) -> BentSum:
+    def fit(
+        self, parts: Parts, rows: NDArray[np.intp], start: BentSum | None = None, wanted: float = np.inf
+    ) -> BentSum:
         """Fit weights, bend and creep on some rows, from a fit with fewer parts or from a straight one."""
         p = self.problem(parts, rows)
         if start is None:
@@ -127,13 +129,13 @@ class _Fitting:
         grown[: min(len(grown), len(start.q))] = start.q[: len(grown)]
         k = start.k if len(start.k) == len(parts.T) else np.full(len(parts.T), 1e-3)
         if p.following is None:
-            return bent_sum.fit(p, replace(start, q=grown, k=k))
+            return bent_sum.fit(p, replace(start, q=grown, k=k), wanted)
         g = np.where([level == "gain" for level in parts.levels], start.g, 0.0)
-        return bent_sum.fit(p, replace(start, q=grown, k=k, g=g, c=np.zeros((len(g), len(grown)))))
+        return bent_sum.fit(p, replace(start, q=grown, k=k, g=g, c=np.zeros((len(g), len(grown)))), wanted)
 
-    def tried(self, parts: Parts, start: BentSum | None = None) -> Trial:
+    def tried(self, parts: Parts, start: BentSum | None = None, wanted: float = np.inf) -> Trial:
         """Fit a structure on the rows outside the validation blocks, and give its error on those."""
-        fitted = self.fit(parts, self.kept, start)
+        fitted = self.fit(parts, self.kept, start, wanted)
         e = bent_sum.model(self.problem(parts, self.held), fitted) - self.data.y[self.held]
         return Trial(parts, fitted, float(np.sqrt(np.mean(e**2))))
 
@@ -248,7 +250,7 @@ def _with_other_start(f: _Fitting, trial: Trial) -> Trial:
     """Fit relays behind a bend from equal weights, too: those fitted to a straight line mislead (butterfly loops)."""
     if trial.parts.degree == 1 or trial.parts.operator != RELAYS:
         return trial
-    return trial.or_better(f.tried(trial.parts, replace(trial.fit, w=np.ones_like(trial.fit.w))))
+    return trial.or_better(f.tried(trial.parts, replace(trial.fit, w=np.ones_like(trial.fit.w)), trial.fit.rms))
 
 
 def _bent(f: _Fitting, trial: Trial) -> Trial:
@@ -262,7 +264,7 @@ def _bent(f: _Fitting, trial: Trial) -> Trial:
         best = best.or_better(f.tried(parts, best.fit))
         if best.parts.degree != degree:
             # weights fitted to a straight line mislead where the output is even in v (butterfly loops)
-            best = best.or_better(f.tried(parts, replace(best.fit, w=np.ones_like(best.fit.w))))
+            best = best.or_better(f.tried(parts, replace(best.fit, w=np.ones_like(best.fit.w)), best.fit.rms))
         if best.parts.degree != degree:
             break
     return best
