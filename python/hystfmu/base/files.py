@@ -22,6 +22,7 @@ from hystfmu.base.replacing import place
 
 MOST_BYTES = 256 * 2**20
 _LINE = re.compile(r"at line (\d+)")  # in a message of tomllib
+_ARRAY = re.compile(r"\[\n((?: *(?:[-+.\w]+|\"[^\"\\\\\n]*\"),\n)+) *\]")  # of numbers or names, as tomli_w writes it
 
 M = TypeVar("M", bound=pydantic.BaseModel)
 Key = tuple[str | int, ...]
@@ -284,4 +285,6 @@ def write_toml(
     """
     _check_printable(data, path)
     lines = "".join(f"# {line}\n" for line in heading.splitlines())
-    write_bytes(path, (lines + tomli_w.dumps(data)).encode(), apart)
+    # tomli_w writes an array as one item a line: pages of weights.  Trap: only its strings hold no line ends
+    text = _ARRAY.sub(lambda m: f"[{', '.join(item.strip()[:-1] for item in m[1].splitlines())}]", tomli_w.dumps(data))
+    write_bytes(path, (lines + text).encode(), apart)
