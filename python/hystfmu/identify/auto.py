@@ -50,6 +50,7 @@ TEXT = "selection by minor loops, rate dependence and validation blocks between 
 OPTIONS: tuple[Option, ...] = ()
 CLEARLY, FINE = 1.2, 0.1  # error ratio and error in % of the span: static models must exceed both to show a rate
 LARGE = 2.0  # % of the span: if minor loops stay open by more, no static return-point model can represent the data
+CLOSED = 0.15  # and by more than this, a memory that opens them may be the better one: the record decides
 REFUSED = 5.0  # % of the span beside the noise: no model rather than a worse one
 EXACT_INVERSE = "exact"
 SHORT = 0.2  # of the time of a full fit: a short trial fit
@@ -207,7 +208,7 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]
     for name, candidate in found.items():
         if candidate.memory in (OPENS, LATE) and seen.memory == NONE:
             reasons[name] = "the output is a function of the input"
-        elif candidate.memory in (OPENS, LATE) and seen.memory == RETURN_POINT:
+        elif candidate.memory in (OPENS, LATE) and seen.memory == RETURN_POINT and seen.gap <= CLOSED:
             reasons[name] = f"minor loops close (gap {seen.gap:.2g} % of the span of y)"
         elif candidate.memory == CLOSES and seen.memory == OPEN_LOOPS and seen.gap > LARGE:
             reasons[name] = f"minor loops stay open by {seen.gap:.2g} % of the span of y"

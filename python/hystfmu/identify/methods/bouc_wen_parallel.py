@@ -34,7 +34,7 @@ from hystfmu.model.accuracy import rms
 
 TEXT = "Bouc-Wen operator beside a curve and lags of the input: spring, dashpot, creep"
 MEMORY = Memory(1200.0)
-DEGREES = (1, 3, 5, 8, 12)  # of the curve, tried in turn
+DEGREES = (1, 3, 5, 8, 12)  # of the curve
 LAGS = 6
 BETTER = 0.95  # ratio of validation errors below which a part is kept
 STARTS = ((0.5, 0.5, 1.5), (0.1, 0.2, 1.0), (2.0, 0.2, 1.0))  # z_max, gamma share, n
@@ -124,21 +124,21 @@ def build(
     every = tuple(float(T) for T in np.geomspace(2 * data.h, longest, LAGS))
     T = every if options["rate"] == "yes" else ()
     starts = [np.array([np.log(z_max), share, n, 0.0]) for z_max, share, n in STARTS]
-    # a loop that a curve bends misleads the search of z: it starts with a cubic one
-    first = int(options["degree"] or DEGREES[1])
+    # what a poor curve leaves misleads the search of z, up to an end of its range: it starts with a rich one
+    first = int(options["degree"] or DEGREES[-2])
     best = min((f.tried(Parts(first, T, p)) for p in starts), key=lambda t: t[0])
     progress(0.4)
     if options["rate"] is None and examine(data).several_speeds:  # else lags and loop explain each other
         more = min((f.tried(Parts(first, every, p)) for p in (best[1].p, starts[0])), key=lambda t: t[0])
         best = more if more[0] < BETTER * best[0] else best
-    for degree in DEGREES[2:] if options["degree"] is None else ():
-        more = f.tried(replace(best[1], degree=degree))
-        if not more[0] < BETTER * best[0]:
-            break
-        best = more
     if options["degree"] is None:
-        less = f.tried(replace(best[1], degree=DEGREES[0]))
-        best = less if best[1].degree == first and less[0] * BETTER < best[0] else best
+        more = f.tried(replace(best[1], degree=DEGREES[-1]))
+        best = more if more[0] < BETTER * best[0] else best
+        for degree in [d for d in DEGREES[::-1] if d < best[1].degree]:
+            less = f.tried(replace(best[1], degree=degree))
+            if not less[0] * BETTER < best[0]:
+                break
+            best = less
     progress(0.8)
     parts = f.fit(best[1], f.all, EVALUATIONS[1])
     c = f.project(parts, f.all)[1]
