@@ -35,7 +35,7 @@ EQUAL = 1.05  # a structure with more values must be better by this
 
 @dataclass(frozen=True)
 class Limits:
-    """What a loop must keep.
+    """Limits of a loop.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Aim:
-    """What disturbs the loop, as powers in the unit of the output squared.
+    """Disturbances of the loop, as powers in the unit of the output squared.
 
     Attributes
     ----------
@@ -239,7 +239,7 @@ class _View:
         return costs[k], gains[k]
 
     def allowed(self, C: Complex, inner: Complex | None) -> bool:
-        """Whether the loops keep the limits, and the controller is stable."""
+        """Return whether the loops keep the limits, and the controller is stable."""
         if inner is not None and not unencircled(inner[:1]).all():
             return False
         X = C * self.G

@@ -78,7 +78,7 @@ def slopes_along(path: Array, *chain: Graph, h: float) -> tuple[float, float]:
 
 
 def _drifts(node: Node) -> bool:
-    """Whether the output of a block moves while its input stands."""
+    """Return whether the output of a block moves while its input stands."""
     undone = node.block.inverts
     return node.block.rate == CONTINUOUS or bool(undone and block_types()[undone].rate == CONTINUOUS)
 

@@ -541,7 +541,7 @@ class Scenario:
 
     @property
     def table(self) -> dict[str, Any]:
-        """What a file of the scenario says, complete: a copy, with the keys of a scenario.toml."""
+        """Complete table of the scenario: a copy, with the keys of a scenario.toml."""
         return copy.deepcopy(completed(self._spec, self._attached, self._origin))
 
     def changed(self, table: Mapping[str, Any]) -> Scenario:

@@ -45,7 +45,7 @@ class Corner:
 
     @property
     def stable(self) -> bool:
-        """Whether the loop is stable without its memory."""
+        """True if the loop is stable without its memory."""
         return replace(self.opened, memories=()).stable(self.slope, self.delay)
 
 

@@ -1,4 +1,4 @@
-"""What the signals of a loop are for, read from its connections and not from the names of its units."""
+"""Roles of the signals of a loop, from its connections and not from the names of its units."""
 
 from __future__ import annotations
 

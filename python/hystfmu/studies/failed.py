@@ -15,7 +15,7 @@ def with_limits(row: dict[str, Any], spec: StudySpec) -> dict[str, Any]:
 
 
 def is_final(row: dict[str, Any], spec: StudySpec, retry: bool) -> bool:
-    """Whether a kept row holds under the present limits; with `retry` no failed one does."""
+    """Return whether a kept row holds under the present limits; with `retry` no failed one does."""
     if row["status"] == "ok":
         return True
     limit = _LIMIT_OF.get(row["status"], "")

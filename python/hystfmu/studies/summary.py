@@ -124,7 +124,7 @@ def outcomes(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> di
 
 
 def is_unstable(system: System, row: Row) -> bool:
-    """Whether a run left all bounds, lost its reference, or has a linearised loop with a pole outside the circle."""
+    """True if a run left all bounds, lost its reference, or has a linearised loop with a pole outside the circle."""
     if row["status"] == "stopped":
         return True
     lost = {name: LOST[m.kind] for name, m in system.case.metrics.items() if m.kind in LOST}

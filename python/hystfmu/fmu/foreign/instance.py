@@ -52,7 +52,7 @@ def _kind(fmi: int, interface: Interface) -> Any:
 
 
 TALLY: Counter[str] = Counter(dict.fromkeys(["instances", "values read", "values set", "steps", "derivatives"], 0))
-"""What instances in this process have done so far, in the order in which it is told."""
+"""Events of the instances in this process so far, in the order in which they are reported."""
 
 
 class Instance:
@@ -184,7 +184,7 @@ class Instance:
         return True
 
     def _terminated(self) -> bool:
-        """Whether an FMU of FMI 2.0 discarded the step because it ends the simulation."""
+        """Return whether an FMU of FMI 2.0 discarded the step because it ends the simulation."""
         try:
             return bool(self.unit.getBooleanStatus(_TERMINATED))
         except Exception:

@@ -18,7 +18,7 @@ ENOUGH = 1e-4  # misfit, relative to the size of the residuals, below which no o
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found.
+    """Result of a search.
 
     Attributes
     ----------

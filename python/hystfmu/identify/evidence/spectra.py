@@ -126,7 +126,7 @@ class Response:
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """Where chance does not explain the coherence."""
+        """Frequencies at which chance does not explain the coherence."""
         return self.coherence > self.level
 
     def band(self) -> tuple[float, float]:

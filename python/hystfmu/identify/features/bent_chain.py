@@ -47,12 +47,12 @@ class Parts(Protocol):
 
     @property
     def levels(self) -> tuple[str, ...]:
-        """What follows each covariate."""
+        """The part of the model that follows each covariate."""
         ...
 
 
 class Fitting(Protocol):
-    """What scaling, operators and covariates of a fit are: see `hystfmu.identify.methods.actuator`."""
+    """Scaling, operators and covariates of a fit; `hystfmu.identify.methods.actuator` explains them."""
 
     data: Dataset
     options: Mapping[str, Any]
