@@ -53,7 +53,7 @@ class Scenario:
     Raises
     ------
     InputError
-        A name that is none, a step that is not greater than 0.
+        An invalid name, a step that is not greater than 0.
 
     Notes
     -----
@@ -416,7 +416,7 @@ class Scenario:
         Returns
         -------
         Result
-            Held against the limits; a scenario that was read from a file and not changed, against its baseline too.
+            Compared with the limits; an unchanged scenario from a file also with its baseline.
 
         Raises
         ------

@@ -35,7 +35,7 @@ def highest(opened: OpenedLoop, n: int) -> float:
 
 
 class Search:
-    """Filters for cutoffs and gains, held against all corners.
+    """Filters for cutoffs and gains, tested in all corners.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ class Roles:
     Attributes
     ----------
     reference : str
-        Output that the tracked one is held against.
+        Output with which the tracked one is compared.
     measured : str
         Tracked output as the controllers read it, behind the sensor and its converter.
     command : str

@@ -96,7 +96,7 @@ class Instance:
         except AttributeError as e:  # fmpy looks up every function of the standard
             raise Finding(f"the binary does not export {str(e).split()[-1]}") from None
         except Exception as e:
-            words = str(e).replace(f"{folder.absolute()}/", "")  # the place of the copy tells nothing
+            words = str(e).replace(f"{folder.absolute()}/", "")  # the path of the copy does not help a reader
             raise Finding(f"the binary cannot be loaded: {words}") from None
         if self.version == 1:
             self._mend_status()
