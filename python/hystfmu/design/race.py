@@ -144,7 +144,7 @@ def race(
     aim : Aim
     limits : Limits
     names : sequence of str
-        Structures that take part, from `STRUCTURES`.
+        Structures to compare, from `STRUCTURES`.
     """
     found: list[Tuned] = []
     refused: dict[str, str] = {}

@@ -2,7 +2,7 @@
 
 A parameter is linear if equal steps of it change the output equally; several are linear together if the change by one
 does not depend on the others.  The runs are made with random values around those of the graph, because a weight of 0
-hides what lies behind it.  Nothing is known about blocks here, so that a block of one's own takes part.
+hides what lies behind it.  It needs no knowledge of the blocks, so that a new block is handled, too.
 """
 
 from __future__ import annotations
