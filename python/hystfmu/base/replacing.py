@@ -1,4 +1,4 @@
-"""Which existing files a command may replace: those that it wrote itself, and with --force all.
+"""Existing files that a command may replace: those that it wrote itself, and with --force all.
 
 The same content again is no replacement.  In Python nothing is asked: `save` and `export` replace a file.
 """

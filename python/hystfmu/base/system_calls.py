@@ -1,4 +1,4 @@
-"""Refuse system calls of this process and of all that it starts: seccomp(2), linux/filter.h, linux/seccomp.h.
+"""Refuse system calls of this process and of its child processes: seccomp(2), linux/filter.h, linux/seccomp.h.
 
 This module imports the standard library alone: it runs before anything else is loaded.
 """

@@ -1,4 +1,4 @@
-"""A race of controller structures over one set of plants, each tuned under the same limits.
+"""Comparison of controller structures on one set of plants, each tuned under the same limits.
 
 For every structure the values beside the integral gain are searched; the gain is then the largest one whose loop keeps
 the limits.  What counts is the error that is left of what disturbs the loop (`Aim`): model error at the harmonics of

@@ -1,4 +1,4 @@
-"""Sector of local slopes: what an imperfect inverse leaves of the hysteresis of a plant.
+"""Sector of local slopes: the remaining hysteresis of a plant behind an imperfect inverse.
 
 A loop closed around an inverse and its plant sees their local slope, which depends on the path.  A controller has to be
 stable for every slope of the sector.

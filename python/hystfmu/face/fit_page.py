@@ -1,4 +1,4 @@
-"""The page of a fit to data of one's own: errors, interval, loops, residuals, parameters, warnings, provenance."""
+"""The page of a fit to data of the user: errors, interval, loops, residuals, parameters, warnings, provenance."""
 
 from __future__ import annotations
 

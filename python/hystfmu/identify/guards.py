@@ -1,4 +1,4 @@
-"""Guards of every fit: what the data of the fit do not show of a model, looked for in one place.
+"""Checks of every fit: properties of a model that its data do not support.
 
 - Another signal.  The model runs free on steps to the ends of the trained range and on nested reversals inside it, at
   the speed of the data and at 200 rows a cycle.  An output that overflows or grows is an error.  One that leaves the

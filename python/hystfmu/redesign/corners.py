@@ -1,4 +1,4 @@
-"""The loops of a scenario for which a design has to hold: its cases, slopes, delays, and modes that are off."""
+"""The loops of a scenario that a design covers: its cases, slopes, delays, and mode errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which failed runs of a study are made again: those that failed at a limit which is now higher, or all on request."""
+"""Failed runs of a study to repeat: those that failed at a limit which is now higher, or all on request."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The answer of a study: what share of the draws is inside the limits, with its interval, and what the others miss."""
+"""The answer of a study: the share of draws inside the limits, with its interval, and the failures of the others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which free parameters enter the output linearly, found by runs of the graph.
+"""Free parameters that enter the output linearly, found by runs of the graph.
 
 A parameter is linear if equal steps of it change the output equally; several are linear together if the change by one
 does not depend on the others.  The runs are made with random values around those of the graph, because a weight of 0

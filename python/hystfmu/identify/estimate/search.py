@@ -1,4 +1,4 @@
-"""Search of the coordinates from several starts: each briefly, the best to the end."""
+"""Search of the coordinates from several starts: a short search from each, a full one from the best."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Search for modes: as many as pay, from several starts, and how the input behaves between rows."""
+"""Search for modes: their number, from several starts, and the behaviour of the input between rows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Graph of a chain that `bent_sum` fitted: operator, bend, what follows covariates, creep, dynamics, offset.
+"""Graph of a chain that `bent_sum` fitted: operator, bend, parts that follow covariates, creep, dynamics, offset.
 
 The bend is a sum of dead zones that interpolates the polynomial, because that has an exact inverse and continues as a
 straight line outside the range of the training rows.

@@ -1,4 +1,4 @@
-"""Connections of a class that no line shows yet: `make generate` draws them, between the ports as they are placed."""
+"""Lines for connections of a class that have none: `make generate` draws them between the ports."""
 
 from __future__ import annotations
 
