@@ -69,7 +69,7 @@ class _Fitting:
     """Columns and rows of a fit."""
 
     def __init__(self, data: Dataset, options: Mapping[str, Any]) -> None:
-        seen = data.u[data.train]
+        seen = data.u[data.counted]  # a curve of high degree knows nothing beyond the rows that it is fitted to
         self.middle, self.half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
         self.data, self.x = data, (data.u[: data.train.stop] - self.middle) / self.half
         every = np.arange(data.train.stop)[data.counted]
