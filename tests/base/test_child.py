@@ -172,7 +172,7 @@ def test_all_end_with_a_killed_parent(name: str) -> None:
 
 
 def test_all_end_with_a_killed_study(tmp_path: Path, name: str) -> None:
-    """Its workers, the endless FMU in one of them, and what that has started."""
+    """Its workers, the endless FMU in one of them, and the processes of that FMU."""
     pytest.importorskip("pyarrow")
     scenario(tmp_path / "loop", name, f"{{ {ONCE} prctl(15, NAME); {SLEEPS}; }}".replace("NAME", f'"{name}"'))
     study = tmp_path / "bad.study.toml"

@@ -71,7 +71,7 @@ def test_zhao_tan_between_scalings():
     m = chain()
     u = 0.8 * signals.nested_reversals(40, 3)
     np.testing.assert_allclose(inverse(m).predict(m.predict(u)), u, atol=1e-13)
-    far = m.predict(np.linspace(0, -3, 50))  # beyond its limit the model is constant, and so is the inverse
+    far = m.predict(np.linspace(0, -3, 50))  # beyond its limit both model and inverse are constant
     assert inverse(m).predict(np.r_[far, far[-1] + 5]).min() >= -0.9 - 1e-12
 
 

@@ -80,7 +80,8 @@ def test_the_version_is_the_same_everywhere():
     released = re.findall(r"^## \[([^]]+)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
     assert {"cff-version", "message", "title", "authors"} <= cited.keys()
     assert cited["license"] == "BSD-3-Clause"
-    assert released[:2] == ["Unreleased", cited["version"]]
+    assert released[0] == "Unreleased"
+    assert cited["version"] in released[1:3]  # a section may be cut before the release that raises the version
     assert cited["version"] == hystfmu.__version__
 
 

@@ -1,4 +1,4 @@
-"""One word for one thing: spellings that the project has replaced do not come back."""
+"""One word for one thing, and no riddles: replaced spellings and sentences do not come back."""
 
 import functools
 import re
@@ -45,6 +45,22 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
     r"; got\b": ("'... must be RULE. Got VALUE instead.'", (*MODEL_ROOMS, *FMU_ROOMS)),
 }
 
+PROSE = (*(place for place in EVERYWHERE if place != "CONTRIBUTING.md"), "CHANGELOG.md")  # that page shows riddles
+# pattern -> the words to use, and a sentence with the fault
+RIDDLES: dict[str, tuple[str, str]] = {
+    r"\bl(eaves?|eft|eaving) away\b": ("omits, ignores", "FMUs leave away the rounding of a clock."),
+    r"\bhas none in front\b": ("name what is missing", "A model without an inverse has none in front."),
+    r"\b(that|which) (took|takes?) part\b|\btakes part\.": ("tested; name the test", "Tools that took part"),
+    r"\b(stop|stops|stopped|cease|ceases) to (matter|count)\b": ("is deleted", "An extremum stops to matter there."),
+    r"\bwhat that (differs|gives|costs)\b": ("its difference, its cost", "A case and what that differs from the case."),
+    r"\b(that|those|models|files) of before\b": ("of an older version", "It is empty for models of before."),
+    r"\bheld against\b": ("compared with, tested against", "It is held against its limits alone."),
+    r"\b(a|an|the) \w+ that is none\b": ("invalid; no number", "A name that is none is refused."),
+    r"\bso is the\b": ("repeat the verb", "If it is wrong, so is the set."),
+}
+ASKING = re.compile(r'"""(what|whether|where|why)\b')
+ASKING_STILL = (*(f"identify/{name}.py" for name in ("auto", "race", "short_record")), "start/")
+
 
 @functools.cache
 def files(place: str) -> list[Path]:
@@ -59,18 +75,46 @@ def text(path: Path) -> str:
     return path.read_text(encoding="utf-8").lower()
 
 
+def found(word: re.Pattern[str], paths: set[Path]) -> list[str]:
+    """Return file, line and text of every match in files."""
+    return [
+        f"{path}:{k}: {m[0]!r}"
+        for path in sorted(paths)
+        if word.search(text(path))
+        for k, line in enumerate(text(path).splitlines(), 1)
+        if (m := word.search(line))
+    ]
+
+
 @pytest.mark.parametrize("pattern", WORDS)
 def test_a_replaced_word_does_not_come_back(pattern: str):
     use, places = WORDS[pattern]
-    found, word = [], re.compile(pattern)
-    for path in {p for place in places for p in files(place) if word.search(text(p))}:
-        for k, line in enumerate(text(path).splitlines(), 1):
-            if m := word.search(line):
-                found.append(f"{path.relative_to(ROOT)}:{k}: {m[0]!r}")
-    assert not found, f"say {use!r} instead: {sorted(found)}"
+    faults = found(re.compile(pattern), {p for place in places for p in files(place)})
+    assert not faults, f"say {use!r} instead: {faults}"
+
+
+@pytest.mark.parametrize("pattern", RIDDLES)
+def test_a_riddle_does_not_come_back(pattern: str, tmp_path: Path):
+    use, fault = RIDDLES[pattern]
+    planted = tmp_path / "planted.md"
+    planted.write_text(f"# Page\n\n{fault}\n")
+    assert len(found(re.compile(pattern), {planted})) == 1
+    faults = found(re.compile(pattern), {p for place in PROSE for p in files(place)})
+    assert not faults, f"say {use!r} instead: {faults}"
+
+
+def test_a_docstring_begins_with_its_subject(tmp_path: Path):
+    """A verb or a noun comes first, not "What ..." or "Whether ..."."""
+    planted = tmp_path / "planted.py"
+    planted.write_text('def f():\n    """Whether it repeats itself."""\n')
+    assert len(found(ASKING, {planted})) == 1
+    package = ROOT / "python" / "hystfmu"
+    clean = {p for p in files("python/hystfmu") if not p.relative_to(package).as_posix().startswith(ASKING_STILL)}
+    faults = found(ASKING, clean)
+    assert not faults, f"say 'Return whether ...', 'Result of ...': {faults}"
 
 
 def test_every_place_has_files():
     """A place that was renamed would pass unseen."""
-    for place in {place for _, places in WORDS.values() for place in places}:
+    for place in {*PROSE, *(place for _, places in WORDS.values() for place in places)}:
         assert files(place), f"{place} has no text files: correct the list of places"

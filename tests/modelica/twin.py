@@ -1,4 +1,4 @@
-"""The C block that a class of the library is held against: its node for a Validation model, its ports as columns."""
+"""The C block that is compared with a class of the library: its node for a Validation model, its ports as columns."""
 
 from __future__ import annotations
 

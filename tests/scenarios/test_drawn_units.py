@@ -1,6 +1,6 @@
 """Drawn foreign FMUs, all types of variables: both engines, an SSP archive and a container have the same bits.
 
-What one of them cannot do it refuses in one line that names the unit; nothing is left out or differs without a word.
+An engine refuses unsupported features in one line that names the unit; nothing is omitted silently.
 """
 
 from __future__ import annotations

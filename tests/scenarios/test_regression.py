@@ -26,7 +26,7 @@ H = 1e-4
 
 
 def shifted(case: Any, late: float = 0.0, higher: float = 0.0) -> list[str]:
-    """A sine of 50 Hz held against a baseline that was recorded with it in time and without an offset."""
+    """A sine of 50 Hz compared with a baseline that was recorded with it in time and without an offset."""
     t = H * np.arange(301)
     then = np.linspace(0, 300, 24).round() * H
     rows = np.column_stack([then, np.sin(100 * np.pi * then), np.zeros(24)])

@@ -42,7 +42,7 @@ _TEMPORARY = ("TMPDIR", "TMP", "TEMP")
 
 @dataclass(frozen=True)
 class Box:
-    """What confined code may use beside system folders and Python.
+    """Resources of confined code besides system folders and Python.
 
     Parameters
     ----------

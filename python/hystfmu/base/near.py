@@ -1,4 +1,4 @@
-"""Names near a misspelt one, for an error message that says what was probably meant."""
+"""Similar names for a misspelt one, for error messages."""
 
 from __future__ import annotations
 

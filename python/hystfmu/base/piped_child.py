@@ -1,4 +1,4 @@
-"""A child process for foreign native code that is talked to through a pipe; not on Windows.
+"""A child process for foreign native code, with a pipe for calls; not on Windows.
 
 It has less of this process than one of `multiprocessing`: neither its terminal and its main module, nor the helper that
 removes shared memory for whoever asks it.  It finds its work in a file.

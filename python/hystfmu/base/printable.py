@@ -1,4 +1,4 @@
-"""Text from files on its way to a terminal, an XML file or a page: what is not printable becomes a visible escape.
+"""Printable text for terminals, XML files and pages: other characters become visible escapes.
 
 A terminal obeys control characters, of which U+0080 to U+009F are the less known half; bidirectional overrides show a
 name as another one; XML 1.0 cannot hold most control characters, and UTF-8 no surrogates.

@@ -1,4 +1,4 @@
-"""Which existing files a command may replace: those that it wrote itself, and with --force all.
+"""Existing files that a command may replace: those that it wrote itself, and with --force all.
 
 The same content again is no replacement.  In Python nothing is asked: `save` and `export` replace a file.
 """
@@ -20,7 +20,7 @@ _CHUNK = 2**20
 
 @dataclass(frozen=True)
 class _Rule:
-    """What the command that runs may replace."""
+    """Files that the running command may replace."""
 
     force: bool
     own: set[Path] = field(default_factory=set)  # files, and folders with all that is in them
@@ -57,7 +57,7 @@ def own(*paths: str | Path) -> None:
 
 
 def may_replace(path: str | Path) -> bool:
-    """Whether a file of any content may stand at `path` afterwards."""
+    """Return whether a file of any content may stand at `path` afterwards."""
     rule, real = _RULE.get(), _real(path)
     return rule is None or rule.force or not real.exists() or any(p in rule.own for p in (real, *real.parents))
 

@@ -1,4 +1,4 @@
-"""Finished steps of a long command: called again, it goes on where it was interrupted.
+"""Finished steps of a long command: a repeated call resumes after an interrupt.
 
 A step is known by a hash of its inputs, of its options and of this package; its files by hashes of their content.  The
 record is a file in the folder that the command writes into.  Where anything differs or is damaged, the step runs anew.

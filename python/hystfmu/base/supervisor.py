@@ -1,4 +1,4 @@
-"""Watch over a process with foreign native code on Linux: when it ends, all that it has started ends too.
+"""Watch over a process with foreign native code on Linux: when it ends, all its child processes end, too.
 
 The supervisor is a sub-reaper: processes whose parents have died become its children, whatever session or process group
 they made for themselves, so that none is lost.  It ends as the process ended, with the same status or signal.  It ends

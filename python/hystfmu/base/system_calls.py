@@ -1,4 +1,4 @@
-"""Refuse system calls of this process and of all that it starts: seccomp(2), linux/filter.h, linux/seccomp.h.
+"""Refuse system calls of this process and of its child processes: seccomp(2), linux/filter.h, linux/seccomp.h.
 
 This module imports the standard library alone: it runs before anything else is loaded.
 """
@@ -70,7 +70,7 @@ _Line = tuple[int, int, int, int]  # of a filter: code, lines to skip if true, i
 
 
 def can_refuse() -> bool:
-    """Whether the running system has filters of calls."""
+    """Return whether the running system has filters of calls."""
     if sys.platform != "linux" or platform.machine() not in _AUDIT or sys.maxsize < 2**32:
         return False
     return int(libc().prctl(_GET_SECCOMP, 0, 0, 0, 0)) >= 0

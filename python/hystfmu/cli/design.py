@@ -46,28 +46,30 @@ def design() -> None:
     """
 
 
-@design.command(cls=Command, short_help="Add a repetitive part: it learns what repeats.")
+@design.command(cls=Command, short_help="Add repetitive control for periodic references.")
 @click.argument("scenario")
 @click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
-@click.option("--period", type=POSITIVE, metavar="SECONDS", help="Of the reference [default: as it is].")
-@click.option("--frequency", type=POSITIVE, metavar="HZ", help="Of the reference, instead of --period.")
+@click.option(
+    "--period", type=POSITIVE, metavar="SECONDS", help="Period of the reference [default: that of the scenario]."
+)
+@click.option("--frequency", type=POSITIVE, metavar="HZ", help="Frequency of the reference, instead of --period.")
 @click.option(
     "--cutoff",
     type=POSITIVE,
     metavar="HZ",
-    help="Frequency above which nothing is learnt [default: the largest that all corners carry].",
+    help="Upper frequency of learning [default: the largest that is stable in all corners].",
 )
 @click.option(
     "--gain",
     type=click.FloatRange(0, 1, min_open=True),
-    help="Share of the error that is learnt in a period [default: 0.3, less if no cutoff allows it].",
+    help="Share of the error that is learnt per period [default: 0.3, or less if no cutoff allows it].",
 )
 @click.option(
     "--off",
     "percent",
     type=click.FloatRange(0, 90),
     metavar="PERCENT",
-    help="By which natural frequencies of the plant may differ [default: 20, less if the loop does not stand it].",
+    help="Error of the natural frequencies of the plant [default: 20, or less if the loop is unstable there].",
 )
 @json_option
 def repetitive(
@@ -80,14 +82,14 @@ def repetitive(
     percent: float | None,
     as_json: bool,
 ) -> None:
-    """Add a repetitive part to a loop: it learns what repeats.
+    """Add repetitive control to a loop.
 
-    SCENARIO is a folder with a loop that is stable by itself, such as 'hystfmu start' writes.  The block stands in
-    series and adds its corrections to the command of the controllers.  Its taps are such that errors shrink from period
-    to period in every case with a periodic reference, for the slopes and delays in [margins] of the scenario, and for
-    modes that are off.  A cutoff or gain for which they do not is refused with what is reachable.
+    SCENARIO is a folder with a stable loop, for example from 'hystfmu start'.  The block adds its corrections to the
+    command of the controllers.  Errors decrease from period to period in every case with a periodic reference, for the
+    slopes and delays in [margins] of the scenario, and for modes that are off.  A cutoff or gain without this property
+    is refused with the reachable value.
 
-    The new scenario has the cases whose references have this period; its file holds the taps.  All of them run once.
+    The new scenario contains the taps and the cases whose references have this period.  All of them run once.
     The exit status is 1 if a limit of a case or of the loop is missed.
 
     \b
@@ -159,7 +161,7 @@ def _structure(name: str, text: str) -> None:
         metavar="DB",
         help="Largest peak of the sensitivity [default: that of the scenario, or 6].",
     )
-    @click.option("--bandwidth", type=POSITIVE, metavar="HZ", help="Refuse a loop that is slower.")
+    @click.option("--bandwidth", type=POSITIVE, metavar="HZ", help="Least bandwidth; a slower loop is refused.")
     @click.option(
         "--off",
         "percent",
@@ -167,7 +169,7 @@ def _structure(name: str, text: str) -> None:
         default=5.0,
         show_default=True,
         metavar="PERCENT",
-        help="By which natural frequencies of the plant may differ, beside the cases of the scenario.",
+        help="Error of the natural frequencies of the plant, beside the cases of the scenario.",
     )
     @json_option
     def command(
@@ -213,7 +215,7 @@ def _tell(
     into: Path,
     as_json: bool,
 ) -> None:
-    """Print what was designed and how its cases run, and end with the verdict."""
+    """Print the design and the results of its cases, and end with the verdict."""
     from hystfmu.report.terminal import table
 
     passed = results.passed and not broken
@@ -252,7 +254,7 @@ def _folder(out: str, source: Path) -> Path:
 def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
     """Write a scenario, with its results as baseline if they are good, and return what its loop breaks.
 
-    It is made in a folder of its own, so that nothing stands in the other where one of its files may not be replaced.
+    It is made in a temporary folder, so that nothing is written if one of the files may not be replaced.
     """
     from hystfmu.base.files import read_bytes, write_bytes
     from hystfmu.face.running import run

@@ -187,7 +187,7 @@ def _controller(
     source: bool,
     target: str | None,
 ) -> None:
-    """Write the controller of a case, and say what is in it."""
+    """Write the controller of a case, and list its content."""
     from hystfmu.cli import places
     from hystfmu.report.terminal import table
     from hystfmu.scenario import Scenario

@@ -61,7 +61,7 @@ def inverse(
     Options of the implicit inverse: lo, hi.
 
     Linear dynamics and a delay behind the hysteresis are inverted by a feed-forward from a few samples of the wanted
-    output.  The output of the model is then the wanted one of some steps ago; the command prints how many.
+    output.  The output of the model lags by whole steps; the command prints this lag.
 
     The adaptive inverse is that of a Prandtl-Ishlinskii model.  Its inputs are v, the wanted output before dynamics and
     delay (a feed-forward, plus what a feedback adds), the reference y_d, and the measured output y.  Options: f_n, zeta
@@ -98,10 +98,10 @@ def inverse(
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @json_option
 def migrate(files: tuple[str, ...], as_json: bool) -> None:
-    """Bring files of an older version to the present format.
+    """Update files of older versions to the present format.
 
-    Model files, scenario.toml and baseline.toml are changed in place and as a whole; comments stay.  What changed is
-    printed.  A file of a newer version is refused.
+    Model files, scenario.toml and baseline.toml are changed in place; comments stay.  The command prints
+    the changes.  A file of a newer version is refused.
 
     \b
     Example: hystfmu migrate mine.model.toml scenarios/mine/scenario.toml scenarios/mine/baseline.toml

@@ -48,15 +48,15 @@ def _force(context: click.Context, option: click.Parameter, asked: bool) -> None
 
 
 class Command(click.Command):
-    """A command that takes -v and -q, and says what an interrupt leaves.
+    """A command that takes -v and -q, and states what remains after an interrupt.
 
-    It refuses an option of one value given twice, of which click would silently take the last.  One that writes takes
-    --force, and without it replaces no file of other content.
+    It refuses a single-value option that is given twice; click would silently take the last one.  A command that
+    writes takes --force; without it, it does not replace a file with different content.
 
     Parameters
     ----------
     interrupted : str
-        What an interrupt leaves, before the words that run the command again.
+        Text on what remains after an interrupt, before the command to repeat.
     """
 
     def __init__(self, *words: Any, interrupted: str = "files are whole or as they were; again:", **named: Any) -> None:
@@ -96,7 +96,7 @@ class OutputFolder(_Text):
 
 
 class OutputFile(_Text):
-    """A file to write: what stands against it is told before anything runs.
+    """A file to write: an obstacle is reported before anything runs.
 
     Parameters
     ----------

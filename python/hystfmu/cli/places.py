@@ -1,4 +1,4 @@
-"""Where the scenarios and studies of a command line are: here, or among those that HystFMU ships."""
+"""Location of the scenarios and studies of a command line: here, or among those that HystFMU ships."""
 
 from __future__ import annotations
 

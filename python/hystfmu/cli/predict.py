@@ -1,4 +1,4 @@
-"""Commands that hold a model against data: predict and check."""
+"""Commands that compare a model with data: predict and check."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def predict(
 )
 @json_option
 def check(model: str, data: str, columns: Columns, factor: float, as_json: bool) -> None:
-    """Tell from a new record whether a device has drifted.
+    """Test whether a device has drifted, from a new record.
 
     The model runs free on DATA.  Its error is compared with the one on held-out rows that MODEL states, or on training
     rows; rows whose input lies outside the trained range do not count.  The table shows the error that would be left if

@@ -43,8 +43,8 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     Each row gives its place in the paper, the printed figure, a literal replica and the result of HystFMU on the same
     quantity, and says whether the printed figure is met or by which factor it is missed.  The exit status is 1 if a
     stated target is missed; a missed figure without a target, or a target on time, which depends on the load of the
-    machine, does not change it.  What lacks its data or a package is told first and skipped; the exit status is then 1
-    too, or 2 if nothing is left to run.
+    machine, does not change it.  Rows without data or package are listed first and skipped; the exit status is then
+    1, too, or 2 if nothing is left to run.
 
     \b
     Example: hystfmu reproduce zhao_tan_2008
@@ -118,10 +118,10 @@ def demo(out: str) -> None:
     "--reference",
     multiple=True,
     metavar="SHAPE[:HZ]|FILE",
-    help="What to follow: sine, nested, triangle, step, staircase, or a CSV file with t and r. May be repeated.",
+    help="Reference: sine, nested, triangle, step, staircase, or a CSV file with t and r. May be repeated.",
 )
 @click.option("--delay", type=int, metavar="STEPS", help="Steps between a measurement and its command. Default: 1.")
-@click.option("--resonance", metavar="HZ[,ZETA]", help="A resonance that you know and the record does not show.")
+@click.option("--resonance", metavar="HZ[,ZETA]", help="A known resonance that the record does not show.")
 @click.option("--amplifier", metavar="slew=..,max=..,min=..,current=..,capacitance=..", help="Limits of the amplifier.")
 @click.option("--requirements", metavar="FILE", help="TOML file with the last ten options as keys.")
 @json_option
@@ -136,15 +136,14 @@ def start(
     as_json: bool,
     **asked: Any,
 ) -> None:
-    """From one record of a device to a compensated loop.
+    """Build a compensated loop from one record of a device.
 
-    Reads DATA, chooses and fits a model, inverts it, tunes controllers that are stable on every device that the record
-    leaves possible, takes the best, runs the loop, and writes FMUs, a report and verdict.json.  Each file is named with
-    the command that makes it alone.  Where the record allows no feedback, the loop is feed-forward and inverse, and
-    measure_next.csv holds the input that would end the doubt.
+    Reads DATA, chooses and fits a model, inverts it, and tunes controllers that are stable on every device that agrees
+    with the record.  Runs the loop with the best one, and writes FMUs, a report and verdict.json.  A table lists each
+    file with the command that makes it.  If the record supports no feedback, the loop consists of feed-forward and
+    inverse, and measure_next.csv contains an input for a better record.
 
-    The exit status is 0 exactly where the loop is approved; otherwise 1, and model, FMU, report and verdict are written
-    all the same.
+    The exit status is 0 if the loop is approved, else 1.  Model, FMU, report and verdict are written in both cases.
 
     \b
     Example: hystfmu start data.csv -o mine

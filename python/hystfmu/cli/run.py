@@ -114,8 +114,8 @@ def run(
 ) -> None:
     """Run scenarios and compare them with limits and baselines.
 
-    A scenario is a closed loop of FMUs, simulated by fmpy.  A folder of scenarios runs them all.  Those that HystFMU
-    ships run by their names, such as scenarios/pid, where the current folder has none of that name.
+    A scenario is a closed loop of FMUs, simulated by fmpy.  A folder of scenarios runs them all.  Shipped scenarios run
+    by name, such as scenarios/pid, if the current folder has no such folder.
 
     SSP archives of other tools run too and are compared with the reference result that they contain.
 

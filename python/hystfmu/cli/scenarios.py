@@ -23,18 +23,18 @@ from hystfmu.report.verbosity import VERBOSE, echo, level, say, wrong
     help="Every scenario in ./scenarios, or without that folder those that HystFMU ships.",
 )
 @click.option(
-    "--case", "cases", multiple=True, metavar="NAME", help="Only these cases, without the limits; repeatable."
+    "--case", "cases", multiple=True, metavar="NAME", help="Run only these cases, without the limits; repeatable."
 )
-@click.option("--at", metavar="UNIT.OUTPUT", default="", help="Signal at which the loop is broken.")
-@click.option("--delays", is_flag=True, help="A row for each further delay: 0, 1/2, 1 and 2 steps.")
+@click.option("--at", metavar="UNIT.OUTPUT", default="", help="Signal at which the loop is opened.")
+@click.option("--delays", is_flag=True, help="Print a row for each further delay: 0, 1/2, 1 and 2 steps.")
 @json_option
 def margins(
     scenarios: tuple[str, ...], everything: bool, cases: tuple[str, ...], at: str, delays: bool, as_json: bool
 ) -> None:
     """Compute the margins of loops and check their limits.
 
-    The loop of each case is opened at the input of its plant and linearised: controllers, observers and delays by their
-    exact tangent, the plant by its dynamics, hysteresis and inverse by the sector of slopes along the path of the case.
+    Opens the loop of each case at the input of its plant and linearises it: controllers, observers and delays exactly,
+    the plant with its dynamics, hysteresis and inverse with the sector of slopes along the path of the case.
     Margins hold for slope 1, or without an inverse for the largest slope of a plant that never has slope 1. Stability
     is checked over the sector with 0, 1/2, 1 and 2 further steps of delay.
     Exits with 1 if a limit in [margins] of a scenario is broken, or if a loop is unstable for a slope of its own path
@@ -68,8 +68,8 @@ def margins(
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
     """Compare two reports of 'hystfmu run' or 'hystfmu study'.
 
-    A and B are their folders, or the files report.json in them.  The page of two runs says what changed, lists old and
-    new metrics and margins, the largest change first, and overlays the signals.  The page of two studies has the shares
+    A and B are their folders, or the files report.json in them.  The page of two runs lists old and new metrics
+    and margins, the largest change first, and overlays the signals.  The page of two studies has the shares
     inside the limits with their intervals, distributions on common axes, and the draws that changed their verdict.
 
     \b
@@ -109,14 +109,14 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
     help="FMI version of the units exported here.",
 )
 @click.option("--connectors", is_flag=True, help="Add system outputs for the recorded signals; libcosim rejects them.")
-@click.option("--separate", is_flag=True, help="Make every unit a component [default: neighbours are one component].")
+@click.option("--separate", is_flag=True, help="Make every unit a component [default: neighbouring units form one].")
 @click.option(
     "--tolerance",
     type=click.FloatRange(min=0),
     default=0.1,
     show_default=True,
     metavar="PERCENT",
-    help="Largest difference to the scenario that its coupling may cost, of the span of a recorded output.",
+    help="Largest accepted difference from the scenario, relative to the span of a recorded output.",
 )
 def ssp(
     scenario: str,
@@ -132,12 +132,11 @@ def ssp(
 
     Other simulators run the archive; 'hystfmu run X.ssp' runs archives of other tools.
 
-    They step all components at once, each with the values of the last step.  So neighbours that can step as one graph
-    become one component, in which the order of the scenario holds.  The last lines say what the coupling still costs:
-    the largest difference to the scenario itself, by recorded output.  Exits with 1 if one is above --tolerance; the
-    archive is written nevertheless.
+    Other simulators step all components at once, each with the values of the previous step.  Therefore neighbouring
+    units become one component, which keeps the order of the scenario.  The last lines state the largest difference from
+    the scenario for each recorded output.  Exits with 1 if one is above --tolerance, but writes the archive.
 
-    With -o X.fmu the whole loop becomes one FMU that steps its units, ours and foreign, in the order of the scenario.
+    With -o X.fmu the whole loop becomes one FMU that steps all its units in the order of the scenario.
 
     \b
     Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp

@@ -1,4 +1,4 @@
-"""A linear recursion over many columns at once in the C core: what a fit filters thousands of times."""
+"""A linear recursion over many columns at once in the C core, for the filters of fits."""
 
 from __future__ import annotations
 

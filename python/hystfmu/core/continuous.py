@@ -54,7 +54,7 @@ class ContinuousExecutor(Executor):
 
     @property
     def is_sampled(self) -> bool:
-        """Whether the graph has a block that advances at sample times only."""
+        """True if the graph has a block that advances at sample times only."""
         return bool(self._lib.hyst_graph_is_sampled(self._g))
 
     @property

@@ -224,7 +224,7 @@ class BlockType:
 
     @property
     def rate_independent(self) -> bool:
-        """Whether the output depends on the input path but not on time."""
+        """True if the output depends on the input path but not on time."""
         return self.rate in ("function", "hysteretic") and not self.of("time")
 
     @property

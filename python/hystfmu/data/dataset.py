@@ -197,7 +197,7 @@ class Dataset:
 
     @property
     def has_output(self) -> bool:
-        """Whether an output was measured."""
+        """True if an output was measured."""
         return not bool(np.isnan(self.y).all())
 
     @property

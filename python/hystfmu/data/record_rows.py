@@ -1,4 +1,4 @@
-"""Rows of a record: which are fitted, where records start, what they must hold, and their names in messages."""
+"""Rows of a record: fitted rows, starts of records, required data, and their names in messages."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""`hystfmu demo`: the whole way once on built-in data."""
+"""`hystfmu demo`: the whole workflow on built-in data."""

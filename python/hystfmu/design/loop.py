@@ -67,7 +67,7 @@ class Margins:
 
     @property
     def conditional(self) -> bool:
-        """Whether the loop is conditionally stable: it loses its stability where the gain falls."""
+        """True if the loop is conditionally stable: it loses its stability where the gain falls."""
         return self.stable and self.gain_low_db > -np.inf
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""Linear plants behind the inverse of a hysteresis, and the set of plants that a record leaves possible.
+"""Linear plants behind the inverse of a hysteresis, and the set of plants that agree with a record.
 
 A plant is a sum of second-order modes and a static rest, with static gain 1, behind a held command that comes late:
 

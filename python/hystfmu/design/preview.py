@@ -1,4 +1,4 @@
-"""Feed-forward with preview: what undoes linear dynamics for a wanted output that is known some steps ahead.
+"""Feed-forward with preview: compensates linear dynamics if the wanted output is known some steps ahead.
 
 The zeros between several modes are undone by a filter W(s), if it is stable; weights of the last samples do the rest.
 They minimise abs(1 - z^lead F(z) W(z) G(z)) over a grid of frequencies, and are exact at rest.  G contains the held

@@ -1,4 +1,4 @@
-"""A race of controller structures over one set of plants, each tuned under the same limits.
+"""Comparison of controller structures on one set of plants, each tuned under the same limits.
 
 For every structure the values beside the integral gain are searched; the gain is then the largest one whose loop keeps
 the limits.  What counts is the error that is left of what disturbs the loop (`Aim`): model error at the harmonics of
@@ -35,7 +35,7 @@ EQUAL = 1.05  # a structure with more values must be better by this
 
 @dataclass(frozen=True)
 class Limits:
-    """What a loop must keep.
+    """Limits of a loop.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Aim:
-    """What disturbs the loop, as powers in the unit of the output squared.
+    """Disturbances of the loop, as powers in the unit of the output squared.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ def race(
     aim : Aim
     limits : Limits
     names : sequence of str
-        Structures that take part, from `STRUCTURES`.
+        Structures to compare, from `STRUCTURES`.
     """
     found: list[Tuned] = []
     refused: dict[str, str] = {}
@@ -239,7 +239,7 @@ class _View:
         return costs[k], gains[k]
 
     def allowed(self, C: Complex, inner: Complex | None) -> bool:
-        """Whether the loops keep the limits, and the controller is stable."""
+        """Return whether the loops keep the limits, and the controller is stable."""
         if inner is not None and not unencircled(inner[:1]).all():
             return False
         X = C * self.G

@@ -1,4 +1,4 @@
-"""Sector of local slopes: what an imperfect inverse leaves of the hysteresis of a plant.
+"""Sector of local slopes: the remaining hysteresis of a plant behind an imperfect inverse.
 
 A loop closed around an inverse and its plant sees their local slope, which depends on the path.  A controller has to be
 stable for every slope of the sector.
@@ -78,7 +78,7 @@ def slopes_along(path: Array, *chain: Graph, h: float) -> tuple[float, float]:
 
 
 def _drifts(node: Node) -> bool:
-    """Whether the output of a block moves while its input stands."""
+    """Return whether the output of a block moves while its input stands."""
     undone = node.block.inverts
     return node.block.rate == CONTINUOUS or bool(undone and block_types()[undone].rate == CONTINUOUS)
 

@@ -32,7 +32,7 @@ OPEN = 0.4  # of the sampling rate: a roll-off above is none
 
 @dataclass(frozen=True)
 class Design:
-    """What a structure knows: the identified plant and the step.
+    """Knowledge of a structure: the identified plant and the step.
 
     Attributes
     ----------

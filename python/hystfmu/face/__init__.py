@@ -1,1 +1,1 @@
-"""The face: what `import hystfmu as hy` offers, thin calls of the rooms below; `dir(hystfmu)` lists it."""
+"""The face: content of `import hystfmu as hy`, thin calls of the rooms below; `dir(hystfmu)` lists it."""

@@ -1,4 +1,4 @@
-"""What a scenario built in Python leaves unsaid: its order, a reference over the plant's stroke, the end of the run.
+"""Defaults of a scenario built in Python: its order, a reference over the plant's stroke, the end of the run.
 
 wires      those that follow from the roles of the units: see `hystfmu.face.wiring`.
 reference  connections or metrics name the unit ``reference``, but none was added: a sine over SHARE of the stroke of

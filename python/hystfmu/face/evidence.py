@@ -1,4 +1,4 @@
-"""What the record of a fit shows about linear dynamics, kept with the model as ``fit["evidence"]``."""
+"""Evidence of linear dynamics in the record of a fit, kept with the model as ``fit["evidence"]``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The explorer of identified models: those with an analytic inverse get it in front."""
+"""The explorer of identified models, with the inverse in front if it is analytic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of a fit to data of one's own: errors, interval, loops, residuals, parameters, warnings, provenance."""
+"""The page of a fit to data of the user: errors, interval, loops, residuals, parameters, warnings, provenance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hystfmu.model.conformal import Interval, interval
 from hystfmu.report.page import Section, Table, hero, page, section
 from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 
-EXPLORED = "The model of the FMU runs in this page. A model without an exact or implicit inverse has none in front."
+EXPLORED = "The model of the FMU runs in this page. Its inverse is here if it is exact or implicit."
 SEGMENT = 1024  # rows of a segment of the spectrum
 FLOOR = 1e-12  # least amplitude that is drawn, relative to the span
 

@@ -1,4 +1,4 @@
-"""The model of the face: the record that the rooms hand to each other, with the verbs of a user as methods."""
+"""The model of the face: the model record of the package with methods for users."""
 
 from __future__ import annotations
 

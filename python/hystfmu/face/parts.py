@@ -1,4 +1,4 @@
-"""What a unit of a scenario can be made of: models, blocks, graphs, files; each in the words of a scenario.toml."""
+"""Parts that a unit of a scenario can consist of: models, blocks, graphs, files; each as in a scenario.toml."""
 
 from __future__ import annotations
 

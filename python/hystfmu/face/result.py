@@ -1,4 +1,4 @@
-"""What a run of a scenario gives: verdicts, signals, diagrams, a report."""
+"""Result of a run of a scenario: verdicts, signals, diagrams, a report."""
 
 from __future__ import annotations
 

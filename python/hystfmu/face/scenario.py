@@ -53,7 +53,7 @@ class Scenario:
     Raises
     ------
     InputError
-        A name that is none, a step that is not greater than 0.
+        An invalid name, a step that is not greater than 0.
 
     Notes
     -----
@@ -416,7 +416,7 @@ class Scenario:
         Returns
         -------
         Result
-            Held against the limits; a scenario that was read from a file and not changed, against its baseline too.
+            Compared with the limits; an unchanged scenario from a file also with its baseline.
 
         Raises
         ------
@@ -541,7 +541,7 @@ class Scenario:
 
     @property
     def table(self) -> dict[str, Any]:
-        """What a file of the scenario says, complete: a copy, with the keys of a scenario.toml."""
+        """Complete table of the scenario: a copy, with the keys of a scenario.toml."""
         return copy.deepcopy(completed(self._spec, self._attached, self._origin))
 
     def changed(self, table: Mapping[str, Any]) -> Scenario:

@@ -57,7 +57,7 @@ def _errors(model: Record) -> list[tuple[str, str, str]]:
 
 
 def evidence_lines(model: Record) -> list[str]:
-    """What the record of the fit shows about linear dynamics; nothing for models of before and for inverses."""
+    """Lines on the linear dynamics in the record of the fit; empty for inverses and for models of older versions."""
     if "evidence" not in model.fit:
         return []
     from hystfmu.identify.evidence.found import Evidence

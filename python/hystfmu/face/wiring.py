@@ -1,4 +1,4 @@
-"""Wires that a scenario built in Python leaves unsaid: units that nothing is connected to are wired by their roles.
+"""Default wires of a scenario built in Python: unconnected units are wired by their roles.
 
 inverse     ``inverse.u`` as a source is the input that it finds, whatever its output is called.  An inverse without a
             source takes ``reference.r_lead``, the reference as far ahead as its step acts late.

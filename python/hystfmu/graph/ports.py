@@ -109,7 +109,7 @@ class Port:
 
     @property
     def is_parameter(self) -> bool:
-        """Whether it is a parameter, tunable or fixed."""
+        """True if it is a parameter, tunable or fixed."""
         return self.kind in ("param", "fixed")
 
     @property

@@ -1,4 +1,4 @@
-"""What a kind of model states about itself to compete in ``auto``: its memory, its cost, how to try it."""
+"""Properties that a kind of model states to compete in ``auto``: its memory, its cost, its trial fit."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Candidate:
         return self.seconds + self.per_1000 * rows / 1000
 
     def tries(self, rows: int) -> bool:
-        """Whether a short trial fit comes before a full one."""
+        """Return whether a short trial fit comes before a full one."""
         return bool(self.quick) or self.cost(rows) > EXPENSIVE
 
     def named(self, key: str) -> str:

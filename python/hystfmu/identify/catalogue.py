@@ -61,12 +61,12 @@ def candidates() -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
 
 
 def takes_records(key: str) -> bool:
-    """Whether the method `key` fits several records, each from a fresh start; its module states ``RECORDS``."""
+    """Return whether the method `key` fits several records, each from a fresh start; its module states ``RECORDS``."""
     return bool(getattr(method(key), "RECORDS", False))
 
 
 def takes_covariates(key: str) -> bool:
-    """Whether the method `key` takes inputs beside u; its module states ``COVARIATES``."""
+    """Return whether the method `key` takes inputs beside u; its module states ``COVARIATES``."""
     return bool(getattr(method(key), "COVARIATES", False))
 
 

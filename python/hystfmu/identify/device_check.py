@@ -1,4 +1,4 @@
-"""Check of a device by a new record: whether the error of its model has grown, and what would explain it.
+"""Check of a device by a new record: whether the error of its model has grown, and the probable cause.
 
 The model runs free on the record.  Its RMS error, on the rows whose input lies within the trained range, is compared
 with the error on held-out rows that the model file states, or with that on the training rows.  Changes of the device

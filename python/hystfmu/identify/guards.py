@@ -1,4 +1,4 @@
-"""Guards of every fit: what the data of the fit do not show of a model, looked for in one place.
+"""Checks of every fit: properties of a model that its data do not support.
 
 - Another signal.  The model runs free on steps to the ends of the trained range and on nested reversals inside it, at
   the speed of the data and at 200 rows a cycle.  An output that overflows or grows is an error.  One that leaves the
@@ -94,7 +94,7 @@ def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
 
 
 def leaves(graph: Graph, u: Array, data: Dataset) -> bool:
-    """Whether a model on the input u (n,) leaves the range of y of the data by more than its span."""
+    """Return whether a model on the input u (n,) leaves the range of y of the data by more than its span."""
     return not _beyond(graph, u, data) <= WIDE + _ringing(graph)
 
 
@@ -152,5 +152,5 @@ def _unseen(covered: float | None) -> list[str]:
 
 
 def follows_late(graph: Graph) -> bool:
-    """Whether the output of a model depends on past values of u only: dynamics or a delay of its own."""
+    """Return whether the output of a model depends on past values of u only: dynamics or a delay of its own."""
     return not any(graph.inputs[0].name in known for known in graph.dependencies().values())

@@ -1,4 +1,4 @@
-"""Whether a fit stays within half of the memory of the machine: by the bytes per row that each kind was measured at."""
+"""Memory check of a fit: at most half of the machine, from the measured bytes per row of each kind."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
 
 @dataclass(frozen=True)
 class Fitted:
-    """What an identification returns before its errors are known.
+    """Result of an identification before its errors are known.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the ports of a fitted model are, in the words of the record."""
+"""Descriptions of the ports of a fitted model, from the headings of the record."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Why there is no model: one sentence for every path, which names every candidate with its error or its reason."""
+"""Refusal of a fit: one sentence for every path, which names every candidate with its error or its reason."""
 
 from __future__ import annotations
 

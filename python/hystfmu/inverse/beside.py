@@ -33,7 +33,7 @@ def driven_beside(g: Graph) -> set[str]:
 
 
 def takes_beside(g: Graph, n: Node, alone: set[str]) -> bool:
-    """Whether a block is a sum or product of the chain and of signals beside it."""
+    """Return whether a block is a sum or product of the chain and of signals beside it."""
     return n.type in ENTERED and any(a.split(".")[0] in alone and b.split(".")[0] == n.name for a, b in g.wires)
 
 

@@ -1,4 +1,4 @@
-"""What the ports of an inverse are, in the words of the model."""
+"""Descriptions of the ports of an inverse, from those of the model."""
 
 from __future__ import annotations
 

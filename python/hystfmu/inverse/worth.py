@@ -1,4 +1,4 @@
-"""What inverse a model has, and whether it is worth using; a choice of the kind of model asks."""
+"""Kind of inverse that a model has, and whether it is worth using; the choice of the kind of model asks."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _at_rest(model: Model, u: Array) -> Array:
 
 
 def _folded(model: Model) -> bool:
-    """Whether the output of a static model turns while the input rises over its range, or while it falls.
+    """Return whether the output of a static model turns while the input rises over its range, or while it falls.
 
     Then a wanted output has several inputs.  With creep or lags the output may go on after a reversal, and the inverse
     takes the present slope: such models are not tested.

@@ -1,4 +1,4 @@
-"""A model as the explorer of a page drives it: block files, what a reader may move, and where its memory is."""
+"""A model for the explorer of a page: block files, adjustable values, and states of its memory."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def word(node: Node, name: str) -> str:
 
 
 def is_sampled(node: Node) -> bool:
-    """Whether its class acts at 0, Ts, 2 Ts, ... only."""
+    """Return whether its class acts at 0, Ts, 2 Ts, ... only."""
     return place(node)[1]
 
 
@@ -49,7 +49,7 @@ def place(node: Node) -> tuple[str, bool]:
 
 
 def is_discretised(node: Node) -> bool:
-    """Whether it becomes a StateSpace, discretised for the step as in the unit, instead of its continuous class."""
+    """True if it becomes a StateSpace, discretised for the step as in the unit, instead of its continuous class."""
     return node.type == "transfer_function"
 
 
@@ -70,7 +70,7 @@ def class_of(node: Node) -> str:
 
 
 def is_large(node: Node) -> bool:
-    """Whether it is a network that becomes a function."""
+    """Return whether it is a network that becomes a function."""
     return node.type == "mlp" and node.parameters().size > MOST_PARAMETERS
 
 

@@ -55,7 +55,7 @@ def port_at(is_input: bool, i: int, n: int, edge: int = 110) -> Point:
 
 
 def on_component(port: Point, centre: Point, half: float = _SIZE / 2) -> Point:
-    """Where a port of an icon from -100 to 100 stands in the diagram, on a component of `half` its size."""
+    """Position in the diagram of a port of an icon from -100 to 100, on a component of `half` its size."""
     return centre[0] + port[0] * half / 100, centre[1] + port[1] * half / 100
 
 

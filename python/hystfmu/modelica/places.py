@@ -1,4 +1,4 @@
-"""Where the class of a block stands in the library HystFMU, and what the class lacks."""
+"""Place of the class of a block in the library HystFMU, and the features that the class lacks."""
 
 from __future__ import annotations
 
@@ -69,12 +69,12 @@ def package_of(block: BlockType) -> str:
 
 
 def is_sampled_class(block: BlockType) -> bool:
-    """Whether the class acts at 0, Ts, 2 Ts, ... and has the parameter Ts."""
+    """Return whether the class acts at 0, Ts, 2 Ts, ... and has the parameter Ts."""
     return block.rate == "sampled" or _is_realised(block)
 
 
 def _is_realised(block: BlockType) -> bool:
-    """Whether it comes in up to three realisations: an operator or inverse with a memory, which does not learn."""
+    """True if it comes in up to three realisations: an operator or inverse with a memory, which does not learn."""
     return block.family in ("operators", "inverses") and block.rate != "function" and block.name not in _LEARNS
 
 
@@ -85,7 +85,7 @@ def matrix_rows(v: Var) -> str:
 
 
 def has_shapes(block: BlockType) -> bool:
-    """Whether each shape of the block is a class."""
+    """Return whether each shape of the block is a class."""
     return block.name == "reference"
 
 

@@ -20,7 +20,7 @@ def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]
     Raises
     ------
     InputError
-        A port has a name that is none in Modelica.
+        A port has a name that Modelica does not allow.
     """
     outside = [*(p.name for p in graph.inputs), *(p.name for p in graph.outputs)]
     for p in outside:

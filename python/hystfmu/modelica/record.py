@@ -20,7 +20,7 @@ def mark(source: str) -> str:
 
 
 def is_ours(text: str) -> bool:
-    """Whether a file begins with the line of `mark`."""
+    """Return whether a file begins with the line of `mark`."""
     first = text.partition("\n")[0]
     return first.startswith("// generated from ") and first.endswith(" by hystfmu export --modelica - do not edit")
 

@@ -1,4 +1,4 @@
-"""Where the Modelica library of this project is: installed with the package, or in the checkout that it runs from."""
+"""Location of the Modelica library: installed with the package, or in the checkout that it runs from."""
 
 from __future__ import annotations
 

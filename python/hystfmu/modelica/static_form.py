@@ -56,7 +56,7 @@ class StaticForm:
 
     @property
     def inner(self) -> bool:
-        """Whether its output is made of another vector, `_inner`."""
+        """True if its output is made of another vector, `_inner`."""
         return self.node.type in _INNER and not classes.is_large(self.node)
 
     def lines(self, name: str, z: str, x: list[str], n_values: int, n_state: int) -> tuple[list[str], list[str]]:
@@ -124,7 +124,7 @@ def _values(graph: Graph, node: Node) -> dict[str, tuple[str, int]]:
 
 
 def _preisach(graph: Graph, node: Node, key: str) -> tuple[str, int]:
-    """Where the first branch begins, and that branch, as in Operators.Sampled.Preisach."""
+    """Start of the first branch, and that branch, as in Operators.Sampled.Preisach."""
 
     def of(k: str) -> str:
         return f"values.{field(graph, node, k)}"

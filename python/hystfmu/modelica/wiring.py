@@ -53,7 +53,7 @@ class Wiring:
         return f"{self.parts[node.name]}.{v.name}" + (f"[{index}]" if index and v.size != "1" else "")
 
     def point(self, end: str) -> Point:
-        """Where an end stands in the diagram."""
+        """Position of an end in the diagram."""
         node, v, _ = self.row(end)
         if node.name in self.sums:
             return self.where.of[node.name]
@@ -65,7 +65,7 @@ class Wiring:
         return f"  connect({self.end(a)}, {self.end(b)}) {line(self.point(a), self.point(b))};"
 
     def from_port(self, p: Input, i: int) -> list[str]:
-        """What the input `p`, the port i, gives to components.
+        """Connections from the input `p`, the port i, to components.
 
         An element of a vector is made equal instead of connected: rumoca 0.10.2 takes an array as a whole, and the
         port would seem to depend on what drives the other elements.
@@ -84,7 +84,7 @@ class Wiring:
         return found
 
     def to_port(self, o: Output, i: int) -> str:
-        """What the output `o`, the port i, has from a component."""
+        """Connection from a component to the output `o`, the port i."""
         name = self.ports[o.name]
         if si(o.unit)[0]:
             return f"  {name} = {self._scale(o, o.source)}*{self.end(o.source)};"

@@ -1,4 +1,4 @@
-"""The first figure of a page: what is met and what is missed, each figure over the one that it is held against."""
+"""The first figure of a page: met and missed bounds, each figure divided by its bound."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plants drawn at random, in numpy, independent of the C core: no default of a kind of model was chosen on them.
+"""Plants drawn at random, in numpy, independent of the C core; no default of a kind of model was tuned on them.
 
 Every function takes a generator and returns the response u (n,) -> y (n,) from rest, with thresholds off every grid.
 """

@@ -1,4 +1,4 @@
-"""Plants that no default was chosen on, from fixed seeds and from one drawn at run time: models and their inverses.
+"""Models and inverses on plants that were not used for tuning, from fixed seeds and from one drawn at run time.
 
 Every model is trained on random nested reversals (the structured actuator with dynamics on a multisine) with the
 default options of its kind, and tested on other signals of the same plant.  A target that holds on the fixed seeds

@@ -1,4 +1,4 @@
-"""The closed loops of this project against what is asked of them: tracking and margins, the stage, adaptation, speed.
+"""The closed loops of this project and their requirements: tracking and margins, the stage, adaptation, speed.
 
 Everything is read from the shipped scenarios as they are now: gains, corners and limits stand in their files.
 """

@@ -66,14 +66,14 @@ class Row:
 
     @property
     def met(self) -> bool | None:
-        """Whether the target is met; None without a target."""
+        """True if the target is met; None without a target."""
         if self.target is None or self.ours is None:
             return None
         return bool(self.ours >= self.target if self.at_least else self.ours <= self.target)
 
     @property
     def printed_met(self) -> bool | None:
-        """Whether the printed figure is met; None if nothing is printed or computed."""
+        """True if the printed figure is met; None if nothing is printed or computed."""
         if self.printed is None or self.ours is None:
             return None
         if self.sense == "equal":

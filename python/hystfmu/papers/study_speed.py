@@ -1,4 +1,4 @@
-"""Speed of a study against the loop that one writes by hand with fmpy; `tests/benchmarks` compares more ways to run it.
+"""Speed of a study compared with a loop written with fmpy; `tests/benchmarks` compares more ways to run it.
 
 The loop has a P controller and a first-order plant and runs 10 000 steps of 1 ms.  Both sides count processor time of
 the loop alone; the study counts all, from its file to its table.

@@ -1,4 +1,4 @@
-"""Controllers for the loop of a scenario: each gives a new scenario with the values that were designed for it.
+"""Controllers for the loop of a scenario: each function returns a new scenario with the designed values.
 
 >>> import hystfmu as hy
 >>> made = hy.redesign.repetitive(hy.Scenario.load("mine/loop"))  # doctest: +SKIP

@@ -1,4 +1,4 @@
-"""A controller of a named structure in place of those of a scenario, tuned over all loops that the scenario names."""
+"""A controller of a named structure that replaces those of a scenario, tuned over all its loops."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The loops of a scenario for which a design has to hold: its cases, slopes, delays, and modes that are off."""
+"""The loops of a scenario that a design covers: its cases, slopes, delays, and mode errors."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Corner:
 
     @property
     def stable(self) -> bool:
-        """Whether the loop is stable without its memory."""
+        """True if the loop is stable without its memory."""
         return replace(self.opened, memories=()).stable(self.slope, self.delay)
 
 

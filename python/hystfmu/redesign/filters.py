@@ -1,4 +1,4 @@
-"""The search for filters of a repetitive part: the largest cutoff and gain that every corner carries."""
+"""The search for filters of repetitive control: the largest cutoff and gain that are stable in every corner."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def highest(opened: OpenedLoop, n: int) -> float:
 
 
 class Search:
-    """Filters for cutoffs and gains, held against all corners.
+    """Filters for cutoffs and gains, tested in all corners.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ COUNTED = 1  # periods at the end that count
 
 @dataclass(frozen=True)
 class Taps:
-    """What the block says.
+    """Settings of the block.
 
     Attributes
     ----------

@@ -117,7 +117,7 @@ def replaced(
 
 
 def depends(case: Mapping[str, Any], old: Controllers) -> bool:
-    """Whether a case changes a controller by more than the limits of its command, so that it has no meaning without."""
+    """True if a case changes a controller by more than the limits of its command, so that it has no meaning without."""
     gone = set(old.units)
     sets = {k.rpartition(".")[2] for k in case.get("set", {}) if k.partition(".")[0] in gone}
     ends = {end.partition(".")[0] for pair in case.get("connections", {}).items() for end in pair}

@@ -1,4 +1,4 @@
-"""What the signals of a loop are for, read from its connections and not from the names of its units."""
+"""Roles of the signals of a loop, from its connections and not from the names of its units."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Roles:
     Attributes
     ----------
     reference : str
-        Output that the tracked one is held against.
+        Output with which the tracked one is compared.
     measured : str
         Tracked output as the controllers read it, behind the sensor and its converter.
     command : str

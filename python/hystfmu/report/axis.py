@@ -1,4 +1,4 @@
-"""Axes of diagrams: the range with some room, round ticks, and the numbers beside them; `common.js` has the same."""
+"""Axes of diagrams: the padded range, round ticks, and their numbers; `common.js` has the same."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ DOTS_PER_INCH = 150
 
 
 class Curve(Protocol):
-    """What is drawn of a line: x and y of equal shape (n,)."""
+    """Drawn data of a line: x and y of equal shape (n,)."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -34,7 +34,7 @@ class Curve(Protocol):
 
 
 class Diagram(Protocol):
-    """What is drawn of a plot."""
+    """Drawn data of a plot."""
 
     @property
     def title(self) -> str: ...  # noqa: D102

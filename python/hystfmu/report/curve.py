@@ -1,4 +1,4 @@
-"""Curves of diagrams: as SVG path data, and thinned to what a screen shows."""
+"""Curves of diagrams as SVG path data, thinned to the resolution of a screen."""
 
 from __future__ import annotations
 

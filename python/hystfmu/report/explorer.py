@@ -40,7 +40,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Memory:
-    """Where the states of a block show its memory.
+    """States of a block that show its memory.
 
     Attributes
     ----------

@@ -35,7 +35,7 @@ class Table:
 
 
 class Diagram(Protocol):
-    """What a page shows as a figure."""
+    """Protocol of objects that a page shows as a figure."""
 
     @property
     def title(self) -> str:

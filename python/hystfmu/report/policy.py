@@ -1,4 +1,4 @@
-"""Content-Security-Policy of a page: it runs and styles what it was written with, and requests nothing."""
+"""Content-Security-Policy of a page: only its own scripts and styles are allowed, and no requests."""
 
 from __future__ import annotations
 

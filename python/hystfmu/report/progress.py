@@ -1,4 +1,4 @@
-"""Progress on a terminal: how much is done, the rate, the time left; nothing in a pipe and nothing with -q."""
+"""Progress on a terminal: the finished share, the rate, the time left; no output in a pipe or with -q."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures over the bounds that they are held against, as dots on a logarithmic axis, as inline SVG."""
+"""Ratios of figures to their bounds, as dots on a logarithmic axis, as inline SVG."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much a command prints: with -q what is wrong alone, with -v also what its tables summarise and what it does.
+"""Amount of output of a command: only problems with -q, also details and actions with -v.
 
 The level belongs to the command that runs.  Outside of one it is `NORMAL`.
 """

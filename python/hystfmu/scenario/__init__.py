@@ -1,4 +1,4 @@
-"""Closed-loop scenarios: read a scenario.toml, run its cases, hold them against limits and baseline, report."""
+"""Closed-loop scenarios: read a scenario.toml, run its cases, compare them with limits and baseline, report."""
 
 from __future__ import annotations
 

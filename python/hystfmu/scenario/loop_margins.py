@@ -121,7 +121,7 @@ class OpenedLoop:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """What the margins follow from: equal loops have equal keys."""
+        """Key of the data that determine the margins: equal loops have equal keys."""
         matrices = tuple((m.shape, m.tobytes()) for m in (*self.controller, *self.plant))
         laws = tuple((m.n, m.q.tobytes(), m.l.tobytes(), m.lifted) for m in self.memories)
         return self.h, self.ramp, self.hysteresis, f"{self.nominal:.3g}", self.side.delay, self.at, matrices, laws
@@ -151,7 +151,7 @@ class OpenedLoop:
         return margins_of(*self._resolved(slope, delay), self.h, lambda gain: self._stable_with(gain, slope, delay))
 
     def _stable_with(self, gain: float, slope: float, delay: float) -> bool:
-        """Whether the loop is stable with a further gain where it is broken."""
+        """Return whether the loop is stable with a further gain where it is broken."""
         if self.broken is None:
             return self.stable(gain * slope, delay)
         return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
@@ -236,7 +236,7 @@ class OpenedLoop:
         return max(largest, float(self.learning(slope, delay) ** (1 / self._period)))
 
     def stable(self, slope: float, delay: float) -> bool:
-        """Whether the closed loop is stable."""
+        """Return whether the closed loop is stable."""
         plain = replace(self, memories=())
         if plain.radius(slope, delay) >= 1:
             return False
@@ -291,7 +291,7 @@ class OpenedLoop:
         return float(-20 * np.log10(least(lambda a: np.abs(1 + L(a)), angles, np.abs(1 + values))))
 
     def stable_at(self, delay: float) -> bool:
-        """Whether every slope of the sector is stable.
+        """Return whether every slope of the sector is stable.
 
         A slope of 0, such as of an inverse at its limit, opens the loop: its integrators stand, and nothing grows.  A
         slope close to 0 counts instead, at which a conditionally stable loop is lost.

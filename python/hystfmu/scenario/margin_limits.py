@@ -41,7 +41,7 @@ class LoopVerdict:
 
     @property
     def within(self) -> bool:
-        """Whether the limit is met."""
+        """True if the limit is met."""
         if self.value is None:
             return self.expected
         return self.value >= self.bound if self.at_least else self.value <= self.bound

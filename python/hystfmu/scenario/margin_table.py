@@ -76,7 +76,7 @@ class LoopRow:
 
     @property
     def stable(self) -> bool:
-        """Whether the loop is stable at its own delay, for the nominal slope and all those of its sector."""
+        """True if the loop is stable at its own delay, for the nominal slope and all those of its sector."""
         return bool(self.margins["stable"]) and self.margins["Ms_worst_db"] is not None
 
     @property

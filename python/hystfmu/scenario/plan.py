@@ -1,4 +1,4 @@
-"""What is about to run: scenarios read, their cases built, the baselines that they are held against loaded."""
+"""Plan of a run: scenarios, their cases, and the baselines for comparison."""
 
 from __future__ import annotations
 

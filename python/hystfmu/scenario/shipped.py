@@ -1,4 +1,4 @@
-"""Where the scenarios of this project are: installed with the package, or in the checkout that it runs from."""
+"""Location of the shipped scenarios: installed with the package, or in the checkout that it runs from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters that follow from a design: a study varies what the design is asked for, not each tap or pole.
+"""Parameters that follow from a design: a study varies the requirements of the design, not each tap or pole.
 
 What the design returns for the drawn values is set in every case, as `hy.design` would have computed it by hand.
 """

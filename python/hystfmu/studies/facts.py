@@ -1,4 +1,4 @@
-"""What a comparison reads of a study: its summary and verdicts from report.json, its rows from results.parquet."""
+"""Data of a study for a comparison: summary and verdicts from report.json, rows from results.parquet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which failed runs of a study are made again: those that failed at a limit which is now higher, or all on request."""
+"""Failed runs of a study to repeat: those that failed at a limit which is now higher, or all on request."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def with_limits(row: dict[str, Any], spec: StudySpec) -> dict[str, Any]:
 
 
 def is_final(row: dict[str, Any], spec: StudySpec, retry: bool) -> bool:
-    """Whether a kept row holds under the present limits; with `retry` no failed one does."""
+    """Return whether a kept row holds under the present limits; with `retry` no failed one does."""
     if row["status"] == "ok":
         return True
     limit = _LIMIT_OF.get(row["status"], "")

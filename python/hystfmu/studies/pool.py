@@ -183,7 +183,7 @@ class _Worker:
 
     @property
     def advice(self) -> str:
-        """What helps if it ends before it begins."""
+        """Remedy if a worker ends before it begins."""
         if self._supervised:
             return one_line("".join((self.process.said or ["it said nothing"])[-1:]))
         return "a script that runs a study must be a file with its main part under if __name__ == '__main__'"

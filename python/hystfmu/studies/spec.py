@@ -45,7 +45,7 @@ class SecondOrderSpec(pydantic.BaseModel):
 
     @property
     def coordinates(self) -> dict[str, ParameterSpec]:
-        """What is drawn, by name."""
+        """Drawn parameters by name."""
         return {k: ParameterSpec.model_validate({"range": getattr(self, k)}) for k in ("gain", "f_n", "zeta")}
 
     @staticmethod
@@ -262,7 +262,7 @@ class Study:
         self.scenario_cases = have
         self._designed: dict[tuple[float, ...], dict[str, Any]] = {}
         self.parameters = {k: c for name, p in self.spec.parameters.items() for k, c in p.coordinates(name).items()}
-        """What is drawn, by `unit.parameter`, or `unit.block.f_n`."""
+        """Drawn parameters by `unit.parameter`, or `unit.block.f_n`."""
 
     def _check_start(self) -> None:
         spec, where = self.spec, f"{self.file}: start"

@@ -1,4 +1,4 @@
-"""The answer of a study: what share of the draws is inside the limits, with its interval, and what the others miss."""
+"""The answer of a study: the share of draws inside the limits, with its interval, and the failures of the others."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def outcomes(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> di
 
 
 def is_unstable(system: System, row: Row) -> bool:
-    """Whether a run left all bounds, lost its reference, or has a linearised loop with a pole outside the circle."""
+    """True if a run left all bounds, lost its reference, or has a linearised loop with a pole outside the circle."""
     if row["status"] == "stopped":
         return True
     lost = {name: LOST[m.kind] for name, m in system.case.metrics.items() if m.kind in LOST}

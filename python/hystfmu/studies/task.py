@@ -34,7 +34,7 @@ class Task:
     values: dict[str, float]
     settings: dict[str, Any]
     margins: bool = False
-    """Whether the loop is linearised too."""
+    """True if the loop is linearised too."""
 
 
 def fingerprint(system: System) -> str:

@@ -1,4 +1,4 @@
-"""Pointers that an importer leaves away: those to values are refused by name, those to answers that it ignores are not.
+"""NULL pointers of an importer: missing values are refused by name; results may be ignored.
 
 Both standards let an importer pass NULL with 0 elements; tests/c/drive_edges.c has the failures of malloc.
 """

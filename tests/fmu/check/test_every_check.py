@@ -95,7 +95,7 @@ def test_a_hang_takes_its_own_time_only(tmp_path: Path) -> None:
 
 
 def test_what_needs_a_step_is_not_tried_without_one(tmp_path: Path) -> None:
-    """The same crash eleven times would tell nothing."""
+    """The check does not repeat the same crash eleven times."""
     text = DESCRIPTION.replace("  <ModelVariables>", '  <DefaultExperiment startTime="1"/><ModelVariables>')
     bad_fmu(tmp_path / "x.fmu", CRASH.rstrip(";"), -9.0, description=text)
     _, problems, checks = validated(tmp_path / "x.fmu")

@@ -1,4 +1,4 @@
-"""Results of fits and studies do not change behind the back of who holds them: their classes are frozen."""
+"""Results of fits and studies are immutable: their classes are frozen."""
 
 from __future__ import annotations
 

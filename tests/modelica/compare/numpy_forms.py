@@ -234,7 +234,7 @@ class Form:
         return self.at(u, v, h, rows)[rows]
 
 
-# a class that is not here is held against the C core alone, whose vectors are its oracle
+# a class that is not here is compared with the C core alone, whose vectors are its oracle
 FORMS = {
     "PlayBank": Form(lambda u, v, h, rows: bank(u, v), fast=True),
     "StopBank": Form(lambda u, v, h, rows: u[:, None] - bank(u, v), fast=True),

@@ -1,4 +1,4 @@
-"""Exported models: every kind from a small fit, its Example simulated by rumoca and held against `predict`."""
+"""Exported models: every kind from a small fit, its Example simulated by rumoca and compared with `predict`."""
 
 from __future__ import annotations
 

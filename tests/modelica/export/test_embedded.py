@@ -1,4 +1,4 @@
-"""Sampled blocks rendered as embedded C by rumoca's GALEC target, compiled, run and held against the C core.
+"""Sampled blocks rendered as embedded C by rumoca's GALEC target, compiled, run and compared with the C core.
 
 The target computes in single precision, and rumoca 0.10.2 takes few of the blocks: those whose when-equation holds
 plain functions of arrays.  The others are listed with its words.

@@ -1,4 +1,4 @@
-"""Rules of the lint on legal Modelica that rumoca 0.10.2 simulates wrongly without a word."""
+"""Rules of the lint on legal Modelica that rumoca 0.10.2 silently simulates wrongly."""
 
 from __future__ import annotations
 

@@ -216,7 +216,7 @@ def test_values_of_a_container_as_their_types(system: System) -> None:
         told("Int8", 300.0)
 
 
-# ---- held against a reference --------------------------------------------------------------------------------------
+# ---- compared with a reference ------------------------------------------------------------------------------------
 def test_a_run_is_held_against_the_result_in_its_archive() -> None:
     case: Any = SimpleNamespace(step=0.5, tolerance=0.01)
     trace = Trace(np.array([0.0, 0.5, 1.0]), np.array([[1.0], [2.0], [4.0]]), {"a.y": 0}, 1)

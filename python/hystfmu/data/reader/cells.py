@@ -29,12 +29,12 @@ def split(line: str, separator: str | None) -> list[str]:
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell is written as a number, in whatever notation."""
+    """Return whether a cell is written as a number, in whatever notation."""
     return _NUMBER.fullmatch(cell) is not None
 
 
 def is_comment(line: str) -> bool:
-    """Whether a line is a comment."""
+    """Return whether a line is a comment."""
     return line.lstrip().startswith(COMMENTS)
 
 

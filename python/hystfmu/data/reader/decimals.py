@@ -1,4 +1,4 @@
-"""Decimal sign of numbers in text: a point, a comma, or neither to be told from the other."""
+"""Decimal sign of numbers in text: a point, a comma, or ambiguous."""
 
 from __future__ import annotations
 

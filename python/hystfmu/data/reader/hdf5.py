@@ -25,11 +25,11 @@ MOST_TOLD = 2**24  # bytes of names, units of measure and headings in its result
 
 
 class _Damaged(ValueError):
-    """What the parser says, or that it said nothing."""
+    """Message of the parser, or the note that it gave none."""
 
 
 def is_hdf5(content: bytes) -> bool:
-    """Whether the bytes are an HDF5 file; one of MATLAB has 512 bytes before its signature."""
+    """Return whether the bytes are an HDF5 file; one of MATLAB has 512 bytes before its signature."""
     return content.startswith(SIGNATURE) or content[512:520] == SIGNATURE
 
 

@@ -130,7 +130,7 @@ def _cells(line: str, separator: str | None) -> list[str]:
 
 
 def _is_row(cells: list[str]) -> bool:
-    """Whether cells look like data: a number first, numbers in more than half of the cells that hold something."""
+    """True if cells look like data: a number first, numbers in more than half of the cells that hold something."""
     filled = [c for c in cells if c]
     return is_number(cells[0]) and 2 * sum(map(is_number, filled)) > len(filled)
 

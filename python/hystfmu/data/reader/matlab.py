@@ -60,7 +60,7 @@ class _Array:
 
 
 def is_matlab(content: bytes) -> bool:
-    """Whether the bytes are a MAT file of version 5."""
+    """Return whether the bytes are a MAT file of version 5."""
     return content[:6] == b"MATLAB" and content[126:128] in (b"IM", b"MI")
 
 

@@ -67,7 +67,7 @@ def spelling(unit: str) -> str:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a cell of a heading is a unit of measure, with or without brackets."""
+    """Return whether a cell of a heading is a unit of measure, with or without brackets."""
     bare = text.strip()
     if bare[:1] + bare[-1:] in ("[]", "()"):
         bare = bare[1:-1]

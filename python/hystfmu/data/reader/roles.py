@@ -1,4 +1,4 @@
-"""Which column is time, input, output: as the user names or numbers it, else by its name or its unit of measure."""
+"""Roles of columns (time, input, output): as the user states them, else by name or unit of measure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rows of a text file as numbers, with the line and the column of the first cell that is none."""
+"""Rows of a text file as numbers, with the line and the column of the first cell that is no number."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every reader of a file returns: named columns whose numbers are converted on demand."""
+"""Common result of all file readers: named columns whose numbers are converted on demand."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ def write_hashes(entry: Path) -> None:
 
 
 def is_intact(entry: Path) -> bool:
-    """Whether the content has the files that it had when it was unpacked, and no other ones."""
+    """Return whether the content has the files that it had when it was unpacked, and no other ones."""
     try:
         return bool(json.loads(read_result(entry / _HASHES, _MOST_HASHES)) == _hashes(entry / CONTENT))
     except (OSError, InputError, ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Remove from the cache of unpacked archives what was not used for long, and the oldest of what takes too much room."""
+"""Remove unused archives from the cache, and the oldest ones if it is too large."""
 
 from __future__ import annotations
 

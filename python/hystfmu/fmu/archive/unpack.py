@@ -22,7 +22,7 @@ _OPAQUE = ("resources/", "documentation/", "extra/")
 
 
 def _is_parsed(name: str) -> bool:
-    """Whether this program reads a file as XML.  What an FMU has for itself may be any XML, as of Java or in UTF-16."""
+    """True if this program reads a file as XML.  What an FMU has for itself may be any XML, as of Java or in UTF-16."""
     place = posixpath.normpath(name)
     return place.endswith(_PARSED) and (not place.endswith(".xml") or not place.startswith(_OPAQUE))
 

@@ -42,7 +42,7 @@ class _Watch:
         return notes
 
     def look(self) -> bool:
-        """Whether another check has begun since the last look, or none yet."""
+        """Return whether another check has begun since the last look, or none yet."""
         with suppress(ValueError, KeyError, TypeError, RecursionError):
             if not self.result.exists():
                 return time.monotonic() - self.begin < MOST_START

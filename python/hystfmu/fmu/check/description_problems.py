@@ -1,4 +1,4 @@
-"""What is wrong with a model description: by its schema, by the rules of fmpy, and contradictions that both accept."""
+"""Problems of a model description: by its schema, by the rules of fmpy, and contradictions that both accept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a check of an FMU found, and what it tried."""
+"""Findings of a check of an FMU, and the checks that it tried."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a child process begins, after another did not survive a check.
+    """Start point of a child process after another one did not survive a check.
 
     Attributes
     ----------

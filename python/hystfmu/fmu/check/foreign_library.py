@@ -37,7 +37,7 @@ def tangent_differs(got: float, value: Callable[[float], float], e: float) -> st
 
 
 def _varied(v: Any) -> bool:
-    """Whether the trials vary an input: they know which values it may have, and no clock has to tick for it."""
+    """Return whether the trials vary an input: they know which values it may have, and no clock has to tick for it."""
     if v.causality != "input" or getattr(v, "clocks", None):
         return False
     bounded = v.min is not None and v.max is not None

@@ -1,4 +1,4 @@
-"""A trial: one property of a running FMU that is checked, and the trial without which it would tell nothing."""
+"""A trial: one checked property of a running FMU, and the trial that has to pass first."""
 
 from __future__ import annotations
 

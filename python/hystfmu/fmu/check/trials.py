@@ -233,7 +233,7 @@ def _after(fmu: ForeignFmu, v: Any, value: Values, h: float) -> Values:
 
 
 def _any_step(fmu: ForeignFmu) -> bool:
-    """Whether communication steps of any length are declared to work."""
+    """Return whether communication steps of any length are declared to work."""
     can = fmu.description.coSimulation
     fixed = getattr(can, "fixedInternalStepSize", None)
     return fixed is None and bool(getattr(can, "canHandleVariableCommunicationStepSize", fmu.version == 1))

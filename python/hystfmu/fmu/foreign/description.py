@@ -1,4 +1,4 @@
-"""Read the model description of a foreign FMU, and refuse in one line what cannot run on this computer."""
+"""Read the model description of a foreign FMU, and refuse in one line an FMU that cannot run on this computer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with an FMU, as a sentence."""
+"""Finding about an FMU, as a sentence."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def _kind(fmi: int, interface: Interface) -> Any:
 
 
 TALLY: Counter[str] = Counter(dict.fromkeys(["instances", "values read", "values set", "steps", "derivatives"], 0))
-"""What instances in this process have done so far, in the order in which it is told."""
+"""Events of the instances in this process so far, in the order in which they are reported."""
 
 
 class Instance:
@@ -96,7 +96,7 @@ class Instance:
         except AttributeError as e:  # fmpy looks up every function of the standard
             raise Finding(f"the binary does not export {str(e).split()[-1]}") from None
         except Exception as e:
-            words = str(e).replace(f"{folder.absolute()}/", "")  # the place of the copy tells nothing
+            words = str(e).replace(f"{folder.absolute()}/", "")  # the path of the copy does not help a reader
             raise Finding(f"the binary cannot be loaded: {words}") from None
         if self.version == 1:
             self._mend_status()
@@ -184,7 +184,7 @@ class Instance:
         return True
 
     def _terminated(self) -> bool:
-        """Whether an FMU of FMI 2.0 discarded the step because it ends the simulation."""
+        """Return whether an FMU of FMI 2.0 discarded the step because it ends the simulation."""
         try:
             return bool(self.unit.getBooleanStatus(_TERMINATED))
         except Exception:

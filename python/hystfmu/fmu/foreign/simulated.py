@@ -1,4 +1,4 @@
-"""An FMU of any version, interface and types of variables as something that is set, stepped and read in numbers."""
+"""A common numeric interface (set, step, get) to FMUs of any version, interface and variable types."""
 
 from __future__ import annotations
 

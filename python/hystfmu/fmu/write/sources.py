@@ -30,7 +30,7 @@ def _sections() -> dict[str, str]:
 
 
 def wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
-    """Whether a section belongs to the source of an FMU: blocks in use, functions of its standard."""
+    """Return whether a section belongs to the source of an FMU: blocks in use, functions of its standard."""
     folder, _, file = name.rpartition("/")
     if folder.startswith("core/blocks/") and file.endswith(".c"):
         return file.removesuffix(".c") in blocks

@@ -1,4 +1,4 @@
-"""What a fitted model knows of its ports: the range of the training rows, sizes, and what the output is of."""
+"""Port data of a fitted model: the range of the training rows, sizes, and the description of the output."""
 
 from __future__ import annotations
 

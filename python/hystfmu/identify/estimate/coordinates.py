@@ -1,4 +1,4 @@
-"""Coordinates of a search: what a solver moves, with bounds and scales, and the values of parameters at a point."""
+"""Coordinates of a search: variables of the solver with bounds and scales, and parameter values at a point."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def default_bounds(free: Free, graph: Graph, data: Dataset) -> tuple[float, floa
 
 
 def is_log(free: Free) -> bool:
-    """Whether a parameter is searched by its logarithm."""
+    """Return whether a parameter is searched by its logarithm."""
     if free.scale is not None:
         return free.scale == "log"
     open_above = free.row.hi >= LARGE and not free.row.follows

@@ -1,4 +1,4 @@
-"""What a record tells of the free parameters: standard errors, and which it does not determine.
+"""Standard errors of the free parameters, and the parameters that a record does not determine.
 
 The Jacobian of the output by all free parameters, each column of length 1, is split by singular values.  A direction
 without effect means that the record tells only a combination of the parameters in it.  Standard errors as in

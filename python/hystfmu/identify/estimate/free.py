@@ -1,4 +1,4 @@
-"""What a user frees of a graph: names of parameters, with bounds, scale and ties, checked against the blocks.
+"""Free parameters of a graph as a user names them, with bounds, scale and ties, checked against the blocks.
 
 A free parameter is named ``node.parameter``, or ``node.parameter[i]`` for one element, counted from 1.  It is given as
 True, as (lower, upper), or as a table with any of
@@ -87,7 +87,7 @@ class Free:
 
     @property
     def rises(self) -> bool:
-        """Whether the elements must not decrease: as given, or because the block wants it."""
+        """True if the elements must not decrease: as given, or because the block wants it."""
         return len(self.elements) > 1 and (self.rising or "not decreasing" in self.row.text)
 
     @property

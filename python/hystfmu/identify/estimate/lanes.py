@@ -1,4 +1,4 @@
-"""Copies of a graph that share what they have in common, so that one pass over the rows runs all of them.
+"""Copies of a graph with shared parts, so that one pass over the rows runs all of them.
 
 A lane differs from the base in the values of some nodes.  Only these nodes and what lies downstream of them are copied;
 everything else is run once.  An estimator asks for two sets of lanes: one lane for each parameter that enters the

@@ -1,8 +1,8 @@
-"""Which free parameters enter the output linearly, found by runs of the graph.
+"""Free parameters that enter the output linearly, found by runs of the graph.
 
 A parameter is linear if equal steps of it change the output equally; several are linear together if the change by one
 does not depend on the others.  The runs are made with random values around those of the graph, because a weight of 0
-hides what lies behind it.  Nothing is known about blocks here, so that a block of one's own takes part.
+hides what lies behind it.  It needs no knowledge of the blocks, so that a new block is handled, too.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def linear_parts(graph: Graph, frees: Sequence[Free], data: Dataset, seed: int =
     steps = [rng.uniform(0.5, 1.5, len(size)) * size for size in sizes]
 
     def zeroed(chosen: Sequence[int]) -> bool:
-        """Whether the core takes the weight 0, without which no column can be made."""
+        """Return whether the core takes the weight 0, without which no column can be made."""
         values = dict(start)
         for i in chosen:
             values = moved(values, able[i], -values[able[i].place][list(able[i].elements)])
@@ -96,13 +96,13 @@ def linear_parts(graph: Graph, frees: Sequence[Free], data: Dataset, seed: int =
 
 
 def _may(free: Free) -> bool:
-    """Whether a parameter has no bounds other than 0 from below, and no scale or tie."""
+    """Return whether a parameter has no bounds other than 0 from below, and no scale or tie."""
     plain = free.scale is None and not free.rises and free.sum is None
     return plain and free.lo in (0.0, -np.inf) and free.hi == np.inf
 
 
 def _equal(a: Array | None, b: Array | None, c: Array | None, d: Array | None) -> bool:
-    """Whether b - a and d - c are equal up to rounding."""
+    """Return whether b - a and d - c are equal up to rounding."""
     if a is None or b is None or c is None or d is None:
         return False
     size = max(float(np.abs(v).max()) for v in (a, b, c, d))

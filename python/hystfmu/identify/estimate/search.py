@@ -1,4 +1,4 @@
-"""Search of the coordinates from several starts: each briefly, the best to the end."""
+"""Search of the coordinates from several starts: a short search from each, a full one from the best."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ENOUGH = 1e-4  # misfit, relative to the size of the residuals, below which no o
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found.
+    """Result of a search.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a record shows about linear dynamics behind a hysteresis, as numbers with standard errors."""
+"""Evidence in a record for linear dynamics behind a hysteresis, as numbers with standard errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a record shows, as numbers: `Evidence` and its `Mode`s."""
+"""Findings about the linear dynamics in a record: `Evidence` and its `Mode`s."""
 
 from __future__ import annotations
 

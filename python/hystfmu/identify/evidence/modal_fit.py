@@ -56,7 +56,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Structure:
-    """What is fitted: the number of modes, and whether the input behind the delay alone is a column too."""
+    """Structure of the fit: the number of modes, and whether the delayed input is a column of its own."""
 
     modes: int
     rest: bool

@@ -1,4 +1,4 @@
-"""Search for modes: as many as pay, from several starts, and how the input behaves between rows."""
+"""Search for modes: their number, from several starts, and the behaviour of the input between rows."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def modes(seen: Seen) -> tuple[str, Fitted] | None:
                 best, fitted, known = trial, found, count
             least = min(least, found.misfit)
         if least < DOUBTFUL or not (branch or start[1]):
-            break  # other starts lead to other local minima, for a fit that is none
+            break  # other starts lead to other local minima, which helps only a fit that failed
     if not known or fitted.misfit > WRONG:
         return hold, none
     return _held(seen, best, fitted)

@@ -1,4 +1,4 @@
-"""Spectra of records, cell by cell: what the output follows of the input, and the noise that is left.
+"""Spectra of records, cell by cell: the part of the output that follows the input, and the remaining noise.
 
 A cell is eight neighbouring bins of the Fourier transform of a whole record.  In it Y = (g_0 + g_1 f) V + E is fitted
 (a local polynomial: Pintelon & Schoukens, System Identification, 2nd ed. 2012, section 7.2): E is noise, or what no
@@ -126,7 +126,7 @@ class Response:
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """Where chance does not explain the coherence."""
+        """Frequencies at which chance does not explain the coherence."""
         return self.coherence > self.level
 
     def band(self) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""What a fit tells: which modes are known, their standard errors, the delay, and the noise of the sensor."""
+"""Text of the evidence of a fit: known modes, their standard errors, the delay, and the noise of the sensor."""
 
 from __future__ import annotations
 

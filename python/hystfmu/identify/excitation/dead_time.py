@@ -1,4 +1,4 @@
-"""Dead time: rows by which the output cannot answer at all, as the kinks and jumps of the input show.
+"""Dead time: rows without any response of the output to kinks and jumps of the input.
 
 A lag has two parts.  Dynamics answer at once and take their time; a late sensor or a delay answers not at all and then
 in full.  A smooth input does not tell them apart.  At its kinks and jumps the second difference is a pulse, and the

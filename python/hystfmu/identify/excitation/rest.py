@@ -1,4 +1,4 @@
-"""Where the memory rested before row 0, as the record shows.
+"""Estimate of the memory state before row 0 from the record.
 
 A device that was raised from 0 V, or from a bias, to its working point before the first row has plays that lean to one
 side.  At rest at the first input they would stand in the middle, and the model would miss every row until a full swing
@@ -72,7 +72,7 @@ def rest(data: Dataset) -> float:
 
 
 def places_memory(key: str) -> bool:
-    """Whether a kind of model has an option for its memory before row 0."""
+    """Return whether a kind of model has an option for its memory before row 0."""
     return any(o.name == "u0" or (o.name == "start" and {"low", "high"} <= {*o.choices}) for o in options(key))
 
 

@@ -1,4 +1,4 @@
-"""Graph of a chain that `bent_sum` fitted: operator, bend, what follows covariates, creep, dynamics, offset.
+"""Graph of a chain that `bent_sum` fitted: operator, bend, parts that follow covariates, creep, dynamics, offset.
 
 The bend is a sum of dead zones that interpolates the polynomial, because that has an exact inverse and continues as a
 straight line outside the range of the training rows.
@@ -47,12 +47,12 @@ class Parts(Protocol):
 
     @property
     def levels(self) -> tuple[str, ...]:
-        """What follows each covariate."""
+        """The part of the model that follows each covariate."""
         ...
 
 
 class Fitting(Protocol):
-    """What scaling, operators and covariates of a fit are: see `hystfmu.identify.methods.actuator`."""
+    """Scaling, operators and covariates of a fit; `hystfmu.identify.methods.actuator` explains them."""
 
     data: Dataset
     options: Mapping[str, Any]

@@ -63,7 +63,7 @@ class BentSum:
 
     @property
     def monotone(self) -> bool:
-        """Whether the bend rises, or falls, on the whole range of v and of the covariates."""
+        """True if the bend rises, or falls, on the whole range of v and of the covariates."""
         slope = legendre.legval(GRID, legendre.legder(self.q)) if len(self.q) > 1 else np.zeros(1)
         least = slope * np.sign(slope.mean()) - np.abs(self.g).sum() * np.abs(slope)
         if self.c.shape[1] > 1:
@@ -73,7 +73,7 @@ class BentSum:
 
 @dataclass(frozen=True)
 class Problem:
-    """What a fit is given.
+    """Data and settings of a fit.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""An input of the same form as a record, with other memory: its half cycles between other turning points, shuffled.
+"""An input of the same form as a record with other memory: its half cycles, shuffled between other turning points.
 
 The half cycles keep their shape over time and their duration, so that nothing moves at a speed or in a way that the
 record does not show.  Only the order and the size of the loops differ, and with them the states of the memory.

@@ -1,4 +1,4 @@
-"""Play operators as columns of a regression, run by the C core, their thresholds, and the option where they rest."""
+"""Play operators as columns of a regression, run by the C core, their thresholds, and the option for their start."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class RelaySum:
 
     @property
     def penalties(self) -> tuple[tuple[float, Array | None], ...]:
-        """What holds the density smooth (`bent_sum.Problem`); the input itself is free."""
+        """Regularisation of the density (`bent_sum.Problem`); the weight of the input itself is free."""
         smooth = (np.pad(P, ((0, 0), (1, 0))) for P in (self._density.along_mean, self._density.along_width))
         return tuple(zip(HELD, (None, *smooth), strict=True))
 

@@ -1,4 +1,4 @@
-"""How much of the memory a record leaves out: states of the input and of plays that other signals reach."""
+"""Share of the memory that a record does not cover: states of input and plays that other signals reach."""
 
 from __future__ import annotations
 

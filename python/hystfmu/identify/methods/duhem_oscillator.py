@@ -124,7 +124,7 @@ class Trial:
     count: int
 
     def beats(self, other: Trial) -> bool:
-        """Whether the data support this result rather than the other (Bayesian information criterion)."""
+        """Return whether the data support this result rather than the other (Bayesian information criterion)."""
         more = max(len(self.p) - len(other.p), 1) * np.log(self.count)
         return bool(self.count * np.log(other.cost / max(self.cost, 1e-300)) > more)
 

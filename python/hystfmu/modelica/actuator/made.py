@@ -33,7 +33,7 @@ class Made:
 
 
 def refusal(model: Model) -> str:
-    """Why a model has no actuator, as the end of a sentence, or ""."""
+    """Reason why a model has no actuator, as the end of a sentence, or ""."""
     graph = model.graph
     if len(graph.inputs) != 1 or len(graph.outputs) != 1:
         return "the model must have one input and one output"

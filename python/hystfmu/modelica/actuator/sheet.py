@@ -1,4 +1,4 @@
-"""What a data sheet says about an actuator, and what follows from it: stiffness, mass, damping, coupling."""
+"""Values of the data sheet of an actuator, and those derived from them: stiffness, mass, damping, coupling."""
 
 from __future__ import annotations
 

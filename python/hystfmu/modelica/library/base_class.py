@@ -15,7 +15,7 @@ from hystfmu.modelica.places import class_names, lacks, package_of
 
 @dataclass(frozen=True)
 class BaseClass:
-    """What one class of the library has from the C table.
+    """Parts of one class of the library that come from the C table.
 
     Attributes
     ----------

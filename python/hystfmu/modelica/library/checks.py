@@ -11,7 +11,7 @@ from hystfmu.modelica.library.shelf import mark
 _FILE = "modelica/rules.toml"
 _APART = {
     "conventions": "Modelica.UsersGuide.Conventions",
-    "compiler": "what one compiler gets wrong without a word",
+    "compiler": "silent errors of one compiler",
     "house": "of this library",
 }
 

@@ -1,4 +1,4 @@
-"""package.order: what stands in a folder of the library, packages as a reader needs them, the rest by name."""
+"""package.order: content of a folder of the library, packages in reading order, the rest by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands in the folder of the library: its classes by name, its types by unit of measure."""
+"""Content of the folder of the library: its classes by name, its types by unit of measure."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def mark(source: str) -> str:
 
 
 def is_generated(text: str) -> bool:
-    """Whether the first line says so."""
+    """Return whether the first line says so."""
     return _MARKED.match(text) is not None
 
 

@@ -42,7 +42,7 @@ def _file(name: str) -> PurePath:
 
 
 def _on_disk(root: Path) -> dict[PurePath, str]:
-    """What is marked as generated, and every package.order and script."""
+    """Files that are marked as generated, and every package.order and script."""
     found = {}
     for pattern in ("*.mo", "package.order", "*.mos", "Resources/Images/*.svg"):
         for file in root.rglob(pattern):

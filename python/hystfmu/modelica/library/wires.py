@@ -1,4 +1,4 @@
-"""Connections of a class that no line shows yet: `make generate` draws them, between the ports as they are placed."""
+"""Lines for connections of a class that have none: `make generate` draws them between the ports."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def drawn(text: str, name: str, texts: Mapping[str, str]) -> str:
 
 
 def _place(text: str, name: str, end: str, texts: Mapping[str, str]) -> tuple[Point, str] | None:
-    """Where an end of a connection stands in the diagram of a class, and the class of the connector."""
+    """Position of an end of a connection in the diagram of a class, and the class of the connector."""
     head, _, port = re.sub(r"\[[^\]]*\]", "", end).partition(".")
     found = _component(text, name, head, texts)
     if found is None:

@@ -1,1 +1,1 @@
-"""What of a loop runs on the target: its controller alone, as one graph and as one FMU."""
+"""Part of a loop that runs on the target: its controller alone, as one graph and as one FMU."""

@@ -186,25 +186,25 @@ def types(part: Part) -> set[str]:
 
 
 def is_source(part: Part) -> bool:
-    """Whether a unit gives signals of the time: it reads no other and has a source block."""
+    """Return whether a unit gives signals of the time: it reads no other and has a source block."""
     if not isinstance(part.graph, Graph):
         return False
     return not part.inputs and any(n.block.family == "sources" for n in part.graph.nodes)
 
 
 def is_noise(part: Part) -> bool:
-    """Whether a unit is a source of noise or of a disturbance."""
+    """Return whether a unit is a source of noise or of a disturbance."""
     return is_source(part) and bool(types(part) & NOISE)
 
 
 def acts_on_plant(part: Part) -> bool:
-    """Whether a unit at the rate of the controller stands for hardware: converter, time of computing, amplifier."""
+    """True if a unit at the rate of the controller stands for hardware: converter, time of computing, amplifier."""
     found = types(part)
     return bool(found) and (found <= LATE or "amplifier" in found)
 
 
 def controls(system: System, k: int) -> bool:
-    """Whether a unit is a controller or an inverse: the way upstream from the plant ends there."""
+    """Return whether a unit is a controller or an inverse: the way upstream from the plant ends there."""
     part = system.parts[k]
     if isinstance(part.graph, Foreign):
         return False

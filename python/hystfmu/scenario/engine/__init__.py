@@ -1,1 +1,1 @@
-"""Who runs it: the master loop over FMUs, the native engine, foreign FMUs in their own process."""
+"""Engines of a run: the master loop over FMUs, the native engine, foreign FMUs in their own process."""

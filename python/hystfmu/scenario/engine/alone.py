@@ -33,7 +33,7 @@ _CHUNK = 4096  # rows
 
 @dataclass(frozen=True)
 class Task:
-    """What a run needs.  `signals` has a column per element of `driven`, at the times `t` (s)."""
+    """Inputs of a run.  `signals` has a column per element of `driven`, at the times `t` (s)."""
 
     foreign: Foreign
     driven: tuple[ForeignPort, ...]

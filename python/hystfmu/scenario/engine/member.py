@@ -17,7 +17,7 @@ class Member(Protocol):
     sources: list[int]
     """Index of the value that each input reads; -1 for a constant."""
     any_step: bool
-    """Whether `stretch` may be called."""
+    """True if `stretch` may be called."""
     turn: Sequence[Callable[[], int]]
     """`copy`, `advance`, `take` as a list of calls; a status above 1 is a failure."""
 

@@ -142,7 +142,7 @@ class Native:
         return False
 
     def _slot(self, key: str) -> tuple[Executor, int, list[float]]:
-        """Where a parameter stands: executor, reference of its first element, values in the scenario."""
+        """Place of a parameter: executor, reference of its first element, values in the scenario."""
         if key not in self._slots:
             unit, name = split_end(key, "set")
             if unit not in self._graphs:

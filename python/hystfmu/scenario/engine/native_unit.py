@@ -132,7 +132,7 @@ class GraphUnit:
         """Nothing to free after a run."""
 
     def why(self) -> str:
-        """What the core refused last."""
+        """Last error of the core."""
         return self.executor.error()
 
     def close(self) -> None:
@@ -201,7 +201,7 @@ class ForeignUnit:
             self._member.free_state(unit.state)
 
     def why(self) -> str:
-        """What it logged last."""
+        """Last log message."""
         return self._member.said
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""What members of a run that are FMUs share: sources of inputs, substeps, first-order hold, order of calls."""
+"""Common base of the FMUs in a run: sources of inputs, substeps, first-order hold, order of calls."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class SteppedMember(ABC):
 
     @property
     def said(self) -> str:
-        """What the FMU logged last."""
+        """Last log message of the FMU."""
         return self._said[-1] if self._said else "without a word"
 
     def stopped(self) -> Stopped:

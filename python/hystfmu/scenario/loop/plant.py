@@ -103,7 +103,7 @@ def _delay(system: System, part: Part) -> int:
 
 
 def has_memory(graph: Graph) -> bool:
-    """Whether a unit is an inverse or a model of a hysteresis, for which the slope stands."""
+    """Return whether a unit is an inverse or a model of a hysteresis, for which the slope stands."""
     return any(n.block.family in MEMORY and n.block.rate != CONTINUOUS for n in graph.nodes)
 
 
@@ -275,7 +275,7 @@ def _on_the_way(graph: Graph) -> list[Node]:
 
 
 def _parallel(graph: Graph, way: Sequence[Node]) -> bool:
-    """Whether the driven input of a unit also reaches its output beside some of these dynamics."""
+    """Return whether the driven input of a unit also reaches its output beside some of these dynamics."""
     edges, ends, last = _ways(graph)
     return any(last in _reached([e for e in edges if n.name not in e], ends - {n.name}) for n in way)
 

@@ -1,4 +1,4 @@
-"""Delay margin by simulation, for loops whose gain depends on the amplitude: no linear margin is theirs.
+"""Delay margin by simulation, for loops whose gain depends on the amplitude, which have no linear margin.
 
 A delay of whole fine steps is put behind the command and grows, by bisection, until the case does not hold any more: it
 stops, its error grows, or its error is far above that without the delay.

@@ -1,1 +1,1 @@
-"""What came out: chunks of rows, excerpts for pictures, CSV files, metrics."""
+"""Results of a run: chunks of rows, excerpts for pictures, CSV files, metrics."""

@@ -44,7 +44,7 @@ class Excerpt:
         return np.asarray(self._rows[begin:end] - chunk.first)
 
     def trace(self) -> Trace:
-        """What was kept."""
+        """The rows that were kept."""
         if len(self._pieces) > 1:
             t, values = (np.concatenate([getattr(p, of) for p in self._pieces]) for of in ("t", "values"))
             last = self._pieces[-1]

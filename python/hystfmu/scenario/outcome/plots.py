@@ -16,7 +16,7 @@ from hystfmu.scenario.system.system import System
 
 
 def case_plots(system: System, trace: Trace) -> list[Plot]:
-    """What the report shows of a case: as far as it names loops and signals, those of one unit of measure together."""
+    """Plots of a case in the report: the named loops and signals, those of one unit of measure together."""
     case = system.case
     after = min((m.after for m in case.metrics.values()), default=0.0)
     window = trace.t >= after

@@ -1,4 +1,4 @@
-"""What a reader looks for first: wanted and reached of the worst and of the best case, with the error under them."""
+"""First plots of a report: wanted and reached of the worst and of the best case, with the error under them."""
 
 from __future__ import annotations
 

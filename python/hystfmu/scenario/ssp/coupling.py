@@ -1,4 +1,4 @@
-"""A case as readers of an SSP archive run it, and what that differs from the case itself.
+"""A case as readers of an SSP archive run it, and its difference from the case itself.
 
 fmpy, libcosim, ecos and containers of fmu-manipulation-toolbox step all components at once, each from the values of the
 last step (Jacobi), at one step, with no knowledge of events inside it.  libcosim and ecos pass outputs on during the

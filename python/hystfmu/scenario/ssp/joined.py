@@ -1,4 +1,4 @@
-"""Neighbours of a system as one component each, so that readers of an SSP archive need no order inside of them."""
+"""Neighbouring units joined to one component each, so that readers of an SSP archive keep their order."""
 
 from __future__ import annotations
 

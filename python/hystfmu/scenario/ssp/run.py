@@ -25,7 +25,7 @@ from hystfmu.scenario.system.system import System, build
 
 @dataclass(frozen=True)
 class SspRun:
-    """What a run of an archive gave, and one line per signal that differs from the result in it."""
+    """Result of a run of an archive, and one line per signal that differs from the result in it."""
 
     trace: Trace
     compared: tuple[str, ...]

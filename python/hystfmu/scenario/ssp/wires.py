@@ -67,7 +67,7 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
 
 
 def _same(root: ET.Element, one: str | None, other: str | None) -> bool:
-    """Whether a number means the same in both units; one without a unit or a dimension takes that of the other."""
+    """True if a number means the same in both units; one without a unit or a dimension takes that of the other."""
     meanings = [_meaning(root, unit) for unit in (one, other)]
     plain = ((0,) * len(_EXPONENTS), 1.0, 0.0)
     return None in (one, other) or plain in meanings or (meanings[0] is not None and meanings[0] == meanings[1])

@@ -154,7 +154,7 @@ def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], c
 
 
 def _handed(system: System, trace: Trace) -> dict[tuple[str, str], float]:
-    """What each connected input gets for the initialisation."""
+    """Start value of each connected input for the initialisation."""
     ends = {place: end for end, place in system.columns.items()}
     parts = system.parts
     return {(parts[n.to].name, parts[n.to].inputs[n.input]): float(trace[ends[n.source]][0]) for n in system.links}

@@ -1,1 +1,1 @@
-"""What runs: scenario file, cases, units, connections, coupling, events of references."""
+"""Description of a run: scenario file, cases, units, connections, coupling, events of references."""

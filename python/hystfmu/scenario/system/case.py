@@ -32,7 +32,7 @@ class Case:
     name: str
     text: str
     folder: Path | None
-    """Where its files are; None: it was built in Python and has what `attached` holds."""
+    """Folder of its files; None if it was built in Python and uses the content of `attached`."""
     step: float
     stop: float
     ripple: int
@@ -50,9 +50,9 @@ class Case:
     tube: TubeSpec | None = None
     final_states: bool = False
     origin: str = ""
-    """What errors begin with: the file that the case comes from, or the name of a scenario built in Python."""
+    """Prefix of errors: the file that the case comes from, or the name of a scenario built in Python."""
     attached: Mapping[str, Model | Foreign | Path] = field(default_factory=dict)
-    """What a path of a unit stands for, where that is no file of the folder."""
+    """Objects for the paths of units that name no file of the folder."""
 
     def __repr__(self) -> str:
         return f"Case({self.title!r}, units {', '.join(self.order)})"
@@ -64,12 +64,12 @@ class Case:
 
     @property
     def description(self) -> str:
-        """What tells it from the cases of other scenarios, one line."""
+        """Label that is unique among the cases of all scenarios, one line."""
         return f"scenario {self.title}" + (f": {self.about}" if self.about else "")
 
     @property
     def where(self) -> str:
-        """What errors begin with: file or scenario, and the case."""
+        """Prefix of errors: file or scenario, and the case."""
         return f"{self.origin}: case {self.name}"
 
 
@@ -243,7 +243,7 @@ class Scenario:
 
     @staticmethod
     def _check(case: Case, where: str) -> None:
-        """What can be said without opening a model: the order, the length of the run, the window of the metrics."""
+        """Check everything that needs no model: the order, the length of the run, the window of the metrics."""
         twice = {u for u in case.order if case.order.count(u) > 1}
         missing, unknown = set(case.units) - set(case.order), set(case.order) - set(case.units)
         if twice or missing or unknown:

@@ -9,7 +9,7 @@ from hystfmu.scenario.system.system import System
 
 @dataclass(frozen=True)
 class Delay:
-    """What delays a signal: `steps` of the base step, on the connection or in the unit `where`."""
+    """Delay of a signal: `steps` of the base step, on the connection or in the unit `where`."""
 
     where: str
     steps: float

@@ -151,5 +151,5 @@ def _origin(layers: Sequence[tuple[Path, Table]], merged: Table, key: Sequence[s
 
 
 def _are_same(own: Any, case: Any) -> bool:
-    """Whether a case of a file has become this one of the merged table."""
+    """Return whether a case of a file has become this one of the merged table."""
     return own is case or (_is_named(own) and _is_named(case) and own["name"] == case["name"])

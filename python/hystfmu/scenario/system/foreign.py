@@ -60,7 +60,7 @@ class Foreign:
     description: Any
     ports: tuple[ForeignPort, ...]
     has_tangent: bool = False
-    """Whether it offers directional derivatives in Co-Simulation."""
+    """True if it offers directional derivatives in Co-Simulation."""
     settings: Mapping[str, float | bool | str | list[float]] = field(default_factory=dict)
     nodes: tuple[()] = ()
 
@@ -91,19 +91,19 @@ class Foreign:
 
     @property
     def direct(self) -> bool:
-        """Whether arrays of the master are set and read in the FMU as they stand."""
+        """True if arrays of the master are set and read in the FMU as they stand."""
         kinds = {p.variable.type for p in self.ports}
         return self.description.coSimulation is not None and self.fmi > 1 and kinds <= _DIRECT
 
     @property
     def saves(self) -> bool:
-        """Whether it can get and set its state."""
+        """True if it can get and set its state."""
         can = self.description.coSimulation or self.description.modelExchange
         return bool(getattr(can, "canGetAndSetFMUstate", False))
 
     @property
     def any_step(self) -> bool:
-        """Whether it declares communication steps of any length; an integrator makes them."""
+        """True if it declares communication steps of any length; an integrator makes them."""
         simulation = self.description.coSimulation
         if simulation is None:
             return True

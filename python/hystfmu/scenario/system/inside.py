@@ -13,7 +13,7 @@ FILE = "scenario.toml"
 
 
 def is_relative(path: str) -> bool:
-    """Whether a path is relative and written with '/'."""
+    """Return whether a path is relative and written with '/'."""
     return not (Path(path).is_absolute() or "\\" in path or ":" in path)
 
 

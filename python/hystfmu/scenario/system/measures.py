@@ -1,4 +1,4 @@
-"""Units of measure of what a report shows: those that C tables, models and FMUs state, carried along the connections.
+"""Units of measure for reports: from C tables, models and FMUs, propagated along the connections.
 
 Signals that are connected, that a metric subtracts from one another, or that a block passes on unscaled are the same
 quantity.  A unit of measure that one of them states holds for all.

@@ -1,4 +1,4 @@
-"""Keys and words that scenario files and baselines had before format 1, and what they are called now."""
+"""Keys and words of scenario files and baselines before format 1, and their present names."""
 
 from __future__ import annotations
 

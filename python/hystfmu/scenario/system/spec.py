@@ -172,7 +172,7 @@ class MarginsSpec(pydantic.BaseModel):
 
 
 class ConditionSpec(pydantic.BaseModel):
-    """What a case may differ in from the scenario."""
+    """Keys in which a case may differ from the scenario."""
 
     model_config = STRICT
     text: str = Field("", description="one line for a reader")

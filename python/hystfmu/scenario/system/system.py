@@ -66,14 +66,14 @@ class Part:
 
     @property
     def any_step(self) -> bool:
-        """Whether its steps may be cut: it runs at the finest rate and has no sampled block."""
+        """True if its steps may be cut: it runs at the finest rate and has no sampled block."""
         if isinstance(self.graph, Foreign):
             return self.period == 1 and self.graph.any_step
         return self.period == 1 and not is_sampled(self.graph)
 
     @property
     def has_tangent(self) -> bool:
-        """Whether it has tangents (directional derivatives); a sampled unit has none."""
+        """True if it has tangents (directional derivatives); a sampled unit has none."""
         return self.graph.has_tangent if isinstance(self.graph, Foreign) else not is_sampled(self.graph)
 
 
@@ -156,7 +156,7 @@ class System:
         return self.columns[end]
 
     def fresh(self, link: Link) -> bool:
-        """Whether the reader sees the value at the end of its step: its source goes first, or sweeps agree on it."""
+        """True if the reader sees the value at the end of its step: its source goes first, or sweeps agree on it."""
         scheme = self.case.coupling.scheme
         return scheme == "iterative" or (scheme != "jacobi" and link.source < self.parts[link.to].first)
 
@@ -186,7 +186,7 @@ class System:
 
     @property
     def newton(self) -> bool:
-        """Whether sweeps use Newton's method: every unit in a loop has tangents."""
+        """True if sweeps use Newton's method: every unit in a loop has tangents."""
         loops = self.loops() if self.case.coupling.scheme == "iterative" else frozenset()
         return bool(loops) and all(self.parts[k].has_tangent for k in loops)
 
@@ -195,7 +195,7 @@ class System:
         return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
 
     def feeds_through(self, part: Part, k: int) -> bool:
-        """Whether the unit has direct feed-through from its input k to an output that is read."""
+        """Return whether the unit has direct feed-through from its input k to an output that is read."""
         port = next(p for p in part.graph.ports if p.kind == "input" and part.inputs[k] in p.scalar_names)
         read = {link.source for link in self.links}
         read |= {self.columns[m.signal] for m in self.case.metrics.values()}

@@ -20,7 +20,7 @@ from hystfmu.scenario.system.spec import UnitSpec
 
 
 def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
-    """What a unit of a case runs, before its `set` and the overrides.
+    """Graph that a unit of a case runs, before its `set` and the overrides.
 
     Parameters
     ----------

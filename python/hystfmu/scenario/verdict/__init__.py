@@ -1,1 +1,1 @@
-"""What it is worth: limits, baselines, the verdict on every metric."""
+"""Verdicts of a run: limits, baselines, the verdict on every metric."""

@@ -1,4 +1,4 @@
-"""What a run was once: baseline.toml (metrics, memories) and baseline.csv (rows of the recorded signals).
+"""Baseline of a run: baseline.toml (metrics, memories) and baseline.csv (rows of the recorded signals).
 
 A run is compared strictly (`tolerance`), or, where the scenario has a `[tube]`, with room in time and value: a row of
 the baseline is met if the signal of this run passes through the box around it.  The tube lies around the run and not
@@ -45,7 +45,7 @@ class _BaselineFile(pydantic.BaseModel):
 
 @dataclass(frozen=True)
 class Record:
-    """What a baseline keeps of one case.
+    """Data of one case in a baseline.
 
     metrics : by name;  rows : shape (n, 1 + signals), time first;  final_states : hash, by unit.
     """
@@ -171,7 +171,7 @@ class Change:
 
 
 def changes(scenario: str, old: Baseline | None, runs: dict[str, Record]) -> list[Change]:
-    """What a record would change: metrics, of every signal the row that changes most, final states, cases that go."""
+    """Changes that a new record makes: metrics, the most changed row of every signal, final states, removed cases."""
     if old is None:
         old = Baseline({}, {}, (), {})
     found = []
@@ -196,7 +196,7 @@ def changes(scenario: str, old: Baseline | None, runs: dict[str, Record]) -> lis
 
 
 def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
-    """What of the recorded signals and final states changed: one line each."""
+    """Changes of the recorded signals and final states, one line each."""
     old, trace, rows = baseline.rows.get(case.name), kept.trace, kept.rows()
     if old is None or old.shape != rows.shape or baseline.signals != case.record:
         return [f"{case.title}: baseline.csv has other rows or signals than the scenario: run with --record"]
