@@ -102,13 +102,16 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
     return "\n".join([*lines, f"  annotation (Documentation(info = {string(documentation)}));", f"end {name};\n"])
 
 
-def rated_port(graph: Graph) -> str:
-    """Name in the graph of the input whose rate the continuous realisations of it need, or ""."""
-    for kind in kinds(graph):
-        for node in graph.nodes:
-            if takes_rate(class_in(node, kind)) and (rate := rate_of(graph, node)):
-                return rate.port
-    return ""
+def rated_ports(graph: Graph) -> list[str]:
+    """Names in the graph of the inputs whose rates the continuous realisations of it need."""
+    found = {
+        port
+        for kind in kinds(graph)
+        for node in graph.nodes
+        if takes_rate(class_in(node, kind)) and (rate := rate_of(graph, node))
+        for port, _ in rate.terms
+    }
+    return [p.name for p in graph.inputs if p.name in found]
 
 
 def _shown(graph: Graph) -> list[Node]:
@@ -149,9 +152,7 @@ def _reach(model: Model, node: Node) -> float:
     rate, known = rate_of(model.graph, node), span(model)
     if rate is None or known is None:
         return 0.0
-    reach = known[1] - known[0]
-    for scaling, index in rate.through:
-        reach *= abs(float(scaling.value("gain")[index - 1]))
+    reach = (known[1] - known[0]) * rate.gain
     ends = [float(node.value("d_max")[0])] if any(v.name == "d_max" for v in node.block.parameters) else []
     return min([reach, *ends])  # a branch ends at d_max
 

@@ -15,7 +15,7 @@ from hystfmu.fmu.write.documentation import history
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit
 from hystfmu.modelica.actuator import ACTUATOR, actuator_files
-from hystfmu.modelica.block import block, rated_port, wiring
+from hystfmu.modelica.block import block, rated_ports, wiring
 from hystfmu.modelica.example import example
 from hystfmu.modelica.literals import NAME, RESERVED, class_name, sentence, string, unique
 from hystfmu.modelica.network import names as network_names
@@ -74,7 +74,7 @@ def export_modelica(
     if not name[0].isupper() or name in HIDDEN:
         raise InputError(f"the Modelica package name {name!r} must begin with a capital and hide no class that it uses")
     told, graph = history(model), model.graph
-    w, rated = wiring(graph, set(CLASSES)), rated_port(graph)
+    w, rated = wiring(graph, set(CLASSES)), rated_ports(graph)
     files = {
         "Values": record(model, "Values", name, source, told),
         "Ports": ports_block(w, name, model.text or model.key, "Values", rated, _realisations(model)),

@@ -69,7 +69,7 @@ def test_block_refuses_a_sample_period_that_its_matrices_are_not_for(tmp_path: P
     file = package / "Chosen.mo"
     for Ts, says in ((0.01, ""), (0.02, "Ts must be 0.01 s, for which the linear dynamics are discretised")):
         file.write_text(
-            f"within Piezo; model Chosen import HystFMU; Model tested(Ts = {Ts}); equation tested.u = time; end Chosen;\n"
+            f"within Piezo; model Chosen import HystFMU; Model tested(Ts = {Ts}); equation tested.u = time; end Chosen;"
         )
         settings = ("0.1", "0.01", "1e-8", tmp_path / "r.npz")
         complaint = simulate.rumoca(file, "Piezo.Chosen", *settings, packages=(library.ROOT, package))
