@@ -35,11 +35,11 @@ LONG = ("knee", "prandtl_ishlinskii", "krasnoselskii_pokrovskii", "play_bank_mlp
 SHEET = {"stroke": 40e-6, "blocking_force": 800.0, "capacitance": 4e-6, "resonance": 2000.0}
 
 
-def knee(weight: float = -5.0) -> hy.Model:
+def knee(weight: float = -5.0, beta: float = 2.0, gamma: float = 1.0, n: float = 2.0) -> hy.Model:
     """A Bouc-Wen operator whose loop rises on every branch, unless its weight is large."""
     nodes = [
         Node("input", "scaling", {"n": 1}, {"gain": [0.02], "offset": [-1.0]}),
-        Node("operator", "bouc_wen", {}, {"A": 1.0, "beta": 2.0, "gamma": 1.0, "n": 2.0}),
+        Node("operator", "bouc_wen", {}, {"A": 1.0, "beta": beta, "gamma": gamma, "n": n}),
         Node("readout", "sum", {"n": 2}, {"k": [20.0, weight], "offset": 20.0}),
     ]
     wires = [("input.y", "operator.u"), ("input.y", "readout.u[1]"), ("operator.z", "readout.u[2]")]
@@ -91,6 +91,17 @@ end Bench;
         return simulate.Trajectory({k: found[k] for k in found.files}).instants()
 
 
+def as_it_comes(package: Path, tmp_path: Path) -> dict[str, np.ndarray]:
+    """The example of an actuator at its own settings."""
+    file, out = package / "ActuatorExample.mo", tmp_path / "example.npz"
+    e = library.experiment_of(file.read_text())
+    settings = (repr(e[k]) for k in ("StopTime", "Interval", "Tolerance"))
+    said = simulate.rumoca(file, "Piezo.ActuatorExample", *settings, out, packages=(library.ROOT, package))
+    assert not said, said
+    with np.load(out) as found:
+        return {k: found[k] for k in found.files}
+
+
 @pytest.mark.parametrize("key", [pytest.param(k, marks=pytest.mark.stress if k in LONG else ()) for k in OPTIONS])
 def test_the_actuator_follows_the_fmu_of_its_model(key: str, tmp_path: Path) -> None:
     """Position in metres against the output of the FMU in micrometres, for the voltage behind the leads."""
@@ -126,15 +137,20 @@ def test_the_difference_is_that_of_the_relaxation(tmp_path: Path) -> None:
 
 def test_the_example_runs_as_it_comes(tmp_path: Path) -> None:
     """Drive, actuator, mass and spring: the balance of energy holds, and the mass moves by the stroke."""
-    package = written("actuator", tmp_path)
-    file, out = package / "ActuatorExample.mo", tmp_path / "out.npz"
-    e = library.experiment_of(file.read_text())
-    settings = (repr(e[k]) for k in ("StopTime", "Interval", "Tolerance"))
-    roots = (library.ROOT, package)
-    assert not simulate.rumoca(file, "Piezo.ActuatorExample", *settings, out, packages=roots)
-    with np.load(out) as v:
-        assert np.ptp(v["load.s"]) > 1e-5
-        assert np.ptp(v["actuator.residual"]) <= 1e-5 * np.ptp(v["actuator.supplied"])
+    v = as_it_comes(written("actuator", tmp_path), tmp_path)
+    assert np.ptp(v["load.s"]) > 1e-5
+    assert np.ptp(v["actuator.residual"]) <= 1e-5 * np.ptp(v["actuator.supplied"])
+
+
+@pytest.mark.parametrize("n", [3.2, 20.0])
+def test_a_sharp_knee_stays_in_its_bound(n: float, tmp_path: Path) -> None:
+    """The values that a fit of the built-in stack finds, and the sharpest knee, at the settings of the example."""
+    beta, gamma = 19.1, 4.9
+    v = as_it_comes(knee(-9.0, beta, gamma, n).export_modelica(tmp_path / "Piezo"), tmp_path)
+    bound = (beta + gamma) ** (-1 / n)
+    z = np.abs(v["actuator.hysteresis.z"]).max()
+    print(f"n = {n}: abs(z) up to {z / bound} of its bound")
+    assert 0.9 * bound < z <= (1 + 1e-6) * bound
 
 
 def test_the_data_sheet_gives_stiffness_capacitance_and_mass(tmp_path: Path) -> None:
