@@ -28,7 +28,7 @@ from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.determined import determined
 from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.search import best_of, refined
-from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, bounds, search, unknown
+from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, bounds, errors, search, unknown
 from hystfmu.identify.features.identifiable import correlation_time, standard_errors
 from hystfmu.identify.methods import bouc_wen
 from hystfmu.identify.options import Option
@@ -95,7 +95,12 @@ def build(
             best, p, q, parameters = without, Coordinates.joined(prompt, p_0, again.p), again.p, 9
     g = Dynamics.at(p, h)
     warned = unknown(g, spread[:3], data, options)  # the standard errors are those with the delay searched
-    told = {**g.told, "bounded": bouc_wen.searched(p[3:], lo[3:], hi[3:]), "free": determined(best, q).table}
+    told = {
+        **g.told,
+        **errors(g, spread[:3], data, options),
+        "bounded": bouc_wen.searched(p[3:], lo[3:], hi[3:]),
+        "free": determined(best, q).table,
+    }
     return chains.finished(best.graph(q)), parameters, {**told, **({"warnings": warned} if warned else {})}
 
 
