@@ -27,7 +27,7 @@ from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.determined import determined
 from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.search import best_of, refined
-from hystfmu.identify.features.dynamics import Dynamics, bounds, search, unknown
+from hystfmu.identify.features.dynamics import Dynamics, bounds, errors, search, unknown
 from hystfmu.identify.features.identifiable import correlation_time, standard_errors
 
 MOST_ROWS = 5000  # more rows are thinned evenly for the starts, after filtering at the full rate
@@ -120,7 +120,7 @@ def build(
     g = Dynamics.at(p, h)
     warned = unknown(g, spread[:3], data, options)  # the standard errors are those with the delay searched
     limited = operator.searched(p[3:], operator.lo, operator.hi)
-    told = {**g.told, "bounded": limited, "free": determined(best, q).table}
+    told = {**g.told, **errors(g, spread[:3], data, options), "bounded": limited, "free": determined(best, q).table}
     return chains.finished(best.graph(q)), parameters, {**told, **({"warnings": warned} if warned else {})}
 
 
