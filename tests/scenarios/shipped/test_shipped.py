@@ -173,8 +173,21 @@ def test_papers_are_complete(folder: Path) -> None:
 )
 def test_the_limits_are_the_figures_of_the_papers(name: str, metric: str, printed: float) -> None:
     for case in Scenario(ROOT / "papers" / name).cases:
-        assert case.metrics[metric].limit == pytest.approx(printed, rel=1e-3)
-        assert recorded(f"papers/{name}")[case.name][metric] <= printed
+        met = recorded(f"papers/{name}")[case.name][metric] <= printed
+        assert met == ("the paper's figure is missed" not in case.text)
+        assert not met or case.metrics[metric].limit == pytest.approx(printed, rel=1e-3)
+
+
+def test_a_network_is_not_asked_for_the_record_that_it_is_trained_on() -> None:
+    """Zhao & Tan: trained on the first half of 3 % a cycle; the model is tested on the rest, the inverse elsewhere."""
+    model, inverse = (Scenario(ROOT / "papers" / name) for name in ("zhao_tan_2008_model", "zhao_tan_2008"))
+    trained = [
+        int(Model.load(ROOT / "models" / f"zhao_tan_{name}.model.toml").provenance["train"].partition(":")[2])
+        for name in ("network", "inverse_network")
+    ]
+    assert trained == [600, 600]
+    assert model.cases[0].metrics["worst"].after >= 600 * model.cases[0].step
+    assert all(case.units["reference"].set["decay"] != 0.15 for case in inverse.cases)
 
 
 def test_the_loop_of_2005_tracks_better_than_its_inverse_and_that_better_than_none() -> None:
