@@ -159,6 +159,51 @@ def ipmc_sensor() -> Graph:
     return Graph(nodes, wires, [Input("u", ("input.u",), "mm")], [Output("y", "voltage.y", "mV")])
 
 
+# ---- IPMC sensor in a loop: the network learns while it runs ----------------------------------------------------------
+LATE = 5  # samples between the two voltages of the network
+MONOMIALS = [(0,), (1,), (2,), (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]  # of voltage, voltage before, f
+
+
+def ipmc_regressors() -> Graph:
+    """Voltage (mV) -> monomials up to order 2 of the voltage now and `LATE` samples ago and of f, and 1."""
+    nodes = [
+        Node("input", "scaling"),
+        Node("before", "delay", {"n": LATE}),
+        Node("f", "zhao_tan"),
+        Node("one", "scaling", {}, {"gain": 0.0, "offset": 1.0}),
+    ]
+    sources = ("input.y", "before.y", "f.h")
+    wires = [("input.y", "before.u"), ("input.y", "f.x"), ("input.y", "one.u")]
+    ends = []
+    for k, factors in enumerate(MONOMIALS, 1):
+        source = sources[factors[0]]
+        if len(factors) == 2:
+            nodes.append(Node(f"square_{k}", "product", {"n": 2, "m": 0}))
+            wires += [(sources[i], f"square_{k}.u[{j}]") for j, i in enumerate(factors, 1)]
+            source = f"square_{k}.y"
+        ends.append(Output(f"phi_{k}", source))
+    return Graph(nodes, wires, [Input("u", ("input.u",), "mV")], [*ends, Output(f"phi_{len(ends) + 1}", "one.y")])
+
+
+def ipmc_weighted() -> Graph:
+    """Weighted sum of the regressors, weights and regressors as inputs -> displacement (mm)."""
+    n = len(MONOMIALS) + 1
+    nodes = [Node(f"term_{k}", "product", {"n": 2, "m": 0}) for k in range(1, n + 1)]
+    total = Node("displacement", "sum", {"n": n}, {"k": np.ones(n)})
+    wires = [(f"term_{k}.y", f"displacement.u[{k}]") for k in range(1, n + 1)]
+    inputs = [
+        Input(f"{name}_{k}", (f"term_{k}.u[{i}]",)) for i, name in ((1, "phi"), (2, "theta")) for k in range(1, n + 1)
+    ]
+    return Graph([*nodes, total], wires, inputs, [Output("y", "displacement.y", "mm")])
+
+
+def ipmc_first_weights() -> np.ndarray:
+    """Weights of least squares on a record of 1 to 3 Hz with random reversals, as the scenario starts from."""
+    record = ipmc(40, (1.0, 2.0, 3.0), seed=1)
+    phi = ipmc_regressors().run(record.y[:, None], record.h)
+    return np.linalg.lstsq(phi, record.u, rcond=None)[0]
+
+
 def first_order(T: float) -> dict[str, Value]:
     """1 / (T s + 1), its input linear between samples."""
     return {"b": [1 / T], "a": [1.0, 1 / T], "hold": "foh"}
@@ -178,6 +223,8 @@ def ipmc_models() -> dict[str, Model]:
         **parts(fit(sine, "polynomial_narx"), "ipmc_operator", "ipmc_network"),
         "ipmc_network_without_f": fit(sine, "polynomial_narx", n_f=0),
         **parts(compensator, "ipmc_compensator_operator", "ipmc_compensator_network"),
+        "ipmc_regressors": Model("regressors", ipmc_regressors(), 1 / IPMC_RATE, "monomials of voltage and f"),
+        "ipmc_weighted": Model("weighted", ipmc_weighted(), None, "weighted sum, weights as inputs"),
     }
 
 
