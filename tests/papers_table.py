@@ -8,9 +8,15 @@ from __future__ import annotations
 import json
 import re
 import sys
+import textwrap
 import tomllib
+from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
+
+from hystfmu.papers.row import Row
+from hystfmu.papers.table import Report, verdict
 
 ROOT = Path(__file__).parents[1]
 RECORDS = ROOT / "python" / "docs" / "papers"
@@ -31,8 +37,8 @@ def recorded(name: str) -> dict[str, Any]:
 
 
 def record(printed: str) -> None:
-    """Write the output of the command, a row a line and without nulls."""
-    for table in json.loads(printed):
+    """Write outputs of the command, one a line, as files with a row a line and without nulls."""
+    for (table,) in map(json.loads, printed.splitlines()):
         table["rows"] = [{k: v for k, v in row.items() if v not in (None, "")} for row in table["rows"]]
         parts = [f'"{key}": {_listed(value)}' for key, value in table.items()]
         (RECORDS / f"{table['name']}.json").write_text("[{\n" + ",\n".join(parts) + "\n}]\n")
@@ -50,27 +56,37 @@ def markdown() -> str:
 
 
 def _paper(name: str, table: dict[str, Any]) -> str:
-    rows = [r for r in table["rows"] if r["group"] == "paper"]
-    lines = [f"## {PAPERS[name]}", "", f"`hystfmu reproduce {name} --json`: {table['answer']}", ""]
+    report = Report(name, table["source"], tuple(map(row_of, table["rows"])))
+    rows = [r for r in report.rows if r.where == "paper"]
+    answer = textwrap.fill(f"`hystfmu reproduce {name} --json`: {report.answer()}", 118, break_on_hyphens=False)
+    lines = [f"## {PAPERS[name]}", "", answer, ""]
     lines += [f"| {' | '.join(COLUMNS)} |", "|" + "---|" * len(COLUMNS), *map(_row, rows), ""]
     if table["drawings"]:
-        lines += [f"`hystfmu reproduce {name} --report out` draws from our data: {', '.join(table['drawings'])}.", ""]
-    omitted = [f"- {place}: {why}" for place, why in table["omitted"].items()]
-    return "\n".join([*lines, *omitted, *([""] if omitted else []), *(f"- {n}" for n in table["notes"]), ""])
+        drawn = f"`hystfmu reproduce {name} --report out` draws from our data: {', '.join(table['drawings'])}."
+        lines += [textwrap.fill(drawn, 118, break_on_hyphens=False), ""]
+    told = [f"{place}: {why}" for place, why in table["omitted"].items()] + table["notes"]
+    return "\n".join([*lines, *(textwrap.fill(f"- {n}", 118, subsequent_indent="  ") for n in told), ""])
 
 
-def _row(row: dict[str, Any]) -> str:
-    why = row.get("note", "")
-    figures = [_figure(row, name) for name in ("printed", "literal", "ours")]
-    seeds = str(row["seeds"]) if row["seeds"] else ""
-    return f"| {' | '.join([row['place'], row['quantity'], *figures, seeds, row.get('verdict', ''), why])} |"
+def row_of(recorded: dict[str, Any]) -> Row:
+    """Return the row that was recorded, with its verdicts computed anew."""
+    return Row(**{f.name: recorded[f.name] for f in fields(Row) if f.name in recorded})
 
 
-def _figure(row: dict[str, Any], name: str) -> str:
-    if name not in row:
+def _row(row: Row) -> str:
+    figures = [
+        _figure(row.printed, None),
+        _figure(row.literal, row.literal_range),
+        _figure(row.ours, row.ours_range),
+    ]
+    cells = [row.place, row.quantity, *figures, str(row.seeds or ""), verdict(row), row.note]
+    return f"| {' | '.join(c.replace('|', chr(92) + '|') for c in cells)} |"
+
+
+def _figure(value: float | None, ends: Sequence[float] | None) -> str:
+    if value is None:
         return ""
-    ends = row.get(f"{name}_range")
-    return f"{row[name]:.4g}" + ("" if ends is None else f" ({ends[0]:.3g} to {ends[1]:.3g})")
+    return f"{value:.4g}" + ("" if ends is None else f" ({ends[0]:.3g} to {ends[1]:.3g})")
 
 
 def _experiments() -> str:
@@ -95,7 +111,7 @@ def _single(place: str) -> list[str]:
     if several is None:
         return [place]
     word, first, last = several.groups()
-    return [f"{word}. {n}" for n in range(int(first), int(last) + 1)]
+    return [f"{word}{'' if word == 'remark' else '.'} {n}" for n in range(int(first), int(last) + 1)]
 
 
 if __name__ == "__main__":

@@ -93,11 +93,11 @@ class Row:
 
     @property
     def printed_met(self) -> bool | None:
-        """Whether the printed figure is met; None if nothing is printed or computed."""
+        """Whether the printed figure is met, an equal one on every seed; None if nothing is printed or computed."""
         if self.printed is None or self.ours is None:
             return None
         if self.sense == "equal":
-            return bool(abs(self.ours - self.printed) <= SAME * abs(self.printed))
+            return all(abs(v - self.printed) <= SAME * abs(self.printed) for v in (self.ours, *(self.ours_range or ())))
         return bool(self.ours >= self.printed if self.sense == "least" else self.ours <= self.printed)
 
     @property
@@ -119,7 +119,10 @@ class Row:
             return ""
         if self.ours is None:
             return "not computed"
-        verdict = "met" if self.printed_met else _missed(self.ours, self.printed, self.sense)
+        worst = self.ours
+        if self.sense == "equal" and self.ours_range is not None:
+            worst = max(self.ours_range, key=lambda v: abs(v - (self.printed or 0.0)))
+        verdict = "met" if self.printed_met else _missed(worst, self.printed, self.sense)
         return verdict if self.scanned is None else f"{verdict}; met on {_of(self.scanned)} scanned records"
 
 

@@ -31,9 +31,10 @@ from hystfmu.identify.network.hidden_sweep import hidden_sweep
 from hystfmu.identify.options import resolve
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model import Model, accuracy
-from hystfmu.papers import dbo_piezo, shen_ma_statements, sums_of_plays
+from hystfmu.papers import dbo_piezo, sums_of_plays
 from hystfmu.papers.magnetostrictive_plant import strain
 from hystfmu.papers.row import Row
+from hystfmu.papers.statements import shen_ma_2017 as statements
 from hystfmu.papers.table import Drawing, Report, nearest, scanned
 from hystfmu.report.plot import Line, Plot
 
@@ -66,7 +67,7 @@ Progress = Callable[[float], None]
 def quick() -> list[Row]:
     """Return the rows that take seconds: equations 1 to 7 and table 1."""
     record = paper_record()
-    return [*shen_ma_statements.rows(record.u, record.y, slice(0, SAMPLES // 2)), *_branches(record)]
+    return [*statements.rows(record.u, record.y, slice(0, SAMPLES // 2)), *_branches(record)]
 
 
 def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) -> Report:

@@ -44,7 +44,7 @@ class Report:
         """Return the table as plain data for JSON."""
         rows = [
             {
-                **asdict(r),
+                **{k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in asdict(r).items()},
                 "group": r.where,
                 "met": r.met,
                 "printed_met": r.printed_met,
@@ -78,9 +78,9 @@ class Report:
         return "\n".join([*parts, "", *(f"  {n}" for n in self.notes)])
 
     def answer(self) -> str:
-        """Say in a sentence how many printed figures and targets are met."""
+        """Say in a sentence how many printed figures, statements and targets are met."""
         counts = []
-        for met, what in (("printed_met", "printed figures"), ("met", "targets")):
+        for met, what in (("printed_met", "printed figures and statements"), ("met", "targets")):
             rows = [r for r in self.rows if r.where == "paper" or met == "met"]  # a scan covers what is not printed
             counted = [v for r in rows if (v := getattr(r, met)) is not None]
             if counted:
@@ -88,7 +88,7 @@ class Report:
         scanned = [r.scanned for r in self.rows if r.scanned is not None]
         if scanned:
             held, tried = (sum(s[k] for s in scanned) for k in (0, 1))
-            counts[0] += f", on the scanned records {held} of {tried},"
+            counts[0] += f" ({held} of {tried} on the scanned records)"
         return f"{' and '.join(counts)}." if counts else "Nothing is printed, and no target is stated."
 
     def html(self) -> str:

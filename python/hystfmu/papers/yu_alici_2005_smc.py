@@ -23,9 +23,10 @@ from hystfmu.identify import errors, fit
 from hystfmu.identify.features.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
-from hystfmu.papers import dynamic_preisach, yu_alici_statements
+from hystfmu.papers import dynamic_preisach
 from hystfmu.papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
 from hystfmu.papers.row import Row
+from hystfmu.papers.statements import yu_alici_2005_smc as statements
 from hystfmu.papers.table import Drawing, Report
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.shipped import shipped_scenarios
@@ -41,7 +42,7 @@ W0_MIN = 0.05  # least weight of the linear term, which makes the model invertib
 
 def quick() -> list[Row]:
     """Return the rows that take seconds: equations and statements."""
-    return yu_alici_statements.rows()
+    return statements.rows()
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:

@@ -27,9 +27,10 @@ from hystfmu.identify import errors, fit
 from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid, kernels, ridge
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
-from hystfmu.papers import nested_loops, zhao_tan_statements
+from hystfmu.papers import nested_loops
 from hystfmu.papers.nested_loops import STEP, Response, recorded
 from hystfmu.papers.row import Row
+from hystfmu.papers.statements import zhao_tan_2008 as statements
 from hystfmu.papers.table import Drawing, Report, nearest, scanned
 from hystfmu.report.plot import Line, Plot
 
@@ -72,7 +73,7 @@ def experiment(plant: Response, decay: float = DECAY, rows: int = ROWS) -> Datas
 
 def quick() -> list[Row]:
     """Return the rows that take seconds: lemmas, remarks and theorems."""
-    return [*zhao_tan_statements.rows(actuator(), actuator(LINEAR)), _weights(actuator())]
+    return [*statements.rows(actuator(), actuator(LINEAR)), _weights(actuator())]
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
@@ -320,10 +321,11 @@ def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], l
         ),
         Row.over_seeds(
             "wanted output at the largest error of the cascade, share of its maximum",
-            None,
+            1.0,
             at,
             note="the paper: at the largest extremum",
             place="sec. V.B",
+            sense="equal",
         ),
     ]
     middle = sorted(models[1], key=lambda m: _largest(m, r, plant))[SEEDS // 2]
