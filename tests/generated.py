@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import hard_table
+import papers_table
 import stage_table
 import tracking_table
 
@@ -25,6 +26,7 @@ PARTS = (
     (DOCS / "tracking.md", HARD, lambda: hard_table.markdown("loops", LOOPS)),
     (stage_table.PAGE, HARD, lambda: hard_table.markdown("stage", stage_table.CONTROLLERS)),
     (ROOT / "README.md", HARD, hard_table.claims),
+    (DOCS / "papers.md", "from the records of `make papers`", papers_table.markdown),
 )
 STUB = ROOT / "python" / "hystfmu" / "graph" / "blocks.pyi"
 MODELICA = ROOT / "modelica" / "HystFMU"

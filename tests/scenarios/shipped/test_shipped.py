@@ -173,8 +173,31 @@ def test_papers_are_complete(folder: Path) -> None:
 )
 def test_the_limits_are_the_figures_of_the_papers(name: str, metric: str, printed: float) -> None:
     for case in Scenario(ROOT / "papers" / name).cases:
-        assert case.metrics[metric].limit == pytest.approx(printed, rel=1e-3)
-        assert recorded(f"papers/{name}")[case.name][metric] <= printed
+        met = recorded(f"papers/{name}")[case.name][metric] <= printed
+        assert met == ("the paper's figure is missed" not in case.text)
+        assert not met or case.metrics[metric].limit == pytest.approx(printed, rel=1e-3)
+
+
+def test_a_network_is_not_asked_for_the_record_that_it_is_trained_on() -> None:
+    """Zhao & Tan: trained on the first half of 3 % a cycle; the model is tested on the rest, the inverse elsewhere."""
+    model, inverse = (Scenario(ROOT / "papers" / name) for name in ("zhao_tan_2008_model", "zhao_tan_2008"))
+    trained = [
+        int(Model.load(ROOT / "models" / f"zhao_tan_{name}.model.toml").provenance["train"].partition(":")[2])
+        for name in ("network", "inverse_network")
+    ]
+    assert trained == [600, 600]
+    assert model.cases[0].metrics["worst"].after >= 600 * model.cases[0].step
+    assert all(case.units["reference"].set["decay"] != 0.15 for case in inverse.cases)
+
+
+def test_the_learning_compensator_follows_a_sensor_that_changes() -> None:
+    """20 % at 10 s: from the tenth period on the error is at most 1.2 times that without change."""
+    error = {case: of["tracking"] for case, of in recorded("papers/ipmc_bfbnn_learning").items()}
+    assert error["change_20"] <= 1.2 * error["unchanged"]
+    assert error["change_20_fixed"] >= 3 * error["change_20"]
+    for case in Scenario(ROOT / "papers" / "ipmc_bfbnn_learning").cases:
+        frequency = case.units["reference"].values["frequency"]
+        assert case.stop <= case.metrics["tracking"].after + 10 / frequency
 
 
 def test_the_loop_of_2005_tracks_better_than_its_inverse_and_that_better_than_none() -> None:
@@ -252,7 +275,7 @@ def test_the_drifting_plant_is_what_its_maker_says() -> None:
 
 
 @pytest.mark.stress
-@pytest.mark.parametrize(("script", "count"), [("make_models", 19), ("make_paper_models", 13)])
+@pytest.mark.parametrize(("script", "count"), [("make_models", 19), ("make_paper_models", 15)])
 def test_the_scripts_make_the_models_again(
     script: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -302,6 +325,8 @@ def test_the_models_of_the_papers_are_what_their_maker_says(monkeypatch: pytest.
     made = _make_models("make_paper_models")
     for name, graph in (("zhao_tan_actuator", made.zhao_tan_actuator()), ("ipmc_sensor", made.ipmc_sensor())):
         assert Model.load(ROOT / "models" / f"{name}.model.toml").graph.to_bytes() == graph.to_bytes()
+    learner = Scenario(ROOT / "papers" / "ipmc_bfbnn_learning").cases[0].units["learner"]
+    assert learner.values["theta0"] == pytest.approx(made.ipmc_first_weights(), rel=1e-2)
     record = made.zhao_tan_record()
     exchanged = Dataset.from_signal(record.y, record.u, record.h, train=record.train)
     whole = fit(exchanged, "zhao_tan_mlp", operator="zhao_tan_inverse", starts=1, iterations=5)
