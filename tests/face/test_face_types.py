@@ -94,7 +94,7 @@ mypy_path = {ROOT / "python"}
 [mypy-{BEHIND}]
 follow_imports = skip
 ignore_missing_imports = True
-[mypy-h5py,plotext,threadpoolctl]
+[mypy-h5py,nptdms,openpyxl,pandas,plotext,threadpoolctl]
 ignore_missing_imports = True
 [mypy-hystfmu.*]
 ignore_errors = True
