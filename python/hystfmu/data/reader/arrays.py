@@ -12,6 +12,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data.reader.header import stated_step
 from hystfmu.data.reader.table import Column, Stamps, Table
+from hystfmu.data.record_rows import LEAST_ROWS
 
 MOST_COLUMNS = 10_000
 
@@ -125,7 +126,7 @@ class Arrays:
             )
         if 1 in found.shape:
             return found.reshape(-1)
-        return found.reshape(p.n, p.k)[:, p.i]
+        return (found if found.shape[0] == p.n else found.T).reshape(p.n, p.k)[:, p.i]
 
     def numbers(self, order: Sequence[int]) -> Array:
         """Return the columns `order`, shape (n, len(order))."""
@@ -160,9 +161,9 @@ class Arrays:
 
 
 def _columns(shape: tuple[int, ...]) -> tuple[int, int]:
-    """Return rows and columns of an array; a row of numbers is one column."""
-    if len(shape) == 2 and shape[0] == 1:
-        return shape[1], 1
+    """Return rows and columns of an array; up to three rows of more numbers are columns."""
+    if len(shape) == 2 and shape[0] < LEAST_ROWS <= shape[1]:
+        return shape[1], shape[0]
     if len(shape) in (1, 2):
         return shape[0], shape[1] if len(shape) == 2 else 1
     return 0, 0

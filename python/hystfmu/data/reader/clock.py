@@ -11,10 +11,12 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data.reader.measures import TIME
-from hystfmu.data.reader.table import Table
+from hystfmu.data.reader.table import Column, Table
 
 _YEARS = (9e8, 4.2e9)  # s since 1970, of 1998 and of 2103: no other unit of measure has stamps of the size
-_EXCEL = (20e3, 80e3)  # days since 1900, of 1954 and of 2119
+_DAYS = ((20e3, 80e3), (7.1e5, 7.7e5))  # days since 1900 and since the year 0, of the last and of this century
+_LEAST_STEP = 1e-6  # s: times of that size are no seconds if their steps are shorter
+_AGREE = 0.01  # relative difference of two statements of one step
 _EPOCH = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}  # counts in a second
 
 
@@ -48,6 +50,7 @@ def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: A
     rate : float, optional
         Sample rate (Hz), which the time column does not change.
     n : int
+        Rows.
     numbers : array, shape (n,)
         The numbers of the column, if it is one of numbers.
 
@@ -70,31 +73,37 @@ def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: A
             f"{table.where}The {column.name!r} column must be a time in {', '.join(TIME)}. Got [{column.unit}] "
             "instead: give the sample rate in Hz (--rate)."
         )
-    t: Array = numbers
-    sized = next((u for u, per in _EPOCH.items() if _YEARS[0] * per <= t[0] < _YEARS[1] * per), "") if len(t) else ""
+    step = float(numbers[-1] - numbers[0]) / (n - 1) if n > 1 else 0.0
+    said, counts, first = _scale(table, column, float(numbers[0]) if n else 0.0, step)
+    t = numbers if not first else table.source.since(k)
+    scaled: Array = t / counts
+    return Clock(scaled, lambda: table.source.digits(k) / counts, f"{said}{first}")
+
+
+def _scale(table: Table, column: Column, first: float, step: float) -> tuple[str, float, str]:
+    """Find the unit of measure of times: what to say, counts in a second, and of stamps since when they are."""
+    sized = next((u for u, per in _EPOCH.items() if _YEARS[0] * per <= first < _YEARS[1] * per), "")
     counts, seconds = TIME[column.unit or sized or "s"]
-    if sized and column.unit and t[0] / counts * seconds >= _YEARS[1]:
+    counts = counts / seconds
+    if sized and first / counts >= _YEARS[1]:
         raise InputError(
-            f"{table.where}The {column.name!r} column must be a time in {column.unit}. Got {t[0]:.12g}, the size of "
+            f"{table.where}The {column.name!r} column must be a time in {column.unit}. Got {first:.12g}, the size of "
             f"{sized} since 1970: correct the heading, or give the sample rate in Hz (--rate)."
         )
-    said = f"in {column.unit}" if column.unit else f"in {sized} (by its size)" if sized else _guessed(table, t)
-    if sized and _YEARS[0] <= t[0] / counts * seconds:
-        start = datetime.datetime.fromtimestamp(t[0] / counts * seconds, datetime.UTC)
-        t, said = table.source.since(k), f"{said} since 1970, from {start:%Y-%m-%d %H:%M:%S} UTC"
-    scaled: Array = t / counts * seconds
-    return Clock(scaled, lambda: table.source.digits(k) / counts * seconds, said)
-
-
-def _guessed(table: Table, t: Array) -> str:
-    """Say that seconds are assumed, and what speaks against them."""
+    if sized and first / counts >= _YEARS[0]:
+        start = datetime.datetime.fromtimestamp(first / counts, datetime.UTC)
+        how = "" if column.unit else " (by its size)"
+        return f"in {column.unit or sized} since 1970{how}", counts, f", from {start:%Y-%m-%d %H:%M:%S} UTC"
+    if column.unit:
+        return f"in {column.unit}", counts, ""
+    if table.step and step > 0:
+        for unit, per in {**_EPOCH, "rows": 1 / table.step}.items():
+            if abs(step / per / table.step - 1) < _AGREE:
+                return f"in {unit} (by the {1 / table.step:.6g} Hz that the file states)", per, ""
+    days = any(a < first < b for a, b in _DAYS)
+    if days and 0 < step < _LEAST_STEP:
+        return "in days (by its size)", 1 / 86400, ", as spreadsheets count them"
     doubts = ["no unit of measure is stated"]
-    if len(t) > 1 and t[-1] > t[0]:
-        step = float(t[-1] - t[0]) / (len(t) - 1)
-        if table.step and abs(step / table.step - 1) > 0.01:
-            doubts.append(f"the header states {1 / table.step:.6g} Hz")
-        elif step == 1 and (np.diff(t) == 1).all():
-            doubts.append("a step of 1: if it counts rows, state --rate")
-        elif _EXCEL[0] < t[0] < _EXCEL[1] and t[-1] - t[0] < 1:
-            doubts.append("if it counts days, as Excel does, state --rate")
-    return f"in s ({'; '.join(doubts)})"
+    doubts += [f"the file states {1 / table.step:.6g} Hz"] if table.step else []
+    doubts += ["if it counts rows, state --rate"] if step == 1 else []
+    return f"in s ({'; '.join(doubts)})", 1.0, ""

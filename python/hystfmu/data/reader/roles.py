@@ -44,7 +44,9 @@ QUANTITIES = {  # a sensor has them the other way round: see `chosen`
 
 
 _MATRIX = re.compile(r"|.*\(:,\d+\)")  # columns without names
-_NUMBERED = re.compile(rf"{_MATRIX.pattern}|(?:ch|chan|channel|kanal|ai|c)?[ _]?\d+", re.IGNORECASE)  # tells no role
+_NUMBERED = re.compile(
+    rf"{_MATRIX.pattern}|(?:ch|chan|channel|kanal|ai|c)?[ _]?\d+|(?:ch|channel|kanal) ?[a-h]", re.IGNORECASE
+)  # tells no role
 
 
 @dataclass(frozen=True)
