@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.data.covariates import Covariates, identifier
 from hystfmu.data.dataset import Dataset
@@ -32,6 +33,7 @@ MOST_BYTES = 256 * 2**20
 MOST_TITLE = 80  # characters of a heading that a model keeps
 
 
+@checked
 def read(
     path: str | Path | Frame | Sequence[str | Path | Frame],
     time: str | int = "",
@@ -123,6 +125,36 @@ def read(
     if len(pieces) == 1:
         return _dataset(pieces[0], train, resample, lag)
     return Dataset.joined([_dataset(piece, None, resample, lag) for piece in pieces], train)
+
+
+def dataset_of(given: object, output: bool = True) -> Dataset:
+    """Return a data set as it is, and read a data frame.
+
+    Parameters
+    ----------
+    given : Dataset, data frame or dict of columns
+    output : bool
+        Whether there must be an output.
+
+    Raises
+    ------
+    InputError
+        What `read` refuses.
+    """
+    if isinstance(given, Dataset):
+        return given
+    if isinstance(given, (str, os.PathLike, np.ndarray)) or not is_frame(given):
+        raise InputError(
+            f"The data must be a Dataset or a data frame. Got {type(given).__name__} instead. hy.read(path) and "
+            "hy.Dataset(t, u, y) make a Dataset."
+        )
+    columns: Any = given
+    try:
+        return read(columns)
+    except InputError:
+        if output:
+            raise
+        return read(columns, output=None)
 
 
 def _several(path: object) -> list[Any]:
