@@ -145,10 +145,41 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i + 1 < na; i++) t_v[i] = *sigma * s_v[i + 1];
   t_v[na - 1] = *sigma * top;
 }
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  enum { AT_ONCE = 8 };
+  for (int64_t first = 0; first < n_columns; first += AT_ONCE) {
+    const int some = n_columns - first < AT_ONCE ? (int)(n_columns - first) : AT_ONCE;
+    double next[MOST_ORDER][AT_ONCE], *const before = s_u_last + first;
+    const double *const now = s_u + first;
+    for (int i = 0; i < na && dt > 0; i++) {
+      for (int c = 0; c < some; c++) next[i][c] = B0[i] * before[c] + B1[i] * now[c];
+      for (int j = 0; j < na; j++)
+        for (int c = 0; c < some; c++) next[i][c] += A[i * na + j] * s_v[j * n_columns + first + c];
+    }
+    for (int i = 0; i < na && dt > 0; i++)
+      for (int c = 0; c < some; c++) s_v[i * n_columns + first + c] = next[i][c];
+    for (int c = 0; c < some && dt == 0 && *start == 1; c++) s_v[first + c] = now[c] / alpha[0];
+    for (int c = 0; c < some; c++) before[c] = now[c];
+  }
+  for (const hyst_change *e = s_A; e < end_A && dt > 0; e++)
+    s_v[e->element / na * n_columns + e->column] += e->size * v[e->element % na];
+  for (const hyst_change *e = s_B0; e < end_B0 && dt > 0; e++)
+    s_v[e->element * n_columns + e->column] += e->size * *u_last;
+  for (const hyst_change *e = s_B1; e < end_B1 && dt > 0; e++) s_v[e->element * n_columns + e->column] += e->size * *u;
+  HYST_ADVANCE(update);
+  for (const hyst_change *e = s_alpha; e < end_alpha && dt == 0 && *start == 1; e++)
+    if (e->element == 0) s_v[e->column] -= e->size * v[0] / alpha[0];
+  for (int64_t k = 0; k < n_columns; k++) t_y[k] = *d * s_u[k];
+  for (int i = 0; i < na; i++)
+    for (int64_t k = 0; k < n_columns; k++) t_y[k] += c[i] * s_v[i * n_columns + k];
+  for (const hyst_change *e = s_c; e < end_c; e++) t_y[e->column] += e->size * v[e->element];
+  for (const hyst_change *e = s_d; e < end_d; e++) t_y[e->column] += e->size * *u;
+}
 HYST_BLOCK(transfer_function,
            (.text = "Linear transfer function of any order, discretised exactly",
             .equation = "y = (b_0 s^nb + ... + b_nb) / (a_0 s^na + ... + a_na) u",
             .source = "Van Loan 1978; Franklin, Powell & Workman, 3rd ed., section 6.3.2", .family = "dynamics",
-            .tolerance = "rounding"),
+            .tolerance = "rounding", .sensitivity = sensitivity),
            .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
            .deriv = deriv, .update = update, .feedthrough = feedthrough)

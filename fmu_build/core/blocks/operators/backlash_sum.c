@@ -34,9 +34,33 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i < n; i++) sum += w[i] * hyst_play_tangent(z[i], *u, r[i], *s_u);
   *t_y = sum;
 }
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  const int64_t dense = columns_->dense;
+  for (int64_t c = 0; c < n_columns; c++) t_y[c] = c < dense ? *w0 * s_u[c] : 0;
+  for (const hyst_change *e = s_w0; e < end_w0; e++) t_y[e->column] += e->size * *u;
+  double *row = s_z;
+  for (int i = 0; i < n; i++, row += n_columns) {
+    const int side = hyst_play_side(z[i], *u, r[i]);
+    z[i] = hyst_play(z[i], *u, r[i]);
+    for (int64_t c = 0; side != 0 && c < dense; c++) row[c] = s_u[c];
+    for (; s_r < end_r && s_r->element == i; s_r++) {
+      const int64_t c = s_r->column;
+      if (side != 0) row[c] = (c < dense ? row[c] : 0) + side * s_r->size;
+      if (c >= dense) t_y[c] += w[i] * row[c];
+    }
+    for (; s_z0 < end_z0 && s_z0->element == i; s_z0++) {
+      const int64_t c = s_z0->column;
+      if (side != 0 && c >= dense) row[c] = 0;
+      if (c >= dense) t_y[c] += w[i] * row[c];
+    }
+    for (; s_w < end_w && s_w->element == i; s_w++) t_y[s_w->column] += s_w->size * z[i];
+    for (int64_t c = 0; c < dense; c++) t_y[c] += w[i] * row[c];
+  }
+}
 HYST_BLOCK(backlash_sum,
            (.text = "Weighted sum of backlash (play) operators, plain states",
             .equation = "z_i = max(u - r_i, min(u + r_i, z_i)), y = w0 u + sum_i w_i z_i",
             .source = "Zhao & Tan 2008, section II; Krejci & Kuhnen 2001, eq. 3", .family = "operators",
-            .tolerance = "rounding"),
+            .tolerance = "rounding", .sensitivity = sensitivity),
            .rate = HYST_HYSTERETIC, .init = init, .output = output, .tangent = tangent, .update = update)
