@@ -208,13 +208,11 @@ static int move(const pass *w, const hyst_node *n, int64_t column, double part, 
   return !n->block->prepare || !n->block->prepare(n->dim, p, dt);
 }
 
-/* Whether a derived value leaps: a scale that is a power of two, such as that of transfer_function.  Then the formula
+/* Whether a derived value leaps, as a scale that is a power of two does, that of transfer_function.  Then the formula
  * reaches across the leap, and one of a single side may not. */
 static int leaps(const hyst_node *n, const double *p) {
-  for (int64_t j = 0; j < n->n_p; j++) {
-    const double ratio = n->p[j] != 0 ? p[j] / n->p[j] : 1;
-    if (ratio <= 0.6 || ratio >= 1.7) return 1;
-  }
+  for (int64_t j = 0; j < n->n_p; j++)
+    if (n->p[j] != 0 && (p[j] == 2 * n->p[j] || 2 * p[j] == n->p[j])) return 1;
   return 0;
 }
 
