@@ -238,7 +238,8 @@ typedef struct hyst_block {
 #define HYST_TANGENT_STATE HYST_X
 
 /* s_p: changes of a parameter, to end_p; s_u: of an input; s_x: of a state, to be advanced; t_y: of an output, to be
- * computed.  The last three are rows of n_columns numbers, one row for each element. */
+ * computed, with the value of the last call before.  The last three are rows of n_columns numbers, one row for each
+ * element. */
 #define HYST_IN_SENSITIVITY(name, kind, size, ...) HYST_SENSITIVITY_##kind(name, size)
 #define HYST_SENSITIVITY_PARAM(name, size)                                  \
   HYST_P(name, size)                                                        \

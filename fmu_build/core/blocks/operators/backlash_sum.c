@@ -1,6 +1,8 @@
 /* Sum of backlash (play) operators with one plain state each: the independent reference plant.
  * It deliberately does not use the turning-point machine, so that the two can be compared.
  * A "deadband width" is the full width, as in Simulink: r = width / 2.  Zhao & Tan 2008, section II (ten widths). */
+#include <string.h>
+
 #include "core/hyst.h"
 #include "core/memory/play.h"
 
@@ -34,28 +36,35 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i < n; i++) sum += w[i] * hyst_play_tangent(z[i], *u, r[i], *s_u);
   *t_y = sum;
 }
+/* A play that moves follows u and r, one at rest keeps what it followed last.  So a column of one element changes y
+ * only while the play moves, and the rows of its states are not needed. */
 HYST_SENSITIVITY_FN(sensitivity) {
   HYST_OPEN_SENSITIVITY
   const int64_t dense = columns_->dense;
-  for (int64_t c = 0; c < n_columns; c++) t_y[c] = c < dense ? *w0 * s_u[c] : 0;
-  for (const hyst_change *e = s_w0; e < end_w0; e++) t_y[e->column] += e->size * *u;
-  double *row = s_z;
-  for (int i = 0; i < n; i++, row += n_columns) {
-    const int side = hyst_play_side(z[i], *u, r[i]);
-    z[i] = hyst_play(z[i], *u, r[i]);
-    for (int64_t c = 0; side != 0 && c < dense; c++) row[c] = s_u[c];
-    for (; s_r < end_r && s_r->element == i; s_r++) {
-      const int64_t c = s_r->column;
-      if (side != 0) row[c] = (c < dense ? row[c] : 0) + side * s_r->size;
-      if (c >= dense) t_y[c] += w[i] * row[c];
-    }
-    for (; s_z0 < end_z0 && s_z0->element == i; s_z0++) {
-      const int64_t c = s_z0->column;
-      if (side != 0 && c >= dense) row[c] = 0;
-      if (c >= dense) t_y[c] += w[i] * row[c];
-    }
-    for (; s_w < end_w && s_w->element == i; s_w++) t_y[s_w->column] += s_w->size * z[i];
-    for (int64_t c = 0; c < dense; c++) t_y[c] += w[i] * row[c];
+  for (int i = 0; i < n && dense > 0; i++)
+    if (hyst_play_side(z[i], *u, r[i]) != 0) memcpy(s_z + i * n_columns, s_u, (size_t)dense * sizeof *s_u);
+  for (; s_r < end_r; s_r++) {
+    const int i = s_r->element, side = hyst_play_side(z[i], *u, r[i]);
+    const int64_t c = s_r->column;
+    if (c < dense) s_z[i * n_columns + c] += side * s_r->size;
+    else if (side != 0 || dt == 0) t_y[c] = w[i] * side * s_r->size;
+  }
+  for (; s_z0 < end_z0; s_z0++) {
+    const int64_t i = s_z0->element, c = s_z0->column;
+    if (c >= dense && (dt == 0 || t_y[c] != 0)) /* until the play moves */
+      t_y[c] = hyst_play_side(z[i], *u, r[i]) != 0 ? 0 : w[i] * s_z0->size;
+  }
+  HYST_ADVANCE(update);
+  for (int64_t c = 0; c < dense; c++) t_y[c] = *w0 * s_u[c];
+  for (int i = 0; i < n && dense > 0; i++)
+    for (int64_t c = 0; c < dense; c++) t_y[c] += w[i] * s_z[i * n_columns + c];
+  for (; s_w < end_w; s_w++) {
+    double *const to = t_y + s_w->column, by = s_w->size * z[s_w->element];
+    *to = s_w->column < dense ? *to + by : by;
+  }
+  for (; s_w0 < end_w0; s_w0++) {
+    double *const to = t_y + s_w0->column, by = s_w0->size * *u;
+    *to = s_w0->column < dense ? *to + by : by;
   }
 }
 HYST_BLOCK(backlash_sum,
