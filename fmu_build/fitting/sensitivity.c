@@ -226,7 +226,7 @@ static void derive(const pass *w, spot *q, int64_t column, double *derived, doub
     int possible = smooth = 1;
     for (int k = 0; k < POINTS && possible; k++) {
       possible = move(w, n, column, FORMULA[f].at[k] * APART, dt, w->p);
-      smooth = smooth && possible && !leaps(n, w->p);
+      smooth = smooth && possible && !(n->block->prepare && leaps(n, w->p));
     }
     if (possible && (best < 0 || smooth)) best = f;
   }
