@@ -108,9 +108,11 @@ typedef struct {
   double rule_step;      /* "integration" in time (s): step at which update() agrees with deriv() to 1e-6 */
   double smooth;         /* distance in inputs and states within which the tangent is accurate; 0: 1e-5 */
   /* Advances x as update() does, and with it the derivatives of the states and of the outputs.  NULL: fits take
-   * differences of update() and output().  A fact for Python, since no FMU needs it. */
+   * differences of update() and output().  Facts for Python, since no FMU needs them. */
   void (*sensitivity)(const int *dim, const double *p, double *x, const double *u, double dt,
                       const hyst_columns *columns);
+  int derives;             /* it takes the changes of derived values; else init() must read none of these */
+  const char *differences; /* a parameter whose columns are left to differences, or NULL */
 } hyst_told;
 
 typedef struct hyst_block {

@@ -44,7 +44,7 @@ typedef struct {
   double *p, *u, *x, *y; /* of one node */
 } pass;
 
-enum { BY_INPUT = 1, BY_OWN = 2 };
+enum { BY_INPUT = 1, BY_OWN = 2, BY_DIFFERENCE = 4 };
 
 /* ---- seeds ---------------------------------------------------------------------------------------------------------
  */
@@ -126,13 +126,14 @@ static void lay_out_node(const pass *w, int i, int loop, spot *q, room *r) {
   q->columns.u = q->du;
   q->columns.y = doubles(r, n->n_y * c);
   if (q->stated) {
-    const int derives = n->block->prepare != NULL;
+    const int derives = n->block->told.derives;
     q->columns.x = doubles(r, n->n_x * c);
     q->rows = (const hyst_change **)take(r, n->block->n_vars + 1, sizeof *q->rows);
     q->columns.changes = q->rows;
     q->changes = (hyst_change *)take(r, n_seeds + (derives ? q->n_own * n->n_p : 0), sizeof(hyst_change));
     q->derived = doubles(r, derives ? q->n_own * n->n_p : 0);
-  } else {
+  }
+  if (!q->stated || n->block->told.differences) {
     q->lanes = (lane *)take(r, c, sizeof(lane));
     double *x = doubles(r, c * n->n_x), *p = doubles(r, q->n_own * n->n_p);
     for (int64_t k = 0, own = 0; r->at && k < c; k++) {
@@ -190,12 +191,21 @@ static void mark(pass *w) {
           if (from->reach[c] && !(q->reach[c] & BY_INPUT)) q->reach[c] |= BY_INPUT, q->reached = more = 1;
       }
   }
+  for (int64_t k = 0; k < w->s->n_seeds; k++) {
+    spot *q = w->spots + node_of(g, w->s->seeds + k);
+    const char *left = q->node->block->told.differences;
+    if (left && !strcmp(hyst_graph_port(g, w->s->seeds[k].reference)->row->name, left))
+      q->reach[w->s->seeds[k].column] |= BY_DIFFERENCE;
+  }
+  for (spot *q = w->spots, *last = q + g->n_nodes; q < last; q++)
+    for (int64_t c = 0; c < q->columns.n && !q->stated; c++)
+      if (q->reach[c]) q->reach[c] |= BY_DIFFERENCE;
 }
 
 /* ---- moved parameters ----------------------------------------------------------------------------------------------
  */
 /* Writes the parameters of a node, moved by a part of a column, to p; 0: they are out of range, or refused. */
-static int move(const pass *w, const hyst_node *n, int64_t column, double part, double dt, double *p) {
+static int move(const pass *w, const hyst_node *n, int64_t column, double part, int derives, double dt, double *p) {
   const hyst_seed *seed = w->s->seeds + w->first[column], *const end = w->s->seeds + w->first[column + 1];
   memcpy(p, n->p, (size_t)n->n_p * sizeof *p);
   for (; seed < end; seed++) {
@@ -205,7 +215,7 @@ static int move(const pass *w, const hyst_node *n, int64_t column, double part, 
     *to += part * seed->size;
     if (hyst_check_port(port, *to)) return 0;
   }
-  return !n->block->prepare || !n->block->prepare(n->dim, p, dt);
+  return !derives || !n->block->prepare || !n->block->prepare(n->dim, p, dt);
 }
 
 /* Whether a derived value leaps, as a scale that is a power of two does, that of transfer_function.  Then the formula
@@ -219,21 +229,22 @@ static int leaps(const hyst_node *n, const double *p) {
 /* derivatives of what prepare() makes of the parameters, and at the start of what init() makes of them */
 static void derive(const pass *w, spot *q, int64_t column, double *derived, double dt, int starting) {
   const hyst_node *n = q->node;
+  const int derives = n->block->told.derives;
   hyst_node moved = *n;
   moved.p = w->p, moved.x = w->x;
   int best = -1, smooth = 0;
   for (int f = 0; f < FORMULAS && !smooth; f++) {
     int possible = smooth = 1;
     for (int k = 0; k < POINTS && possible; k++) {
-      possible = move(w, n, column, FORMULA[f].at[k] * APART, dt, w->p);
-      smooth = smooth && possible && !(n->block->prepare && leaps(n, w->p));
+      possible = move(w, n, column, FORMULA[f].at[k] * APART, derives, dt, w->p);
+      smooth = smooth && possible && !(derives && leaps(n, w->p));
     }
     if (possible && (best < 0 || smooth)) best = f;
   }
   for (int k = 0; k < POINTS && best >= 0; k++) {
     const double weight = FORMULA[best].weight[k] / APART;
-    move(w, n, column, FORMULA[best].at[k] * APART, dt, w->p);
-    for (int64_t j = 0; n->block->prepare && j < n->n_p; j++) derived[j] += weight * (w->p[j] - n->p[j]);
+    move(w, n, column, FORMULA[best].at[k] * APART, derives, dt, w->p);
+    for (int64_t j = 0; derives && j < n->n_p; j++) derived[j] += weight * (w->p[j] - n->p[j]);
     if (!starting) continue;
     hyst_rest(&moved);
     for (int64_t j = 0; j < n->n_x; j++) q->columns.x[j * q->columns.n + column] += weight * (w->x[j] - n->x[j]);
@@ -260,7 +271,7 @@ static void list(const pass *w, spot *q) {
       for (; here > begin && here[-1].element > element; here--) *here = here[-1];
       here->element = (int)element, here->column = (int)seed->column, here->size = seed->size;
     }
-    for (int64_t j = 0; n->block->vars[v].kind == HYST_DERIVED && j < size; j++) {
+    for (int64_t j = 0; n->block->told.derives && n->block->vars[v].kind == HYST_DERIVED && j < size; j++) {
       const double *derived = q->derived + at + j;
       for (int64_t c = 0; c < q->columns.n; c++) {
         if (!(q->reach[c] & BY_OWN)) continue;
@@ -277,12 +288,12 @@ static void list(const pass *w, spot *q) {
 /* what follows from the parameters, for a step of dt */
 static void derive_all(const pass *w, spot *q, double dt, int starting) {
   const hyst_node *n = q->node;
-  if (n->block->prepare) memset(q->derived, 0, (size_t)(q->n_own * n->n_p) * sizeof(double));
+  if (n->block->told.derives) memset(q->derived, 0, (size_t)(q->n_own * n->n_p) * sizeof(double));
   double *derived = q->derived;
   for (int64_t c = 0; c < q->columns.n; c++)
     if (q->reach[c] & BY_OWN) {
       derive(w, q, c, derived, dt, starting);
-      if (n->block->prepare) derived += n->n_p;
+      if (n->block->told.derives) derived += n->n_p;
     }
   list(w, q);
 }
@@ -301,11 +312,11 @@ static void open_lanes(const pass *w, spot *q) {
   hyst_node moved = *n;
   for (int64_t c = 0; c < q->columns.n; c++) {
     lane *l = q->lanes + c;
-    if (!q->reach[c]) continue;
+    if (!(q->reach[c] & BY_DIFFERENCE)) continue;
     l->step = w->s->step;
-    l->own = (q->reach[c] & BY_OWN) && move(w, n, c, l->step, 0, l->p);
+    l->own = (q->reach[c] & BY_OWN) && move(w, n, c, l->step, 1, 0, l->p);
     if ((q->reach[c] & BY_OWN) && !l->own) {
-      l->own = move(w, n, c, -l->step, 0, l->p);
+      l->own = move(w, n, c, -l->step, 1, 0, l->p);
       if (l->own) l->step = -l->step;
     }
     moved.p = l->own ? l->p : n->p, moved.x = l->x;
@@ -316,15 +327,14 @@ static void open_lanes(const pass *w, spot *q) {
   }
 }
 
-/* advances the copies, then the block itself */
-static void advance_lanes(const pass *w, spot *q, double t, double dt) {
+/* advances the copies, after the block itself */
+static void advance_lanes(const pass *w, spot *q, double dt) {
   const hyst_node *n = q->node;
   const hyst_block *b = n->block;
   const int64_t columns = q->columns.n;
   const int direct = b->rate == HYST_FUNCTION && b->tangent;
-  hyst_advance_node(w->g, n, t, dt);
   for (int64_t c = 0; c < columns; c++) {
-    if (!q->reach[c]) continue;
+    if (!(q->reach[c] & BY_DIFFERENCE)) continue;
     if (direct && !(q->reach[c] & BY_OWN)) {
       for (int64_t k = 0; k < n->n_u; k++) n->du[k] = q->du[k * columns + c];
       b->tangent(n->dim, n->p, n->x, n->u, n->du, NULL, n->dy, NULL);
@@ -361,13 +371,14 @@ static void advance(const pass *w, double t, double dt) {
       continue;
     }
     gather(w, q);
-    if (!q->stated) {
-      advance_lanes(w, q, t, dt);
-      continue;
+    if (q->stated) {
+      hyst_gather(w->g, n, t);
+      n->block->told.sensitivity(n->dim, n->p, n->x, n->u, dt, &q->columns);
+      n->block->output(n->dim, n->p, n->x, n->u, n->y);
+    } else {
+      hyst_advance_node(w->g, n, t, dt);
     }
-    hyst_gather(w->g, n, t);
-    n->block->told.sensitivity(n->dim, n->p, n->x, n->u, dt, &q->columns);
-    n->block->output(n->dim, n->p, n->x, n->u, n->y);
+    if (q->lanes) advance_lanes(w, q, dt);
   }
 }
 
@@ -376,7 +387,7 @@ static hyst_status start(const pass *w, double t) {
   if (s) return s;
   for (spot *q = w->spots, *end = q + w->g->n_nodes; q < end; q++) {
     if (q->reached && q->stated) derive_all(w, q, 0, 1);
-    else if (q->reached) open_lanes(w, q);
+    if (q->reached && q->lanes) open_lanes(w, q);
   }
   advance(w, t, 0);
   return HYST_E_OK;
@@ -388,8 +399,8 @@ static hyst_status step(const pass *w, double t_end, double dt) {
   if (s) return s;
   for (spot *q = w->spots, *end = q + w->g->n_nodes; w->g->dt != before && q < end; q++) {
     if (!q->n_own || !(q->node->block->flags & HYST_STEP) || !q->node->block->prepare) continue;
-    if (q->stated) derive_all(w, q, dt, 0);
-    for (int64_t c = 0; !q->stated && c < q->columns.n; c++)
+    if (q->stated && q->node->block->told.derives) derive_all(w, q, dt, 0);
+    for (int64_t c = 0; q->lanes && c < q->columns.n; c++)
       if (q->lanes[c].own && q->node->block->prepare(q->node->dim, q->lanes[c].p, dt)) q->lanes[c].own = 0;
   }
   advance(w, t_end, dt);

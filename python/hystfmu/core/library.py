@@ -62,6 +62,8 @@ class _Told(C.Structure):
         ("rule_step", C.c_double),
         ("smooth", C.c_double),
         ("sensitivity", C.c_void_p),
+        ("derives", C.c_int),
+        ("differences", C.c_char_p),
     ]
 
 

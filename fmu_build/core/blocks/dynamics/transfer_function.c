@@ -184,6 +184,6 @@ HYST_BLOCK(transfer_function,
            (.text = "Linear transfer function of any order, discretised exactly",
             .equation = "y = (b_0 s^nb + ... + b_nb) / (a_0 s^na + ... + a_na) u",
             .source = "Van Loan 1978; Franklin, Powell & Workman, 3rd ed., section 6.3.2", .family = "dynamics",
-            .tolerance = "rounding", .sensitivity = sensitivity),
+            .tolerance = "rounding", .sensitivity = sensitivity, .derives = 1),
            .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
            .deriv = deriv, .update = update, .feedthrough = feedthrough)
