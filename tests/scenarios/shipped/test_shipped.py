@@ -53,6 +53,15 @@ def test_complete_with_limits(folder: Path) -> None:
             assert m.limit == float(f"{m.limit:.2g}"), f"{case.title}: {name} {m.limit} is no round figure"
 
 
+@pytest.mark.parametrize("file", sorted(ROOT.rglob("scenario.toml")), ids=lambda f: f.parent.name)
+def test_every_limit_guards(file: Path) -> None:
+    """No metric of any case may exceed three times what is recorded, whatever its limit."""
+    scenario, baseline = Scenario(file), Baseline.load(file.parent)
+    assert baseline is not None
+    assert {c.guard for c in scenario.cases} <= {3.0}
+    assert {c.name: c.metrics.keys() for c in scenario.cases} == {n: m.keys() for n, m in baseline.metrics.items()}
+
+
 def test_every_loop_at_10_khz_has_the_known_step_and_all_corners() -> None:
     for name in sorted({*TUNED_10_KHZ} - {PERIODIC}):
         scenario = Scenario(ROOT / name)
