@@ -17,7 +17,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check generate modelica modelica-strict openmodelica platforms bench choice devices docs wheel release use lower importers clean torture
+.PHONY: demo test contract stress mutants dev core check generate modelica modelica-strict openmodelica platforms bench choice devices docs wheel release use lower importers papers clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -101,6 +101,14 @@ choice: dev
 # interrupted run goes on from build/devices.jsonl, which belongs to one draw and one state of the code
 devices: dev
 	$(BIN)/python tests/benchmarks/devices.py --jobs $(WORKERS) --work build/devices.jsonl
+
+# the tables of the four papers, about ten minutes on two cores; python/docs/papers.md follows from them
+papers: dev
+	mkdir -p build/papers
+	printf '%s\n' shen_ma_2017 yu_alici_2005_smc zhao_tan_2008 ipmc_bfbnn | \
+	  xargs -P 2 -I{} sh -c '$(BIN)/hystfmu reproduce {} --json > build/papers/{}.json'
+	cat build/papers/*.json | $(BIN)/python tests/papers_table.py
+	$(BIN)/python tests/generated.py --write
 
 # every kind of model and every shipped loop in importers that are not ours; writes python/docs/importers.md
 importers: dev

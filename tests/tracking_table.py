@@ -30,6 +30,8 @@ LEARNING = ("iterative_learning", "repetitive")
 OURS = "internal_model"
 """Of the loops that learn no period, the one that is recommended."""
 CORNERS = [f"{gain}_{f}" for gain in ("up", "down") for f in (400, 600)]
+BOUC_WEN = "bouc_wen_"
+"""Prefix of the cases with the other plant, behind dynamics and an inverse identified in its own class."""
 SIGNALS = {"10": "10 Hz", "100": "100 Hz", "broadband": "broadband"}
 
 
@@ -47,10 +49,10 @@ def head() -> list[str]:
     return [*texts, "Ms, dB", "delay margin, steps"]
 
 
-def rows(rate: str) -> dict[str, list[str]]:
-    """Cells of every loop of one rate: "" is 10 kHz."""
+def rows(rate: str, plant: str = "") -> dict[str, list[str]]:
+    """Cells of every loop of one rate, "" is 10 kHz, on one plant, "" is the ten backlashes."""
     names = [name for name in LOOPS if (SCENARIOS / (name + rate) / "baseline.toml").exists()]
-    return {name: cells(name + rate) for name in names}
+    return {name: cells(name + rate, plant) for name in names}
 
 
 def best(found: dict[str, list[str]], column: int) -> list[str]:
@@ -64,9 +66,9 @@ def errors() -> list[int]:
     return [k for k, text in enumerate(head()) if not text.startswith(("Ms", "delay"))]
 
 
-def table(rate: str) -> str:
-    """One rate, the smallest errors of the loops that learn a period and of the others in bold."""
-    found = rows(rate)
+def table(rate: str, plant: str = "") -> str:
+    """One rate and plant, the smallest errors of the loops that learn a period and of the others in bold."""
+    found = rows(rate, plant)
     shown = {name: list(texts) for name, texts in found.items()}
     for learns in (True, False):
         group = {name: texts for name, texts in found.items() if (name in LEARNING) == learns}
@@ -90,26 +92,29 @@ def wins() -> str:
     return "\n".join(textwrap.wrap(text, 120, break_on_hyphens=False)) if said else ""
 
 
-def cells(name: str) -> list[str]:
+def cells(name: str, plant: str = "") -> list[str]:
     """Errors and margins of one loop as text."""
-    found = {case: metrics["tracking"] for case, metrics in baseline(name).items()}
+    recorded = {case: metrics["tracking"] for case, metrics in baseline(name).items()}
+    found = {case.removeprefix(plant): error for case, error in recorded.items() if case.startswith(plant)}
     texts = []
     for signal in SIGNALS:
         nominal = signal if signal == "broadband" else f"sine_{signal}"
         groups = [[nominal], [f"{c}_{signal}" for c in CORNERS]]
         if signal != "broadband":
             groups.append([f"{c}_two_steps_{signal}" for c in CORNERS])
-        texts += [f"{max(found[c] for c in group):.2g}" if group[0] in found else "" for group in groups]
+        texts += [f"{max(found[c] for c in group):.2g}" if found.keys() >= {*group} else "" for group in groups]
     try:
-        margins = loop(name, "sine_10").margins()
+        margins = loop(name, f"{plant}sine_10").margins()
     except InputError:  # no feedback
         return [*texts, "", ""]
     return [*texts, f"{margins.Ms_db:.1f}", f"{margins.delay_steps:.1f}"]
 
 
 def markdown() -> str:
-    """Both rates."""
-    return f"At 10 kHz:\n\n{table('')}\n\n{wins()}\n\nAt 1 kHz:\n\n{table('_1khz')}"
+    """Both rates and plants."""
+    parts = ["At 10 kHz:", table(""), wins(), "At 1 kHz:", table("_1khz")]
+    parts += ["Bouc-Wen plant at 10 kHz:", table("", BOUC_WEN), "Bouc-Wen plant at 1 kHz:", table("_1khz", BOUC_WEN)]
+    return "\n\n".join(parts)
 
 
 def loop(name: str, case: str) -> OpenedLoop:

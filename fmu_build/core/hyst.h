@@ -83,6 +83,20 @@ typedef enum {
 
 enum { HYST_STEP = 1 /* prepare() uses dt */ };
 
+/* Sensitivities: derivatives by n columns at once, each of which changes values by given amounts.  The first `dense`
+ * columns may change the inputs, all states and any parameters; each of the others changes one element of one parameter
+ * only, and the inputs not at all.  Matrices: [element][column]. */
+typedef struct {
+  int element, column;
+  double size;
+} hyst_change;
+typedef struct {
+  int64_t n, dense;
+  const hyst_change *const *changes; /* of parameter row v, derived ones included: from changes[v] to changes[v + 1] */
+  const double *u;
+  double *x, *y;
+} hyst_columns;
+
 typedef struct {
   const char *text, *equation, *source;
   const char *family;                     /* the folder of the file */
@@ -93,6 +107,12 @@ typedef struct {
   double rule_error;     /* "integration": bound of the error relative to the output */
   double rule_step;      /* "integration" in time (s): step at which update() agrees with deriv() to 1e-6 */
   double smooth;         /* distance in inputs and states within which the tangent is accurate; 0: 1e-5 */
+  /* Advances x as update() does, and with it the derivatives of the states and of the outputs.  NULL: fits take
+   * differences of update() and output().  Facts for Python, since no FMU needs them. */
+  void (*sensitivity)(const int *dim, const double *p, double *x, const double *u, double dt,
+                      const hyst_columns *columns);
+  int derives;             /* it takes the changes of derived values; else init() must read none of these */
+  const char *differences; /* a parameter whose columns are left to differences, or NULL */
 } hyst_told;
 
 typedef struct hyst_block {
@@ -219,6 +239,22 @@ typedef struct hyst_block {
   HYST_X(name, size) HYST_LOCAL(const double, dx_, s_##name, size) HYST_LOCAL(double, ddx_, t_##name, size)
 #define HYST_TANGENT_STATE HYST_X
 
+/* s_p: changes of a parameter, to end_p; s_u: of an input; s_x: of a state, to be advanced; t_y: of an output, to be
+ * computed, with the value of the last call before.  The last three are rows of n_columns numbers, one row for each
+ * element. */
+#define HYST_IN_SENSITIVITY(name, kind, size, ...) HYST_SENSITIVITY_##kind(name, size)
+#define HYST_SENSITIVITY_PARAM(name, size)                                  \
+  HYST_P(name, size)                                                        \
+  const hyst_change *s_##name = *changes_++, *const end_##name = *changes_; \
+  (void)s_##name, (void)end_##name;
+#define HYST_SENSITIVITY_FIXED HYST_SENSITIVITY_PARAM
+#define HYST_SENSITIVITY_DERIVED HYST_SENSITIVITY_PARAM
+#define HYST_SENSITIVITY_INPUT(name, size) HYST_U(name, size) HYST_LOCAL(const double, du_, s_##name, n_columns *(size))
+#define HYST_SENSITIVITY_TIME HYST_SENSITIVITY_INPUT
+#define HYST_SENSITIVITY_OUTPUT(name, size) HYST_LOCAL(double, dy_, t_##name, n_columns *(size))
+#define HYST_SENSITIVITY_CSTATE(name, size) HYST_X_OUT(name, size) HYST_LOCAL(double, dx_, s_##name, n_columns *(size))
+#define HYST_SENSITIVITY_STATE HYST_SENSITIVITY_CSTATE
+
 /* functions that run between steps only are compiled for size, because every FMU contains the binary */
 #if defined(__clang__)
 #define HYST_COLD __attribute__((cold, minsize))
@@ -240,6 +276,15 @@ typedef struct hyst_block {
 #define HYST_TANGENT_FN(f)                                                                                          \
   HYST_COLD static void f(const int *dim_, const double *p_, const double *x_, const double *u_, const double *du_, \
                           const double *dx_, double *dy_, double *ddx_)
+#if defined(__GNUC__)
+#define HYST_MAY_BE_UNUSED \
+  __attribute__((unused)) /* a binary without texts omits the facts, and with them its caller */
+#else
+#define HYST_MAY_BE_UNUSED
+#endif
+#define HYST_SENSITIVITY_FN(f)                                                                                 \
+  HYST_MAY_BE_UNUSED static void f(const int *dim_, const double *p_, double *x_, const double *u_, double dt, \
+                                   const hyst_columns *columns_)
 #define HYST_OPEN_OUTPUT DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_OUTPUT)(void) dim_, (void)p_, (void)x_, (void)u_, (void)y_;
 #define HYST_OPEN_DERIV DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_DERIV)(void) dim_, (void)p_, (void)x_, (void)u_, (void)dx_;
 #define HYST_OPEN_UPDATE DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_UPDATE)(void) dim_, (void)p_, (void)x_, (void)u_, (void)dt;
@@ -249,6 +294,19 @@ typedef struct hyst_block {
 #define HYST_OPEN_TANGENT \
   DIMS(HYST_DIM_LOCAL)    \
   VARS(HYST_IN_TANGENT)(void) dim_, (void)p_, (void)x_, (void)u_, (void)du_, (void)dx_, (void)dy_, (void)ddx_;
+
+#define HYST_OPEN_SENSITIVITY                                                                                         \
+  const int *const dims_ = dim_;                                                                                      \
+  const double *const params_ = p_, *const inputs_ = u_;                                                              \
+  double *const states_ = x_;                                                                                         \
+  const int64_t n_columns = columns_->n;                                                                              \
+  const hyst_change *const *changes_ = columns_->changes;                                                             \
+  const double *du_ = columns_->u;                                                                                    \
+  double *dx_ = columns_->x, *dy_ = columns_->y;                                                                      \
+  DIMS(HYST_DIM_LOCAL)                                                                                                \
+  VARS(HYST_IN_SENSITIVITY)(void) dims_, (void)params_, (void)inputs_, (void)states_, (void)dt, (void)dim_, (void)p_; \
+  (void)x_, (void)u_, (void)changes_, (void)du_, (void)dx_, (void)dy_;
+#define HYST_ADVANCE(update) update(dims_, params_, states_, inputs_, dt) /* the states, within a sensitivity */
 
 /* The end of a block file: HYST_BLOCK(name, (.text = ..., .family = ...), .rate = ..., .output = ...). */
 #define HYST_BRACED(...) {__VA_ARGS__}

@@ -101,5 +101,34 @@ package Interfaces "Ports and partial blocks"
 </html>"));
   end InChain;
 
+  partial block Plant "Slot of a loop: what is controlled"
+    extends Icons.Hysteresis;
+    Interfaces.RealInput u "Command" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+    Interfaces.RealOutput y "Measured output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+    annotation (Documentation(info = "<html>
+<p>What stands in the slot plant of HystFMU.Loops.Tracking extends this class.</p>
+</html>"));
+  end Plant;
+
+  partial block Inverse "Slot of a loop: the command that gives a wanted output"
+    extends Icons.Inverse;
+    Interfaces.RealInput y "Wanted output" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+    Interfaces.RealOutput u "Input that gives it" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+    annotation (Documentation(info = "<html>
+<p>What stands in the slot inverse of HystFMU.Loops.Tracking extends this class.</p>
+</html>"));
+  end Inverse;
+
+  partial block Controller "Slot of a loop: control from reference, measured output and feed-forward"
+    extends Icons.Block;
+    Interfaces.RealInput y_d "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
+    Interfaces.RealInput y "Measured output of the plant" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+    Interfaces.RealInput u_ff "Feed-forward" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));
+    Interfaces.RealOutput u "Control" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+    annotation (Documentation(info = "<html>
+<p>What stands in the slot controller of HystFMU.Loops.Tracking extends this class.</p>
+</html>"));
+  end Controller;
+
   annotation (Documentation(info = "<html><p>Ports of the blocks, and what sampled blocks have in common.</p></html>"));
 end Interfaces;

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Port
 from hystfmu.graph.sample_time import sample_time, samples_in
 
 
+@checked
 class Unit:
     """One instance of a graph, stepped by a master.
 
@@ -141,8 +143,11 @@ class Unit:
         -------
         array, shape (n_outputs,)
         """
-        n = sum(p.size for p in self.graph.ports if p.kind == "output")
-        return self._executor.tangent_between(t, du, n)
+        n_inputs, n = (sum(p.size for p in self.graph.ports if p.kind == kind) for kind in ("input", "output"))
+        seeds = np.array(du, dtype=np.float64)
+        if seeds.shape != (n_inputs,):
+            raise InputError(f"The seeds of a tangent must have shape ({n_inputs},). Got {seeds.shape} instead.")
+        return self._executor.tangent_between(t, seeds, n)
 
     def reset(self) -> None:
         """Restore the parameters and inputs of the model; the unit must be initialised again."""

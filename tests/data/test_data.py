@@ -70,7 +70,8 @@ def test_missing_file_and_column(tmp_path):
     refused(tmp_path / "none.csv", "No such file")
     refused(write(tmp_path / "e.csv", rows()), "columns must include 'volts'. Got t, u, y instead.", input="volts")
     refused(write(tmp_path / "f.csv", rows(), "t,u,u"), "The column 'u' must occur once", output="u", input="u")
-    refused(write(tmp_path / "g.csv", rows()[1:], rows()[0]), "must include a time. Got 3 columns without names")
+    four = [f"{row},1.0" for row in rows()]
+    refused(write(tmp_path / "g.csv", four[1:], four[0]), "must include a time. Got 4 columns without names")
     refused(write(tmp_path / "h.csv", [], ""), "must have data rows. Got none.")
 
 

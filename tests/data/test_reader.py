@@ -251,8 +251,20 @@ REFUSED = {
     "time of unknown unit": (
         text(["t [ticks];u;y"], [f"{k};1;{k}" for k in range(9)]), {}, ["time in s, ms", "--rate"],
     ),
-    "time of day": (
-        text(["Time;u;y"], [f"12:00:0{k};{k};1" for k in range(9)]), {}, ["line 2", "'12:00:00'", "--rate"],
+    "time of day without seconds": (
+        text(["Time;u;y"], [f"12:0{k};{k};1" for k in range(9)]), {}, ["line 2", "'12:00'", "--rate"],
+    ),
+    "stamps that are too coarse": (
+        text(["Time;u;y"], [f"12:00:0{k // 2};{k};1" for k in range(9)]), {}, ["line 3", "must increase", "--rate"],
+    ),
+    "a date in either order": (
+        text(["Time;u;y"], [f"0{k}/02/2026 12:00:00;{k};1" for k in range(1, 9)]), {}, ["date must be clear", "--rate"],
+    ),
+    "a stamp that is none": (
+        text(["Time;u;y"], [f"12:00:0{k if k != 4 else 'x'};{k};1" for k in range(9)]), {}, ["line 6", "'12:00:0x'"],
+    ),
+    "stamps of another size than their unit": (
+        text(["time [s];u;y"], [f"{1763800000000 + k};{k};1" for k in range(9)]), {}, ["of ms since 1970", "--rate"],
     ),
     "a line of text between rows": (
         text(["t;u;y"], [*(f"{k};1;{k}" for k in range(5)), "overload", *(f"{k};1;{k}" for k in range(5, 9))]), {},
@@ -275,10 +287,11 @@ REFUSED = {
     "names that do not fit": (
         text(["t;u"], [f"{k};1;{k}" for k in range(9)]), {}, ["line 2", "2 cells, as line 1", "Got 3"],
     ),
-    "a workbook": (b"PK\x03\x04" + bytes(50), {}, ["zip archive", "as CSV"]),
+    "an archive": (b"PK\x03\x04" + bytes(50), {}, ["zip archive", "unpack it"]),
+    "a workbook of Excel 97": (b"\xd0\xcf\x11\xe0" + bytes(50), {}, ["save it as xlsx or CSV"]),
     "a MAT file with values of no type": (changed(mat(t=T, u=U, y=Y), 176, 148), {}, ["of type 148"]),
     "a MAT file that breaks off": (mat(t=T, u=U, y=Y)[:400], {}, ["whole MAT file"]),
-    "a MAT file with a structure": (mat(run={"t": T, "u": U}), {}, ["'run' of class struct", "-struct"]),
+    "a MAT file of text": (mat(run="now"), {}, ["'run' of class char", "as variables"]),
     "gzip that breaks off": (gzip.compress(text(GERMAN, lines()))[:60], {}, ["whole gzip archive"]),
     "gzip that unpacks to more": (gzip.compress(bytes(10**6)), {"most": 10**5}, ["at most 100000 bytes when unpacked"]),
     "columns of different lengths": (
@@ -323,7 +336,7 @@ def test_hdf5_without_h5py_names_the_command(tmp_path, monkeypatch):
     path = tmp_path / "a.h5"
     path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
     monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(InputError, match=r"needs h5py, which is not installed: pip install 'hystfmu\[hdf5\]'"):
+    with pytest.raises(InputError, match=r"needs h5py, which is not installed: pip install 'hystfmu\[files\]'"):
         read(path)
 
 

@@ -355,7 +355,7 @@ def test_all_without_a_folder_of_scenarios_means_the_shipped_ones(tmp_path, monk
 
 
 def test_no_baseline_is_written_into_the_package(monkeypatch):
-    monkeypatch.setattr("hystfmu.base.package_files.PACKAGE", ROOT / "scenarios")
+    monkeypatch.setattr("hystfmu.base.PACKAGE", ROOT / "scenarios")
     with pytest.raises(InputError, match="--record writes beside"):
         places.refuse_shipped([ROOT / "scenarios" / "pid"])
     places.refuse_shipped([ROOT / "elsewhere"])

@@ -22,6 +22,8 @@ hy.synthetic.piezo(reversals=60, rate=1000.0).to_csv("piezo.csv")
 data: hy.Dataset = hy.read("piezo.csv", train="0:9000")
 made: hy.Dataset = hy.Dataset([0.0, 0.1, 0.2, 0.3], [0, 1, 2, 1], [0.0, 0.5, 1.5, 1.2], unit_u="V")
 model: hy.Model = hy.fit(data, "prandtl_ishlinskii", seed=1, N=20)
+same: hy.Model = hy.fit({"t": data.t, "u": data.u, "y": data.y}, "preisach")
+predicted = model.predict(data), model.predict([0.0, 1.0]), model.predict({"t": data.t, "u": data.u})
 print(model)
 worst: float = model.score(made)["max_percent"]
 picture: Path = model.plot(data).save("loop.svg")
@@ -81,6 +83,7 @@ hy.fit("piezo.csv")
 hy.Scenario("tracking", 1e-4)
 hy.Scenario("a", step=1e-4).metric("m", "mean", "plant.y")
 hy.runn
+hy.fit(hy.read("piezo.csv"), "prandl_ishlinskii")
 """
 
 
@@ -94,7 +97,7 @@ mypy_path = {ROOT / "python"}
 [mypy-{BEHIND}]
 follow_imports = skip
 ignore_missing_imports = True
-[mypy-h5py,plotext,threadpoolctl]
+[mypy-h5py,nptdms,openpyxl,pandas,plotext,threadpoolctl]
 ignore_missing_imports = True
 [mypy-hystfmu.*]
 ignore_errors = True
@@ -124,4 +127,4 @@ def test_a_program_with_every_name_passes_and_mistakes_are_found(tmp_path: Path)
     told = [line for line in lines if ": error: " in line]
     assert not [line for line in told if "user_0.py" in line], told
     found = [int(line.split(":")[1]) for line in told if "user_1.py" in line]
-    assert sorted(set(found)) == [4, 5, 6, 7, 8, 9], told
+    assert sorted(set(found)) == [4, 5, 6, 7, 8, 9, 10], told

@@ -138,6 +138,7 @@ ALLOWED: dict[str, dict[str, str]] = {
             "creep",
             "dead_zones",
             "delay",
+            "duhem",
             "krasnoselskii_pokrovskii",
             "mlp",
             "play_bank",

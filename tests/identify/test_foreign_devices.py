@@ -10,7 +10,7 @@ from foreign import solvers
 from foreign.devices import DEVICES, draw
 from foreign.records import FORMS, NOISE, Case
 
-from hystfmu import fit
+from hystfmu import Dataset, fit
 
 
 def test_a_state_along_a_ramp_is_that_of_its_closed_form():
@@ -89,3 +89,22 @@ def test_relays_stand_behind_a_bend():
 def test_one_decaying_sine_shows_the_dynamics_behind_an_operator():
     """A Coleman-Hodgdon piezo with a mode of 250 Hz and two rows of delay; `actuator` leaves 0.5 %."""
     assert reached("Coleman-Hodgdon piezo, mode, delay", "g0_bouc_wen", "decaying sine") <= 0.05
+
+
+@pytest.mark.parametrize("strain", [0.0, 0.4])
+def test_a_magnetic_device_about_a_bias(strain):
+    """Jiles-Atherton with an eddy lag, a magnet and a current that is never negative; `actuator` leaves 1 %."""
+    device, rng = draw("Jiles-Atherton, eddy lag", 5), np.random.default_rng(5)
+
+    def record(seed, bias=0.8):
+        u = 1.0 + 0.9 * FORMS["multisine"](2000, device.h, device.band, np.random.default_rng(seed))
+        rise = np.linspace(bias, u[0], 200)[:-1]  # from the demagnetised state
+        m = device.run(np.concatenate([rise, u]) - bias, None)[len(rise) :]
+        return u, 3 + 20 * (m + strain * m**2)
+
+    u, y = record(1)
+    noise = NOISE * np.ptp(y) * rng.normal(size=len(y))
+    model = fit(Dataset.from_signal(u, y + noise, device.h), "g0_jiles_atherton", strain="yes" if strain else "no")
+    other, want = record(2)
+    e = (model.predict(other) - want)[400:]
+    assert 100 * np.sqrt(np.mean(e**2)) / np.ptp(y) <= (0.5 if strain else 0.05)

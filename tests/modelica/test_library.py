@@ -93,6 +93,27 @@ def test_every_block_has_a_validation() -> None:
     assert form.untested(CLASSES) == []
 
 
+def test_every_part_of_a_loop_is_in_an_example() -> None:
+    """As the base, in a slot, or as a part of what is there."""
+    texts = {
+        n: library.text(c.file) for n, c in CLASSES.items() if n.startswith(("HystFMU.Examples.", "HystFMU.Loops."))
+    }
+    reached = {n for n in texts if n.startswith("HystFMU.Examples.")}
+    loops = {n for n in texts if n.startswith("HystFMU.Loops.")}
+    assert len(loops) > 5
+    for _ in loops:
+        code = [re.sub(r"Documentation\(.*", "", texts[n], flags=re.S) for n in reached]
+        reached |= {n for n in loops if any(re.search(rf"\b{n.rsplit('.', 1)[1]}\b", t) for t in code)}
+    assert loops <= reached
+
+
+def test_loops_show_every_connection() -> None:
+    """No equation gives an input of a component of an example its value: the diagram would not show it."""
+    for name, c in CLASSES.items():
+        if name.startswith(("HystFMU.Examples.", "HystFMU.Loops.")):
+            assert re.findall(r"(?m)^ +\w+\.\w+ = .*", library.text(c.file)) == [], name
+
+
 def test_every_function_is_used() -> None:
     used = "\n".join(library.text(f) for f in library.files())
     for name, c in CLASSES.items():

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import subprocess
 import sys
+import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -116,21 +118,22 @@ def test_modelica_plant_in_the_loop_gives_the_loop_of_the_units(tmp_path: Path) 
     assert (np.abs(got - expected).max(axis=0) / np.abs(expected).max(axis=0)).max() <= 1e-8
 
 
-# example, scenario, its units between feed-forward and plant, tracking error in % of the stroke from a time on
+# example, scenario, its units between feed-forward and plant, frequency (Hz), tracking error in % of the stroke from a
+# time on
 LOOPS = [
-    ("SlidingMode", "sliding_mode", SLIDING_MODE, 0.1, 0.1),
-    ("SuperTwisting", "super_twisting", ("super_twisting", "inverse", "delay"), 0.1, 0.1),
-    ("Pid", "pid", ("pid", "inverse", "delay"), 0.1, 0.1),
-    ("PidObserver", "pid_observer", ("pid", "observer", "inverse", "delay"), 0.1, 0.1),
-    ("LeadLag", "lead_lag", ("lead_lag", "observer", "inverse", "delay"), 0.1, 0.1),
-    ("IterativeLearning", "iterative_learning", ("iterative_learning", "inverse", "delay"), 0.1, 0.08),
-    ("Cascade", "cascade", ("inverse", "delay"), 0.1, 0.1),
+    ("SlidingMode", "sliding_mode", SLIDING_MODE, 10.0, 0.1, 0.1),
+    ("SuperTwisting", "super_twisting", ("super_twisting", "inverse", "delay"), 10.0, 0.1, 0.1),
+    ("Pid", "pid", ("pid", "inverse", "delay"), 10.0, 0.1, 0.1),
+    ("PidObserver", "pid_observer", ("pid", "observer", "inverse", "delay"), 10.0, 0.1, 0.1),
+    ("LeadLag", "lead_lag", ("lead_lag", "observer", "inverse", "delay"), 10.0, 0.1, 0.1),
+    ("IterativeLearning", "iterative_learning", ("iterative_learning", "inverse", "delay"), 100.0, 0.1, 0.08),
+    ("Cascade", "cascade", ("inverse", "delay"), 10.0, 0.1, 0.1),
 ]
 
 
-@pytest.mark.parametrize(("example", "scenario_name", "chain", "limit", "settled"), LOOPS)
+@pytest.mark.parametrize(("example", "scenario_name", "chain", "f", "limit", "settled"), LOOPS)
 def test_example_agrees_with_the_units_of_the_scenario(
-    example: str, scenario_name: str, chain: tuple[str, ...], limit: float, settled: float, tmp_path: Path
+    example: str, scenario_name: str, chain: tuple[str, ...], f: float, limit: float, settled: float, tmp_path: Path
 ) -> None:
     folder = SCENARIOS / scenario_name
     scenario = Scenario(folder).spec.model_dump()
@@ -140,8 +143,6 @@ def test_example_agrees_with_the_units_of_the_scenario(
     assert [u for u in order if u in chain] == list(chain)
     plant = Unit(Model.load(folder / units["plant"]["model"]).graph)
     identified = Model.load(folder / units["inverse"]["inverse_of"]).graph
-    reference = library.classes()[f"HystFMU.Examples.{example}"].tree.symbols["reference"]
-    f = float(library.modifiers(reference.class_modification)["frequency"].value)
     rest = controller_side(units, identified, chain, f)
 
     now = simulate.run(f"HystFMU.Examples.{example}", tmp_path / "r.npz").at(h)
@@ -157,6 +158,30 @@ def test_example_agrees_with_the_units_of_the_scenario(
     tracking = 100 * np.sqrt(np.mean((got[:, 2] - got[:, 0])[late] ** 2)) / 2.0
     print(f"tracking error {tracking:.4f} % of the stroke")
     assert tracking <= limit
+
+
+OF_10_HZ = [(example, name) for example, name, _, f, *_ in LOOPS if f == 10.0]
+
+
+@pytest.mark.parametrize(
+    ("example", "name"), [pytest.param(*r, marks=pytest.mark.stress) if r[1] != "pid" else r for r in OF_10_HZ]
+)
+def test_example_gives_the_figures_of_the_scenario(example: str, name: str, tmp_path: Path) -> None:
+    """Rows and tracking error that the scenario has recorded, between samples, too."""
+    c, out = library.classes()[f"HystFMU.Examples.{example}"], tmp_path / "r.npz"
+    scenario = Scenario(SCENARIOS / name).spec.model_dump()
+    fine = scenario["step"] / scenario["ripple"]
+    assert simulate.rumoca(c.file, c.name, repr(scenario["stop"]), repr(fine), "1e-10", out) == ""
+    with np.load(out) as file:
+        now = simulate.Trajectory({k: file[k] for k in ("time", "reference.r", "plant.y")}).instants()
+    with (SCENARIOS / name / "baseline.csv").open() as text:
+        recorded = np.array([[r["t"], r["plant.y"]] for r in csv.DictReader(text) if r["case"] == "sine_10"], float)
+    assert len(recorded) >= 20
+    at = np.rint(recorded[:, 0] / fine).astype(int)
+    assert np.abs(now["plant.y"][at] - recorded[:, 1]).max() <= 1e-8
+    e = (now["plant.y"] - now["reference.r"])[now["time"] >= 0.1 - 1e-9]
+    figures = tomllib.loads((SCENARIOS / name / "baseline.toml").read_text())["case"]["sine_10"]["metrics"]
+    assert 100 * np.sqrt(np.mean(e**2)) / 2 == pytest.approx(figures["tracking"], rel=1e-6)
 
 
 def test_realisations_of_minor_loops_agree(tmp_path: Path) -> None:

@@ -15,9 +15,23 @@ import twin
 
 STARTS = (1.0, -2.5)  # s, against 0
 BOUND = 1e-9  # of the largest value of a trajectory
-SMOOTH = 1e-8  # corners of the rate, which the solver passes with other steps
-# its branch begins with slope 0, so that the inverse takes the root of a rounding of its input there
-ROOT, OF_ROUNDING = "ZhaoTanInverse", 2e-7
+# corners inside the operator, behind those of the input: the solver passes them with other steps, at any tolerance
+# (a knee, the ends of plays and of ramps); 4e-10 to 9e-9 were seen
+CORNERS = (
+    "BacklashSum",
+    "BoucWenKnee",
+    "ConstraintFactor",
+    "JilesAtherton",
+    "KrasnoselskiiPokrovskii",
+    "PlayBank",
+    "PrandtlIshlinskii",
+    "StopBank",
+    "ZhaoTan",
+)
+OF_CORNERS = 1e-8
+# its branch begins with slope 0, so that it takes the root of a rounding of its input: rows of one input are compared,
+# which are nearly all at intervals that every start time represents without rounding
+ROOT, EXACT = "ZhaoTanInverse", 2.0**-9  # s
 # one block of each way to begin; all of them in `make stress`
 QUICK = (
     "Pid",
@@ -28,8 +42,9 @@ QUICK = (
     "Events.PlayBank",
     "Smooth.CreepSteady",
 )
-# of the solver, whose steps differ with the rounding of the time: at 1e-10 by 1e-8; it refuses less for a held input
-TOLERANCE, TOLERANCE_HELD = 1e-12, 1e-11
+# of the solver, whose steps differ with the rounding of the time: at 1e-10 by 1e-8; it refuses 1e-12 to some models
+TOLERANCE, TOLERANCE_REFUSED = 1e-12, 1e-11
+REFUSED = {*compare_block.HELD, "KrasnoselskiiPokrovskii"}
 SHAPES = {f"Sources.{s}" for s in (*twin.SHAPES, "Disturbance")}
 OF_TIME_STOP = 4.0  # s; the simulations from each start overlap
 SIGNAL = "HystFMU.Validation.BaseClasses.TestSignal"
@@ -59,14 +74,17 @@ def shifted(name: str, start: float, folder: Path) -> simulate.Trajectory:
     # of samples that begin at -2.5 with steps of 1e-4 it loses one
     body = body.replace("sample(0,", f"sample({start - 0.01!r},")
     short_name = name.rsplit(".", 1)[-1]
+    if ".Smooth." in name:  # else the solver steps over corners of |rate|, by 2e-7 at any tolerance
+        body = body.replace("equation\n  connect(", "  Boolean rising = signal.dr > 0;\nequation\n  connect(", 1)
+    body = re.sub(r"\bTs = [\d.e-]+", f"Ts = {EXACT!r}", body) if name.endswith(ROOT) else body
     file, out = folder / "Moved.mo", folder / f"{start}.npz"
     file.write_text(re.sub(rf"\b(model|end) {short_name}\b", r"\1 Moved", body))
     e = library.experiment(library.classes()[name])
     stop = start + (OF_TIME_STOP if of_time(name) else e["StopTime"])
     settings = (
         repr(stop),
-        repr(e["Interval"]),
-        repr(TOLERANCE_HELD if short_name in compare_block.HELD else TOLERANCE),
+        repr(interval(name)),
+        repr(TOLERANCE_REFUSED if short_name in REFUSED and "Sampled" not in name else TOLERANCE),
         out,
         repr(start),
     )
@@ -75,6 +93,11 @@ def shifted(name: str, start: float, folder: Path) -> simulate.Trajectory:
     with np.load(out) as stored:
         found = {k: stored[k] for k in stored.files}
     return simulate.Trajectory({**found, "time": found["time"] - start})
+
+
+def interval(name: str) -> float:
+    """Distance of the rows (s)."""
+    return EXACT if name.endswith(ROOT) else library.experiment(library.classes()[name])["Interval"]
 
 
 def of_time(name: str) -> bool:
@@ -94,13 +117,14 @@ def equations(text: str) -> str:
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.stress) if long(n) else n for n in validations()])
 def test_start_time_changes_nothing(name: str, tmp_path: Path) -> None:
-    h = library.experiment(library.classes()[name])["Interval"]
+    h = interval(name)
     tested = library.find(str(library.classes()[name].tree.symbols["tested"].type), name)
     assert tested is not None
+    short_name = name.rsplit(".", 1)[-1]
     # behind an input that is held, rounding may place a jump before or behind a row
-    held = name.rsplit(".", 1)[-1] in compare_block.HELD
+    held = short_name in compare_block.HELD
     outputs = ["tested.y"] if held else [f"tested.{p}" for p in library.ports(tested, "RealOutput")]
-    bound = OF_ROUNDING if name.endswith(ROOT) else SMOOTH if ".Smooth." in name else BOUND
+    bound = OF_CORNERS if ".Smooth." in name and short_name in CORNERS else BOUND
     first = shifted(name, 0.0, tmp_path).at(h)
     for start in STARTS:
         other = shifted(name, start, tmp_path).at(h)
@@ -111,5 +135,10 @@ def test_start_time_changes_nothing(name: str, tmp_path: Path) -> None:
         for k in ports:
             a, b = first[k][max(late, 0) :], other[k][max(-late, 0) :]
             rows = min(len(a), len(b))
+            equal = np.ones(rows, bool)
+            if name.endswith(ROOT):
+                equal = first["signal.r"][:rows] == other["signal.r"][:rows]
+                assert equal.mean() > 0.99
             assert rows >= 49
-            assert np.abs(a[:rows] - b[:rows]).max() <= bound * max(np.abs(first[k]).max(), 1e-300), (k, start)
+            far = np.abs(a[:rows] - b[:rows])[equal].max()
+            assert far <= bound * max(np.abs(first[k]).max(), 1e-300), (k, start)

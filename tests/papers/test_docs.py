@@ -1,27 +1,39 @@
-"""The table of the papers in python/docs: complete, its commands exist, the quick ones exit as stated."""
+"""The page of the papers: complete, generated from records, and the records hold what the commands compute."""
 
+import json
 import re
 import shlex
+from copy import deepcopy
 from pathlib import Path
 
 import click
-import paper_items
+import generated
+import papers_table
 import pytest
+import reasons
 from click.testing import CliRunner
 
+from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.papers import PAPERS, reproduce, yu_alici_2005_smc
+from hystfmu.papers import PAPERS, quick
 
 ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "python" / "docs" / "papers.md"
 COMPLETE = {  # equations, tables and figures that each paper has
     "zhao_tan_2008": (11, 0, 13),
     "shen_ma_2017": (11, 3, 4),
     "ipmc_bfbnn": (20, 1, 7),
     "yu_alici_2005_smc": (5, 0, 11),
 }
-ITEMS = paper_items.read()
-SLOW = ("hystfmu reproduce", "hystfmu run scenarios/papers")  # run under the stress marker; the latter in scenarios too
-COMMANDS = sorted({(i.command, i.status) for items in ITEMS.values() for i in items})
+STATED = {  # lemmas, theorems, remarks and sections with a statement
+    "zhao_tan_2008": {"assumption 1", "theorem 1", "theorem 2", "sec. V.A", "sec. V.B"}
+    | {f"remark {n}" for n in range(1, 6)},
+    "shen_ma_2017": {"sec. 3.1", "sec. 3.3"},
+    "ipmc_bfbnn": {"sec. 4"},
+    "yu_alici_2005_smc": {"sec. II", "sec. III", "sec. IV"},
+}
+COMMANDS = sorted(set(re.findall(r"`(hystfmu [^`]+)`", papers_table.markdown())))
+RELATIVE = 1e-6  # of figures that are computed anew: least squares and closed forms
 
 
 def parsed(command):
@@ -31,64 +43,127 @@ def parsed(command):
     context = click.Context(main)
     chosen = main.get_command(context, verb)
     assert chosen is not None, f"no command {verb}"
-    try:
-        return verb, chosen.make_context(verb, list(arguments), parent=context).params
-    except click.exceptions.Exit:  # eager options such as --models are run by the quick tests
-        return verb, {}
+    return chosen.make_context(verb, list(arguments), parent=context).params
 
 
 @pytest.mark.parametrize("paper", COMPLETE)
-def test_every_equation_table_and_figure_has_a_row(paper):
-    found = {place for item in ITEMS[paper] for place in item.places}
+def test_every_equation_table_figure_and_statement_has_a_row(paper):
+    found = papers_table.places(paper)
     for word, most in zip(("eq.", "table", "fig."), COMPLETE[paper], strict=True):
         missing = {f"{word} {n}" for n in range(1, most + 1)} - found
         assert not missing, f"{paper}: {sorted(missing)}"
-    assert all(item.verdict and item.command for item in ITEMS[paper])
+    assert STATED[paper] <= found, STATED[paper] - found
 
 
-@pytest.mark.parametrize(("command", "status"), COMMANDS)
-def test_every_command_exists(command, status):
-    _verb, params = parsed(command)
-    assert status in (0, 1)
+@pytest.mark.parametrize("paper", COMPLETE)
+def test_every_row_of_the_page_has_a_figure_and_every_miss_a_reason(paper):
+    for row in reasons.recorded(paper):
+        if row["group"] == "paper":
+            assert {"literal", "ours"} & set(row), row["quantity"]
+        if row.get("printed_met") is False:
+            assert row["note"], row["quantity"]
+            assert re.match(r"missed(, | by a factor )[\d.]+", row["verdict"]), row["verdict"]
+
+
+@pytest.mark.parametrize("paper", COMPLETE)
+def test_networks_have_five_seeds_and_a_range(paper):
+    seeded = [r for r in reasons.recorded(paper) if r["seeds"] > 1]
+    assert seeded
+    for row in seeded:
+        assert row["seeds"] >= 5, row["quantity"]
+        for name in ("literal", "ours"):
+            low, high = row.get(f"{name}_range", (row.get(name),) * 2)
+            assert low is None or low <= row[name] <= high, row["quantity"]
+
+
+@pytest.mark.parametrize("paper", COMPLETE)
+def test_quick_rows_are_those_that_were_recorded(paper):
+    rows = quick(paper)
+    assert len(rows) >= 3
+    assert not reasons.differences(rows, reasons.recorded(paper), RELATIVE)
+
+
+@pytest.mark.parametrize("paper", COMPLETE)
+def test_a_changed_figure_of_a_record_is_found(paper, monkeypatch):
+    """A figure 1 % off: the page is stale, and the rows that are computed anew do not agree."""
+    rows, table = quick(paper), papers_table.recorded(paper)
+    fresh = {(r.place, r.quantity) for r in rows}
+    text = papers_table.markdown()
+    tried = 0
+    for k, row in enumerate(table["rows"]):
+        for name in ("printed", "literal", "ours"):
+            if row["group"] != "paper" or abs(row.get(name, 0.0)) < reasons.ROUNDING:
+                continue
+            changed = deepcopy(table)
+            changed["rows"][k][name] *= 1.01
+            monkeypatch.setattr(
+                papers_table, "recorded", lambda asked, to=changed: to if asked == paper else RECORDS[asked]
+            )
+            assert papers_table.markdown() != text, row["quantity"]
+            if (row.get("place", ""), row["quantity"]) in fresh:
+                assert reasons.differences(rows, changed["rows"], RELATIVE), row["quantity"]
+            tried += 1
+    assert tried > 10
+
+
+RECORDS = {name: papers_table.recorded(name) for name in COMPLETE}
+
+
+def test_a_figure_changed_on_the_page_is_stale(monkeypatch, tmp_path, capsys):
+    text = PAGE.read_text()
+    figure = re.search(r"\| 5\.751 \|", text)
+    assert figure
+    (tmp_path / "python" / "docs").mkdir(parents=True)
+    page = tmp_path / "python" / "docs" / "papers.md"
+    monkeypatch.setattr(generated, "ROOT", tmp_path)
+    monkeypatch.setattr(generated, "PARTS", tuple((page, *p[1:]) for p in generated.PARTS if p[0] == PAGE))
+    found = []
+    for written in (text, text.replace("| 5.751 |", "| 5.809 |", 1)):
+        page.write_text(written)
+        generated.main(write=False)
+        found.append("python/docs/papers.md: a generated table is stale" in capsys.readouterr().out)
+    assert found == [False, True]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_exists(command):
+    params = parsed(command)
     for name in params.get("names", ()):
         assert name in PAPERS
     for folder in params.get("scenarios", ()):
         assert (ROOT / folder).is_dir(), folder
 
 
-@pytest.mark.parametrize(("command", "status"), [c for c in COMMANDS if not c[0].startswith(SLOW)])
-def test_quick_commands_exit_as_stated(command, status, monkeypatch):
+@pytest.mark.stress
+@pytest.mark.parametrize("command", [c for c in COMMANDS if not c.startswith("hystfmu reproduce")])
+def test_every_experiment_exits_with_0(command, monkeypatch):
     monkeypatch.chdir(ROOT)
     done = CliRunner().invoke(main, shlex.split(command)[1:])
-    assert done.exit_code == status, done.output
+    assert done.exit_code == 0, done.output
 
 
 @pytest.mark.stress
-@pytest.mark.parametrize(("command", "status"), [c for c in COMMANDS if c[0].startswith(SLOW)])
-def test_slow_commands_exit_as_stated(command, status, monkeypatch, tmp_path):
-    monkeypatch.chdir(ROOT)
-    words = [str(tmp_path) if word == "out" else word for word in shlex.split(command)[1:]]
-    done = CliRunner().invoke(main, words)
-    assert done.exit_code == status, done.output
-    assert "out" not in shlex.split(command) or list(tmp_path.glob("*.html"))
+@pytest.mark.parametrize("paper", COMPLETE)
+def test_a_paper_reproduces_what_was_recorded(paper, tmp_path):
+    """Another machine rounds otherwise, so a trained network may end a little elsewhere; times are not compared."""
+    done = CliRunner().invoke(main, ["reproduce", paper, "--json", "--report", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    assert list(tmp_path.glob("*.html"))
+    (table,) = json.loads(done.stdout)
+    rows = [papers_table.row_of(r) for r in table["rows"] if r["group"] == "paper"]
+    assert not reasons.differences(rows, reasons.recorded(paper), 0.1)
 
 
-def test_a_miss_says_by_how_much():
-    for items in ITEMS.values():
-        for item in items:
-            for said in re.findall(r"missed[^.;:]*", item.verdict):
-                assert re.search(r"missed by a factor \d|missed$", said), item.verdict
-            assert not item.verdict.endswith("missed"), item.verdict
+def test_a_paper_without_quick_rows_is_one_line():
+    with pytest.raises(InputError, match=r"must have rows that take seconds\. Got 'loops' instead"):
+        quick("loops")
 
 
-def test_the_verdict_on_the_only_formula_of_yu_and_alici():
-    (item,) = (i for i in ITEMS["yu_alici_2005_smc"] if "sec. IV" in i.places)
-    (row,) = (r for r in yu_alici_2005_smc._bound() if r.printed is not None)
-    assert row.place == "sec. IV"
-    assert row.printed_verdict() in item.verdict
-
-
-def test_the_papers_of_the_table_are_those_that_are_reproduced():
-    assert set(ITEMS) == set(COMPLETE)
-    assert set(ITEMS) < set(PAPERS)
-    assert callable(reproduce)
+def test_shares_of_the_span_in_the_errata_are_recorded():
+    errata = (PAGE.parent / "explanation" / "errata.md").read_text()
+    said = re.findall(r"(\d+\.\d+) % of the span", errata)
+    assert len(said) >= 4
+    known = [r["ours"] for name in COMPLETE for r in reasons.recorded(name) if "ours" in r and r["group"] == "paper"]
+    for text in said:
+        digits = len(text.partition(".")[2])
+        assert any(f"{v:.{digits}f}" == text for v in known), text

@@ -25,6 +25,8 @@ from hystfmu.report.ratios import Ratio, Ratios
         (Row("q", 2.0, ours=1.0, sense="equal"), "missed by a factor 2.00", False),
         (Row("q", 0.0, ours=5.75, sense="equal"), "missed, 5.75 for 0", False),
         (Row("q", 2.0), "not computed", None),
+        (Row("q", 2.0, ours=1.0, scanned=(3, 9)), "met; met on 3 of 9 scanned records", True),
+        (Row("q", 9.0, ours=9.0, ours_range=(6.0, 9.0), sense="equal"), "missed by a factor 1.50", False),
         (Row("q", ours=2.0), "", None),
     ],
 )
@@ -43,6 +45,23 @@ def test_a_target_is_apart_from_the_print():
     row = Row("q", 1.0, 2.0, 1.5, 2.0, place="fig. 1")
     assert (row.printed_verdict(), row.verdict(), row.met) == ("missed by a factor 1.50", "met", True)
     assert Row("q", ours=1.0, target=4.0, at_least=True).verdict() == "missed by a factor 4.00"
+
+
+def test_figures_of_seeds_are_medians_with_the_range():
+    row = Row.over_seeds("q", 3.0, [[5.0, 1.0, 2.0], [0.5]], place="p")
+    assert (row.literal, row.literal_range, row.ours, row.ours_range, row.seeds) == (2.0, (1.0, 5.0), 0.5, None, 3)
+    alone = Row.over_seeds("q", None, [[], [1.0, np.inf]], place="p")
+    assert (alone.literal, alone.ours_range) == (None, (1.0, np.inf))
+    table = Report("x", "y", (row, alone))
+    assert table.tables()[0][2][0][2:] == ["3", "2 (1 .. 5)", "0.6667", "0.5", "3", "met"]
+    assert table.data()["rows"][1]["ours"] is None, "JSON has no infinity"
+
+
+def test_an_answer_counts_the_scanned_records():
+    rows = (Row("a", 1.0, ours=0.5, place="p", scanned=(2, 9)), Row("b", 1.0, ours=2.0, place="p", scanned=(0, 3)))
+    assert Report("x", "y", rows).answer() == (
+        "1 of 2 printed figures and statements are met (2 of 12 on the scanned records)."
+    )
 
 
 def test_groups_have_tables_of_their_own_without_empty_columns():
@@ -128,6 +147,6 @@ def test_a_page_says_how_many_figures_are_met():
             Row("c", 1.0, ours=1.0, target=2.0, group="scan"),
         ),
     )
-    assert report.answer() == "1 of 2 printed figures are met and 1 of 1 targets are met."
+    assert report.answer() == "1 of 2 printed figures and statements are met and 1 of 1 targets are met."
     assert Report("p", "s", (Row("a", ours=1.0),)).answer() == "Nothing is printed, and no target is stated."
     assert "<figure>" not in Report("p", "s", (Row("a", ours=1.0),)).html()

@@ -1,7 +1,6 @@
 """Yu & Alici 2005: the dynamic Preisach sum against relays in a plain loop, and the whole table."""
 
 import numpy as np
-import paper_items
 import pytest
 import reasons
 
@@ -66,4 +65,3 @@ def test_the_whole_table():
     of = {r.quantity: r for r in report.rows}
     static, dynamic = (of[f"{name}: RMS, %FS, training signal"] for name in ("Preisach sum", "dynamic Preisach sum"))
     assert dynamic.literal < static.literal / 3
-    assert paper_items.read()[report.name]

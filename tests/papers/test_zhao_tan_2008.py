@@ -324,19 +324,10 @@ def test_table_with_one_seed_and_less_data(monkeypatch):
     assert not missed
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1
-    printed = {r.printed for r in report.rows if r.printed is not None}
-    assert printed == {0.026735, 0.01027, 0.0363, 0.013, 0.0617, 0.0}
-    (theorem,) = (r.ours for r in report.rows if r.place == "theorem 1")
-    assert abs(theorem - 5.75) < 0.01
-    assert [r.place for r in report.rows if r.printed is not None and r.where == "paper"] == [
-        "theorem 1",
-        "fig. 6",
-        "sec. V.A",
-        "fig. 8",
-        "sec. V.A",
-        "fig. 13",
-    ]
-    assert len([r for r in report.rows if r.where == "scan"]) == 4
+    scanned = {r.printed: r.scanned for r in report.rows if r.scanned}
+    assert scanned.keys() == {0.026735, 0.01027, 0.0363, 0.013, 0.0617}
+    assert {of for _, of in scanned.values()} == {2}, "two decays, or one other decay for each"
+    assert len([r for r in report.rows if r.where == "scan"]) == 6
     drawn = {d.place for d in report.drawings}
     assert drawn == {f"fig. {n}" for n in (1, 2, 5, 6, 7, 8, 9, 10, 12, 13)}
     reasons.check(report)

@@ -63,6 +63,26 @@ def test_a_case_states_what_differs_from_the_one_of_its_name(loop: Any, write: A
     assert chosen[2].metrics["tracking"].limit == 5.0
 
 
+def test_a_pattern_stands_for_the_cases_of_the_other_file_that_run(loop: Any, write: Any) -> None:
+    write(loop | {"case": [{"name": n} for n in ("b", "a_2", "a_1", "c")]})
+    write({"extends": BASE, "case": [{"name": "a_?"}, {"name": "c", "stop": 0.02}]}, "middle")
+    below = "../middle/scenario.toml"
+    for case, names in (
+        ([{"name": "*"}], ["a_2", "a_1", "c"]),
+        ([{"name": "c"}, {"name": "*", "stop": 0.025}], ["c", "a_2", "a_1"]),
+        ([{"name": "*_1"}, {"name": "a_*"}, {"name": "b"}], ["a_1", "a_2", "b"]),
+    ):
+        found = child(write, extends=below, case=case).cases
+        assert [c.name for c in found] == names
+        assert {c.name: c.stop for c in found if c.name.startswith("a")} == dict.fromkeys(
+            ("a_1", "a_2"), 0.025 if "stop" in case[-1] else 0.03
+        )
+    with pytest.raises(InputError, match=r"child/scenario\.toml: case b\*: no other case"):
+        child(write, extends=below, case=[{"name": "b*"}])
+    with pytest.raises(InputError, match=r"case\.0\.name"):
+        Scenario(write(loop | {"case": [{"name": "*"}]}))
+
+
 def test_cases_add_up_along_a_chain_and_the_nearest_list_chooses(loop: Any, write: Any) -> None:
     write(loop | {"case": [{"name": "a", "stop": 0.02}]})
     write({"extends": BASE, "case": [{"name": "b", "stop": 0.04}]}, "middle")

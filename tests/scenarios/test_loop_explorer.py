@@ -46,8 +46,8 @@ def test_the_range_is_that_of_the_run_and_the_inverse_that_of_the_loop() -> None
 
 
 def test_a_plant_with_other_blocks_is_a_model_of_its_own_one_with_other_values_is_not() -> None:
-    systems = cases("pid", "sine_10", "up_400_10", "bouc_wen_10")
-    assert [m.name for m in shown(systems)] == ["plant", "plant of pid/bouc_wen_10"]
+    systems = cases("pid", "sine_10", "up_400_10", "bouc_wen_sine_10")
+    assert [m.name for m in shown(systems)] == ["plant", "plant of pid/bouc_wen_sine_10"]
 
 
 def test_axes_carry_the_units_of_measure_of_the_loop() -> None:

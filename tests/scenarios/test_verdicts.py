@@ -105,6 +105,34 @@ def test_with_an_override_the_limits_alone_decide(loop: Any, write: Any) -> None
         assert "--record" not in shown
 
 
+def test_a_guard_is_a_multiple_of_the_recorded_value(loop: Any, write: Any) -> None:
+    """The smaller of limit and guard decides, with overrides and on a record too."""
+    folder = write(loop)
+    run(folder, record=True)
+    old = run(folder).verdicts[0].value
+    wider = {"plant.hysteresis_r": "*2"}
+    value = run(folder, overrides=wider).verdicts[0].value
+    assert value > 1.1 * old
+    for guard, limit, passed in (
+        (1.01 * value / old, 50.0, True),
+        (0.99 * value / old, 50.0, False),
+        (9.0, old, False),
+    ):
+        loop["guard"], loop["metrics"]["tracking"]["limit"] = guard, limit
+        found = run(write(loop), overrides=wider)
+        assert found.passed == passed
+        assert found.verdicts[0].limit == pytest.approx(min(guard * old, limit))
+        assert any("times the recorded value" in line for line in found.failures()) == (not passed and limit > old)
+    loop["guard"], loop["metrics"]["tracking"]["limit"] = 0.99 * value / old, 50.0
+    loop["units"]["plant"]["set"] = {"hysteresis_r": "*2"}
+    before = (folder / "baseline.toml").read_text()
+    assert not run(write(loop), record=True).passed
+    assert (folder / "baseline.toml").read_text() == before
+    (folder / "baseline.toml").unlink()
+    assert run(folder, record=True).passed
+    assert run(folder).passed
+
+
 def test_a_case_keeps_a_value_of_its_own_unless_the_override_is_relative(loop: Any, write: Any) -> None:
     loop["case"] = [{"name": "nominal"}, {"name": "own", "set": {"pid.Kp": 0.25}}]
     folder = write(loop)

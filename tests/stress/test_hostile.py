@@ -20,6 +20,7 @@ from types import FrameType
 from typing import NoReturn
 
 import h5py
+import lab_files
 import numpy as np
 import pytest
 from embedded import graphs
@@ -27,8 +28,9 @@ from scipy.io import savemat
 
 from hystfmu import InputError, Model, read
 from hystfmu.base.confine import Box, confine
-from hystfmu.data.reader import hdf5, hdf5_parser
-from hystfmu.data.reader.hdf5 import PARSER
+from hystfmu.base.told_arrays import serve
+from hystfmu.data.reader import confined
+from hystfmu.data.reader.formats import arrow, hdf5, numpy_files, tdms, xlsx
 from hystfmu.fmu import export_fmu
 from hystfmu.scenario import Scenario
 from hystfmu.scenario.ssp.read import read_ssp
@@ -224,6 +226,8 @@ def read_scenario(path: Path) -> None:
         build(case)
 
 
+FORMATS = {module.__name__.rpartition(".")[2]: module for module in (arrow, hdf5, numpy_files, tdms, xlsx)}
+OF_LABS = ("dSPACE", "xlsx", "npz", "parquet", "feather", "TDMS")
 READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
     "csv": (csv_file, read),
     "german": (german_file, read),
@@ -232,6 +236,7 @@ READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
     "packed matlab": (partial(matlab_file, packed=True), read),
     "matlab 7.3": (matlab_7_3_file, read),
     "hdf5": (hdf5_file, read),
+    **{kind: (partial(lab_files.write, kind=kind), read) for kind in OF_LABS},
     "model": (model_file, Model.load),
     "scenario": (scenario_file, read_scenario),
     "extended": (extended_file, lambda p: read_scenario(p.parents[1] / "pid")),
@@ -319,8 +324,8 @@ class Forked:
     """
 
     def __init__(self, script: str, *words: str, box: Box, told: bool) -> None:
-        assert script == str(PARSER)
         assert not told
+        self._parser = FORMATS[Path(script).stem]
         sys.stdout.flush()
         sys.stderr.flush()
         self._said = tempfile.TemporaryFile()  # noqa: SIM115
@@ -336,7 +341,7 @@ class Forked:
             os.dup2(self._said.fileno(), 1)
             os.dup2(self._said.fileno(), 2)
             confine(box)
-            hdf5_parser.main(words[0], words[1], int(words[2]), *words[3:])
+            serve(self._parser.arrays, words)
             status = 0
         except BaseException as e:
             os.write(2, f"{type(e).__name__}: {e}\n".encode())
@@ -359,7 +364,7 @@ class Forked:
             return self._said.read().decode(errors="replace").splitlines(), bool(ended)
 
 
-IN_A_PROCESS = ("hdf5", "matlab 7.3")  # each file takes a process
+IN_A_PROCESS = ("hdf5", "matlab 7.3", *OF_LABS[1:])  # each file takes a process
 SOME = [pytest.param(name, marks=pytest.mark.stress) if name == "ssp" else name for name in READERS]
 
 
@@ -375,7 +380,7 @@ def test_many_mutated_files(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     times = 1000 if name in ("fmu", "fmu3", "ssp", *IN_A_PROCESS) else 5000
-    monkeypatch.setattr(hdf5, "Child", Forked)
+    monkeypatch.setattr(confined, "Child", Forked)
     refused, longest, grown = run(name, tmp_path, times, monkeypatch)
     with capsys.disabled():
         print(

@@ -22,6 +22,12 @@ static inline void hyst_rest(const hyst_node *n) {
   if (n->block->init) n->block->init(n->dim, n->p, n->x);
 }
 
+/* A delay knows its output before its first input; blocks in front of it in the order read that. */
+static inline int hyst_says_first(const hyst_node *n) {
+  const hyst_block *const b = n->block;
+  return b->rate == HYST_SAMPLED && b->feedthrough && !b->feedthrough(n->dim, n->p);
+}
+
 /* copies n >= 1 numbers, mostly one or two, without the cost of a loop or a call for these */
 static inline void hyst_copy(double *to, const double *from, int64_t n) {
   to[0] = from[0];

@@ -62,34 +62,41 @@ static inline void advance(const hyst_graph *g, double t, double dt) {
   for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_advance_node(g, n, t, dt);
 }
 
-/* A delay knows its output before its first input; blocks in front of it in the order read that. */
-static inline int says_first(const hyst_node *n) {
-  const hyst_block *const b = n->block;
-  return b->rate == HYST_SAMPLED && b->feedthrough && !b->feedthrough(n->dim, n->p);
-}
-
-hyst_status hyst_graph_start(hyst_graph *g, double t) {
+hyst_status hyst_graph_rest(hyst_graph *g) {
   const hyst_status s = prepare(g, 0, 0);
   if (s) return s;
   start_values(g);
   for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_rest(n);
   for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++)
-    if (says_first(n)) n->block->output(n->dim, n->p, n->x, n->u, n->y);
+    if (hyst_says_first(n)) n->block->output(n->dim, n->p, n->x, n->u, n->y);
+  return HYST_E_OK;
+}
+
+hyst_status hyst_graph_start(hyst_graph *g, double t) {
+  const hyst_status s = hyst_graph_rest(g);
+  if (s) return s;
   advance(g, t, 0);
   hyst_look_behind(g);
   return HYST_E_OK;
 }
 
-static inline hyst_status step(hyst_graph *g, double t_end, double dt) {
+static inline hyst_status ready(hyst_graph *g, double t_end, double *dt) {
   double *last = g->state; /* part of the state, so that a restored run continues with the same bits */
-  if (dt != *last) dt = hyst_same_step(dt, *last, t_end);
-  if (dt != g->dt || g->changed) {
-    const hyst_status s = prepare(g, dt, g->changed ? 0 : HYST_STEP);
+  if (*dt != *last) *dt = hyst_same_step(*dt, *last, t_end);
+  if (*dt != g->dt || g->changed) {
+    const hyst_status s = prepare(g, *dt, g->changed ? 0 : HYST_STEP);
     if (s) return s;
   }
-  *last = dt;
-  advance(g, t_end, dt);
+  *last = *dt;
   return HYST_E_OK;
+}
+
+hyst_status hyst_graph_ready(hyst_graph *g, double t_end, double *dt) { return ready(g, t_end, dt); }
+
+static inline hyst_status step(hyst_graph *g, double t_end, double dt) {
+  const hyst_status s = ready(g, t_end, &dt);
+  if (!s) advance(g, t_end, dt);
+  return s;
 }
 
 hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt) { return step(g, t_end, dt); }

@@ -15,6 +15,7 @@ equation
   assert(coupling < 1, "The material must have 9/16 d31^2 E < permittivity: else the bender gives more work than it takes");
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> tip without load 3 d31 L<sup>2</sup> v/h<sup>2</sup>, stiffness of the tip E b h<sup>3</sup>/(4 L<sup>3</sup>), capacitance 4 permittivity b L/h, mass of the first mode 0.2427 of the whole.</p>
+<p><b>Heat:</b> as in Actuators.BaseClasses.Piezo; at least 0 at every instant with the default hysteresis.</p>
 <p><b>Source:</b> Smits, Dalke &amp; Cooney, Sensors and Actuators A 28 (1991) 41-61; Euler-Bernoulli beam.</p>
 <p><b>Limitations:</b> electrically parallel bimorph; first mode; small angles; no passive layer.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Bender\">Examples.Bender</a>.</p>

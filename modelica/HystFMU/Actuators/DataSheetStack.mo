@@ -6,6 +6,7 @@ equation
   assert(data.coupling < 1, "The data sheet must have F_block*stroke < C*v_max^2, C the mean capacitance over the range: else the stack gives more work than it takes");
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> that of Actuators.BaseClasses.Piezo with the values of Actuators.DataSheet.</p>
+<p><b>Heat:</b> as in Actuators.BaseClasses.Piezo; at least 0 at every instant with the default hysteresis.</p>
 <p><b>Source:</b> as there.</p>
 <p><b>Limitations:</b> as there; the default hysteresis is that of the defaults, scaled to the stroke: replace it by an identified one.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.AmplifiedStack\">Examples.AmplifiedStack</a>.</p>

@@ -3,6 +3,7 @@ model Stack "Piezo stack with any identified hysteresis"
   extends BaseClasses.Piezo;
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> that of <a href=\"modelica://HystFMU.Actuators.BaseClasses.Piezo\">Actuators.BaseClasses.Piezo</a>.</p>
+<p><b>Heat:</b> as in Actuators.BaseClasses.Piezo; at least 0 at every instant with the default hysteresis.</p>
 <p><b>Source:</b> as there.</p>
 <p><b>Limitations:</b> as there; a third of the mass of the ceramic moves with flange_b.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>

@@ -7,7 +7,7 @@ model AmplifiedStack "Stack of a data sheet in a flexure amplifier"
   Actuators.FlexureAmplifier amplifier annotation (Placement(transformation(extent = {{40, -10}, {60, 10}})));
   Plants.Ground ground annotation (Placement(transformation(extent = {{-25, -70}, {-5, -50}})));
   Plants.Fixed fixed annotation (Placement(transformation(extent = {{-60, -90}, {-40, -70}})));
-  Plants.SpringMassLoad load(m = 0.05, c = 20, k = 1e4) annotation (Placement(transformation(extent = {{80, -10}, {100, 10}})));
+  Plants.SpringMassLoad load(m = 0.05, c = 20, k = 1e4, fixedStart = true) annotation (Placement(transformation(extent = {{80, -10}, {100, 10}})));
 equation
   connect(command.r, drive.u) annotation (Line(points = {{-69, 0}, {-51, 0}}, color = {0, 0, 127}));
   connect(drive.pin_p, stack.pin_p) annotation (Line(points = {{-29, 5}, {-1, 5}}, color = {0, 0, 255}));

@@ -1,30 +1,6 @@
 within HystFMU.Examples;
 model SlidingMode "Sliding mode with integral action and inverse feed-forward on a hysteretic actuator"
-  extends Icons.Example;
-  parameter Types.Time Ts = 1e-4 "Sample period of the loop" annotation (Dialog(group = "Sampling"));
-  parameter Data.BacklashIdentified identified "The plant as identified; its inverse makes the loop linear"
-    annotation (Dialog(group = "Parameters"), Placement(transformation(extent = {{-40, 40}, {-20, 60}})));
-  Sources.Sine reference(frequency = 10, lead = 1.5*Ts) "Preview of the delay and of half a sample for the hold"
-    annotation (Placement(transformation(extent = {{-100, 0}, {-80, 20}})));
-  Control.Feedforward feedforward(f_n = 500, zeta = 0.7)
-    annotation (Placement(transformation(extent = {{-70, -30}, {-50, -10}})));
-  Inverse.Sampled.PrandtlIshlinskiiInverse inverse(n = identified.hysteresis_n, depth = 16, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w, u0 = identified.hysteresis_u0, Ts = Ts)
-    annotation (Placement(transformation(extent = {{-40, -30}, {-20, -10}})));
-  Control.SlidingMode controller(lam = 1719, eta = 0.0003106, rho = 0.0001304, epsilon = 24.21, k_i = 14330000, Ts = Ts)
-    annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
-  Dynamics.Delay delay(n = 1, Ts = Ts) "One sample between command and actuator" annotation (Placement(transformation(extent = {{60, -40}, {80, -20}})));
-  Plants.BacklashSumDynamics plant(n = 10, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10), f_n = 500, zeta = 0.7, Ts = Ts)
-    annotation (Placement(transformation(extent = {{40, 0}, {60, 20}})));
-equation
-  connect(reference.r_lead, feedforward.r) annotation (Line(points = {{-79, 12}, {-75, 12}, {-75, -14.7}, {-71, -14.7}}, color = {0, 0, 127}));
-  connect(reference.dr_lead, feedforward.dr) annotation (Line(points = {{-79, 8}, {-75, 8}, {-75, -20}, {-71, -20}}, color = {0, 0, 127}));
-  connect(reference.ddr_lead, feedforward.ddr) annotation (Line(points = {{-79, 4}, {-75, 4}, {-75, -25.4}, {-71, -25.4}}, color = {0, 0, 127}));
-  connect(feedforward.v, controller.u_ff) annotation (Line(points = {{-49, -20}, {-25, -20}, {-25, 4.6}, {-1, 4.6}}, color = {0, 0, 127}));
-  connect(reference.r, controller.y_d) annotation (Line(points = {{-79, 16}, {-40, 16}, {-40, 15.3}, {-1, 15.3}}, color = {0, 0, 127}));
-  connect(plant.y, controller.y) annotation (Line(points = {{61, 10}, {67, 10}, {67, -10}, {-7, -10}, {-7, 10}, {-1, 10}}, color = {0, 0, 127}));
-  inverse.y = (controller.u - identified.readout_offset[1])/identified.readout_gain[1];
-  connect(inverse.u, delay.u) annotation (Line(points = {{-19, -20}, {20, -20}, {20, -30}, {59, -30}}, color = {0, 0, 127}));
-  connect(delay.y, plant.u) annotation (Line(points = {{81, -30}, {87, -30}, {87, -50}, {33, -50}, {33, 10}, {39, 10}}, color = {0, 0, 127}));
+  extends Loops.Tracking(redeclare Control.SlidingMode controller(lam = 1719, eta = 0.0003106, rho = 0.0001304, epsilon = 24.21, k_i = 14330000, Ts = Ts));
   annotation (
     experiment(StopTime = 0.2, Interval = 1e-4, Tolerance = 1e-10),
     Documentation(info = "<html>
@@ -34,5 +10,6 @@ follows at once; the dynamics are continuous. This is the order of the units whe
 <p><b>Source:</b> Yu &amp; Alici 2005, with integral action; plant: ten backlash operators and a linear term before G0(s), 500 Hz,
 damping 0.7.</p>
 <p><b>Limitation:</b> the case sine_10 of the scenario sliding_mode: no disturbance, no noise.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Loops.Tracking\">Loops.Tracking</a>.</p>
 </html>"));
 end SlidingMode;

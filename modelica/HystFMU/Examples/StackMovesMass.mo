@@ -7,7 +7,7 @@ model StackMovesMass "Stack with an identified hysteresis against a spring and a
   Actuators.Stack stack(withMass = false, v_start = 50, redeclare Actuators.Hysteresis.PrandtlIshlinskii hysteresis(n = identified.hysteresis_n, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w, u_start = 50)) annotation (Placement(transformation(extent = {{10, -10}, {30, 10}})));
   Plants.Ground ground annotation (Placement(transformation(extent = {{-20, -70}, {0, -50}})));
   Plants.Fixed fixed annotation (Placement(transformation(extent = {{-60, -90}, {-40, -70}})));
-  Plants.SpringMassLoad load(m = 0.2, c = 300, k = 2e6) annotation (Placement(transformation(extent = {{60, -10}, {80, 10}})));
+  Plants.SpringMassLoad load(m = 0.2, c = 300, k = 2e6, fixedStart = true) annotation (Placement(transformation(extent = {{60, -10}, {80, 10}})));
 equation
   connect(command.r, drive.u) annotation (Line(points = {{-69, 0}, {-51, 0}}, color = {0, 0, 127}));
   connect(drive.pin_p, stack.pin_p) annotation (Line(points = {{-29, 5}, {9, 5}}, color = {0, 0, 255}));

@@ -15,7 +15,7 @@ algorithm
 <p><b>Equation:</b> w0 u + sum_i w_i S(u, r_i), S = max(u - r, 0) for r &gt; 0, min(u - r, 0) for r &lt; 0, u for r = 0.</p>
 <p><b>Source:</b> Kuhnen, European Journal of Control 9 (2003) 407-418.</p>
 <p><b>Limitations:</b> none; a scalar sum is many times as fast as w*deadZone(u, r) in rumoca 0.10.2, which copies arrays.</p>
-<p><b>Example:</b> <code>bend(v, b0, knots, b)</code> in <a href=\"modelica://HystFMU.Actuators.Hysteresis.BentPrandtlIshlinskii\">Actuators.Hysteresis.BentPrandtlIshlinskii</a>.</p>
+<p><b>Example:</b> <code>bend(p, b0, knots, b)</code> in <a href=\"modelica://HystFMU.Actuators.BaseClasses.Bent\">Actuators.BaseClasses.Bent</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Hysteresis.BentPrandtlIshlinskii\">Actuators.Hysteresis.BentPrandtlIshlinskii</a>, which uses it.</p>
 </html>"));
 end bend;

@@ -17,7 +17,7 @@ algorithm
 <p><b>Source:</b> derivative of Operators.DeadZones.</p>
 <p><b>Smoothness:</b> the slope jumps at a threshold.</p>
 <p><b>Limitations:</b> at a threshold the slope of its inner side.</p>
-<p><b>Example:</b> <code>bendSlope(v, b0, knots, b)</code> in <a href=\"modelica://HystFMU.Actuators.Hysteresis.BentPrandtlIshlinskii\">Actuators.Hysteresis.BentPrandtlIshlinskii</a>.</p>
+<p><b>Example:</b> <code>bendSlope(p, b0, knots, b)</code> in <a href=\"modelica://HystFMU.Actuators.BaseClasses.Bent\">Actuators.BaseClasses.Bent</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Hysteresis.BentPrandtlIshlinskii\">Actuators.Hysteresis.BentPrandtlIshlinskii</a>, which uses it.</p>
 </html>"));
 end bendSlope;

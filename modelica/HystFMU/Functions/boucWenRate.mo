@@ -9,11 +9,11 @@ function boucWenRate "Rate of the hysteretic part"
   input Real n "Sharpness of the knee";
   output Real dz "Its rate";
 algorithm
-  dz := A*du - (beta*abs(du)*(if z >= 0 then 1 else -1) + gamma*du)*abs(z)^n;
+  dz := A*du - (beta*abs(du)*(if z >= 0 then 1 else -1) + gamma*du)*min(abs(z)^n, A/(beta + gamma));
   annotation (smoothOrder = 0, Documentation(info = "<html>
-<p><b>Equation:</b> z' = A u' - beta abs(u') abs(z)<sup>n-1</sup> z - gamma u' abs(z)<sup>n</sup>.</p>
+<p><b>Equation:</b> z' = A u' - beta abs(u') abs(z)<sup>n-1</sup> z - gamma u' abs(z)<sup>n</sup>, with abs(z)<sup>n</sup> held to its bound A/(beta + gamma), which no exact z exceeds: the trial steps of a solver may, and a sharp knee would make them overflow.</p>
 <p><b>Source:</b> Wen, J. Eng. Mech. Div. 102 (1976) 249-263.</p>
-<p><b>Limitations:</b> n &ge; 1.</p>
+<p><b>Limitations:</b> n &ge; 1, beta + gamma &gt; 0.</p>
 <p><b>Example:</b> <code>boucWenRate(rate, z, A, beta, gamma, n)</code> in <a href=\"modelica://HystFMU.Operators.Smooth.BoucWen\">Operators.Smooth.BoucWen</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.BoucWen\">Operators.Smooth.BoucWen</a>, which uses it.</p>
 </html>"));

@@ -26,7 +26,7 @@ algorithm
 <p><b>Source:</b> derivative of Functions.preisach.</p>
 <p><b>Smoothness:</b> the slope jumps at the knots of E.</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>Example:</b> <code>preisachSlope(bounded, Functions.turn(bounded, origin, pre(s_turn), pre(memory)), lo, hi, n, E, virgin)</code> in <a href=\"modelica://HystFMU.Actuators.Hysteresis.Preisach\">Actuators.Hysteresis.Preisach</a>.</p>
+<p><b>Example:</b> <code>preisachSlope(bounded, Functions.turn(bounded, origin, pre(p_turn), pre(memory)), lo, hi, n, E, virgin)</code> in <a href=\"modelica://HystFMU.Actuators.Hysteresis.Preisach\">Actuators.Hysteresis.Preisach</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Hysteresis.Preisach\">Actuators.Hysteresis.Preisach</a>, which uses it.</p>
 </html>"));
 end preisachSlope;

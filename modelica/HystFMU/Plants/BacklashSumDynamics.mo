@@ -1,6 +1,6 @@
 within HystFMU.Plants;
 block BacklashSumDynamics "Hysteretic actuator: sum of backlash operators before second-order dynamics G0(s)"
-  extends Icons.Block;
+  extends Interfaces.Plant;
   extends Interfaces.Sampled;
   parameter Integer n(min = 1) = 10 "Number of backlash operators" annotation (Dialog(group = "Parameters"));
   parameter Real w0 = 0.3 "Weight of the linear term" annotation (Dialog(group = "Parameters"));
@@ -9,8 +9,6 @@ block BacklashSumDynamics "Hysteretic actuator: sum of backlash operators before
   parameter Real gain = 1 "Gain of G0" annotation (Dialog(group = "Parameters"));
   parameter Types.Frequency f_n(min = 0) = 500 "Natural frequency of G0" annotation (Dialog(group = "Parameters"));
   parameter Real zeta(min = 0) = 0.7 "Damping ratio of G0" annotation (Dialog(group = "Parameters"));
-  Interfaces.RealInput u "Input of the actuator" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.RealOutput y "Displacement" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   Operators.Sampled.BacklashSum hysteresis(n = n, w0 = w0, r = r, w = w, Ts = Ts) annotation (Placement(transformation(extent = {{-60, -10}, {-40, 10}})));
   Dynamics.TransferFunction dynamics(na = 2, b = {gain}, a = {1/omega_n^2, 2*zeta/omega_n, 1}) annotation (Placement(transformation(extent = {{20, -10}, {40, 10}})));
 protected

@@ -15,9 +15,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import IO
 
+from hystfmu.base import PACKAGE
 from hystfmu.base.confine import Box, unconfined
 from hystfmu.base.environment import known
-from hystfmu.base.package_files import PACKAGE
 
 MOST_LOG = 1 << 16
 _MOST_OUTPUT = 1 << 24  # bytes on the disk; what is older is dropped

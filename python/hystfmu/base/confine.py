@@ -19,9 +19,8 @@ from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 
-from hystfmu.base.capabilities import drop_capabilities
 from hystfmu.base.environment import known
-from hystfmu.base.kernel import call, libc
+from hystfmu.base.kernel import call, drop_capabilities, libc
 from hystfmu.base.system_calls import can_refuse, refuse_calls
 
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446  # on every architecture

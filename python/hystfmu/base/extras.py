@@ -11,9 +11,12 @@ EXTRAS = {
     "control": "control",
     "dask": "study",
     "distributed": "study",
-    "h5py": "hdf5",
+    "h5py": "files",
     "matplotlib": "notebook",
+    "nptdms": "files",
+    "openpyxl": "files",
     "optuna": "study",
+    "pandas": "notebook",
     "pyarrow": "study",
     "torch": "train",
 }
@@ -24,13 +27,15 @@ class MissingExtra(InputError):
 
 
 @contextmanager
-def extras(what: str) -> Iterator[None]:
+def extras(what: str, extra: str = "") -> Iterator[None]:
     """Import optional packages inside this context.
 
     Parameters
     ----------
     what : str
         What needs them, for the message.
+    extra : str
+        The extra to name, for packages that several bring; default that of `EXTRAS`.
 
     Raises
     ------
@@ -44,5 +49,5 @@ def extras(what: str) -> Iterator[None]:
         if name not in EXTRAS:
             raise
         raise MissingExtra(
-            f"{what} needs {name}, which is not installed: pip install 'hystfmu[{EXTRAS[name]}]'"
+            f"{what} needs {name}, which is not installed: pip install 'hystfmu[{extra or EXTRAS[name]}]'"
         ) from None

@@ -14,9 +14,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_text
-from hystfmu.base.package_files import PACKAGE
 from hystfmu.base.replacing import may_replace, own, refuse_existing
 
 RECORD = "steps.json"

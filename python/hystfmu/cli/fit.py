@@ -137,9 +137,8 @@ def fit(
     if out is not None or key != "auto":
         _refuse_other(out or f"{measured.stem}.{key}.model.toml", measured, key, seed)
     with progress(f"fitting {key}") as report:
-        model = hy.fit(
-            measured, Path(graph) if graph is not None else key, seed=seed, progress=report, purpose=purpose, **options
-        )
+        kind: Any = Path(graph) if graph is not None else key
+        model = hy.fit(measured, kind, seed=seed, progress=report, purpose=purpose, **options)
     name = f"{measured.stem}.{model.key}"
     if out is None:
         out, folder = f"{name}.model.toml", folder or "."

@@ -140,14 +140,15 @@ def export(
         loaded = loaded.with_in_range()
     own = Path(model).name.removesuffix(".toml").removesuffix(".model") if Path(model).suffix else None
     if folder is not None:
+        from hystfmu.modelica.actuator import actuator_told
         from hystfmu.modelica.package import package_name
         from hystfmu.modelica.realisation import left_out
         from hystfmu.modelica.shipped import shipped_library
 
         file = Path(model).name
-        package = name or package_name(own or file)
+        package, data = name or package_name(own or file), assignments(sheet) if sheet else None
         try:
-            written = loaded.export_modelica(Path(folder) / package, file, assignments(sheet) if sheet else None)
+            written = loaded.export_modelica(Path(folder) / package, file, data)
         except InputError as e:
             raise InputError(f"{model}: {e}") from None
         say(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
@@ -155,6 +156,8 @@ def export(
             say(f"no realisation {kind}: {why}")
         if (written / "Actuator.mo").is_file():
             say(f"actuator {written.name}.Actuator between pins and flanges, example {written.name}.ActuatorExample")
+        for line in actuator_told(loaded, data):
+            say(line)
         say(f"library path of HystFMU, which it uses: {shipped_library()}")
     if out is None:
         return

@@ -54,7 +54,7 @@ def refuse_shipped(paths: Sequence[Path]) -> None:
     InputError
         One of the paths is such a scenario.
     """
-    from hystfmu.base.package_files import PACKAGE
+    from hystfmu.base import PACKAGE
 
     for path in paths:
         if PACKAGE in path.parents:

@@ -41,10 +41,11 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     """Reproduce the result tables of the papers.
 
     Each row gives its place in the paper, the printed figure, a literal replica and the result of HystFMU on the same
-    quantity, and says whether the printed figure is met or by which factor it is missed.  The exit status is 1 if a
-    stated target is missed; a missed figure without a target, or a target on time, which depends on the load of the
-    machine, does not change it.  Rows without data or package are listed first and skipped; the exit status is then
-    1, too, or 2 if nothing is left to run.
+    quantity, and says whether the printed figure is met or by which factor it is missed, and on how many of the
+    records that are scanned where a paper does not print its own.  Figures of networks are medians of seeds, with
+    their range.  The exit status is 1 if a stated target is missed; a missed figure without a target, or a target on
+    time, which depends on the load of the machine, does not change it.  Rows without data or package are listed
+    first and skipped; the exit status is then 1, too, or 2 if nothing is left to run.
 
     \b
     Example: hystfmu reproduce zhao_tan_2008

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes as C
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
@@ -19,6 +20,21 @@ def _message(error: RawError) -> str:
 
 def _raise(error: RawError) -> None:
     raise InputError(_message(error))
+
+
+SEED = np.dtype([("parameter", np.int64), ("column", np.int64), ("size", np.float64)])
+"""Value reference of a parameter, and by how much it changes for 1 of a column: `hyst_seed` of sensitivity.h."""
+
+
+class _Sensitivity(C.Structure):
+    """`hyst_sensitivity` of sensitivity.h."""
+
+    _fields_ = [
+        *((name, C.c_int64) for name in ("n_columns", "n_seeds", "n_picked")),
+        *((name, C.c_void_p) for name in ("seeds", "picked")),
+        ("step", C.c_double),
+        *((name, C.c_void_p) for name in ("y", "dy")),
+    ]
 
 
 class Executor:
@@ -117,6 +133,57 @@ class Executor:
         y = np.empty((len(u), n_outputs))
         self._check(self._lib.hyst_graph_run(self._g, len(u), t0, h, u.ctypes.data, y.ctypes.data))
         return y
+
+    def sensitivities(
+        self,
+        u: Array,
+        n_outputs: int,
+        h: float,
+        seeds: NDArray[np.void],
+        rows: NDArray[np.intp] | None = None,
+        step: float = 1e-6,
+    ) -> tuple[Array, Array]:
+        """Run as `run` does, with the derivatives of the outputs by parameters and start states beside it.
+
+        Parameters
+        ----------
+        u : array, shape (n, n_inputs)
+            Inputs.
+        n_outputs : int
+            Number of scalar outputs.
+        h : float
+            Time between rows (s).
+        seeds : array of `SEED`, shape (m,)
+            In the order of columns 0, 1, ..., and within a column of nodes.  Columns stand in the order of the first
+            node that they change, those of one node with several seeds first.
+        rows : array of int, shape (k,), optional
+            Rows to return, rising; default: all.
+        step : float
+            Part of a column by which differences move blocks that do not state their sensitivity.
+
+        Returns
+        -------
+        y : array, shape (k, n_outputs)
+        dy : array, shape (k, n_outputs, columns)
+
+        Raises
+        ------
+        InputError
+            Seeds out of order or of something else than a parameter, an implicit inverse in the graph, refused values.
+        """
+        u, seeds = np.ascontiguousarray(u, dtype=np.float64), np.ascontiguousarray(seeds, dtype=SEED)
+        picked: NDArray[np.int64] = np.ascontiguousarray(np.arange(len(u)) if rows is None else rows, dtype=np.int64)
+        columns = int(seeds["column"].max(initial=-1)) + 1
+        y, dy = np.empty((len(picked), n_outputs)), np.empty((len(picked), n_outputs, columns))
+        places = seeds.ctypes.data, picked.ctypes.data, step, y.ctypes.data, dy.ctypes.data
+        raw = _Sensitivity(columns, len(seeds), len(picked), *places)
+        size = self._lib.hyst_sensitivity_measure(self._g, C.byref(raw))
+        memory = np.empty(size // 8 + 2)
+        t0 = 0.0
+        self._check(
+            self._lib.hyst_sensitivity_run(self._g, len(u), t0, h, u.ctypes.data, C.byref(raw), memory.ctypes.data)
+        )
+        return y, dy
 
     def tangent_between(self, t: float, du: Array, n_outputs: int) -> Array:
         """Tangent of the outputs at `t` (s) for input seeds `du` (n_inputs,), between two steps; shape (n_outputs,).

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from hystfmu.base.package_files import PACKAGE
+from hystfmu.base import PACKAGE
 
 KINDS = ("param", "fixed", "derived", "input", "time", "output", "cstate", "state")
 RATES = ("function", "continuous", "hysteretic", "sampled")
@@ -61,6 +61,9 @@ class _Told(C.Structure):
         ("rule_error", C.c_double),
         ("rule_step", C.c_double),
         ("smooth", C.c_double),
+        ("sensitivity", C.c_void_p),
+        ("derives", C.c_int),
+        ("differences", C.c_char_p),
     ]
 
 
@@ -293,6 +296,9 @@ def library() -> C.CDLL:
     lib.hyst_graph_n_continuous.restype = C.c_int64
     lib.hyst_graph_tangent_between.argtypes = [C.c_void_p, C.c_double, *[C.c_void_p] * 5]
     lib.hyst_graph_tangent_between.restype = None
+    lib.hyst_sensitivity_measure.argtypes = [C.c_void_p, C.c_void_p]
+    lib.hyst_sensitivity_measure.restype = C.c_size_t
+    lib.hyst_sensitivity_run.argtypes = [C.c_void_p, C.c_int64, C.c_double, C.c_double, *[C.c_void_p] * 3]
     lib.hyst_columns_run.argtypes = [C.c_void_p, C.c_int64, C.c_void_p, C.c_int64, *[C.c_void_p] * 3]
     lib.hyst_columns_run.restype = None
     return lib

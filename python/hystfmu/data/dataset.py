@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.printable import printable
 from hystfmu.data.covariates import Covariates
@@ -31,6 +32,8 @@ from hystfmu.data.resampling import resample_rows
 from hystfmu.data.time_grid import check_time
 
 if TYPE_CHECKING:
+    import pandas
+
     from hystfmu.report.plot import Plot
 
 MOST_STEM = 120  # bytes
@@ -38,6 +41,7 @@ Rows = slice | NDArray[np.intp]
 """Index of rows."""
 
 
+@checked
 @dataclass(frozen=True, eq=False, init=False)
 class Dataset:
     """One run of an experiment, or several records of it, evenly sampled.
@@ -452,6 +456,25 @@ class Dataset:
         """Write the columns t, u, y and the covariates to the CSV file `path`; they read back to the same bits."""
         columns = dict(zip(self.covariates.labels, self.covariates.values.T, strict=True))
         write_csv(path, {"t": self.t, "u": self.u, "y": self.y, **columns})
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a data frame: index ``t [s]``, columns u, y and covariates with their units of measure in brackets.
+
+        `hystfmu.read` makes the same data of it again.
+
+        Raises
+        ------
+        MissingExtra
+            pandas is not installed.
+        """
+        from hystfmu.base.extras import extras
+
+        with extras("to_pandas()"):
+            import pandas
+        labels = [f"{k} [{unit}]" if unit else k for k, unit in (("u", self.unit_u), ("y", self.unit_y))]
+        columns = dict(zip(labels, (self.u, self.y), strict=True))
+        columns |= dict(zip(self.covariates.labels, self.covariates.values.T, strict=True))
+        return pandas.DataFrame(columns, index=pandas.Index(self.t, name="t [s]"))
 
 
 def _one_line(e: Exception) -> str:

@@ -40,6 +40,8 @@ def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "
         first = 0 if train.start is None else int(train.start)
         end = n if train.stop is None else int(train.stop)
     else:
+        if len(train) != 2:
+            raise InputError(f"{where}: The train rows must be two, first and end. Got {len(train)} instead.")
         first, end = (int(k) for k in train)
     if not 0 <= first < end <= n or end - first < LEAST_ROWS:
         raise InputError(

@@ -1,4 +1,4 @@
-"""Resampling of uneven steps to a fixed rate, on request only: linear interpolation, turning points kept, no gaps.
+"""Resampling of uneven steps to a fixed rate: linear interpolation, turning points kept, no gaps.
 
 Linear interpolation adds no information, but it cuts a turning point that lies between two new rows, and extrema are
 what hysteresis remembers.  So the new row nearest to a turning point of u takes the measured values of that point.  Its
@@ -9,6 +9,7 @@ that of the data.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,8 +19,59 @@ from hystfmu.data.record_rows import train_rows
 from hystfmu.data.reversals import reversals
 from hystfmu.data.time_grid import check_increasing
 
-GAP = 2.5  # median steps: one lost sample is bridged, two are not
+GAP = 4.5  # median steps: three lost samples in a row are bridged, four are not
+LOST = 0.02  # share of lost samples up to which a record is resampled without a word of its user
+OFF = 0.3  # steps by which its stamps may then be off the even grid
 FASTER = 2.0  # times the mean rate of the data: a higher rate would make rows without a measurement near them
+
+
+@dataclass(frozen=True)
+class Unevenness:
+    """Times on an even grid, up to jitter and some lost samples.
+
+    Parameters
+    ----------
+    rate : float
+        Rate of the grid (Hz).
+    lost, rows : int
+        Points of the grid without a sample, and all of them.
+    off : float
+        Largest distance to the grid (steps).
+    """
+
+    rate: float
+    lost: int
+    rows: int
+    off: float
+
+    def __str__(self) -> str:
+        faults = [f"{self.lost} of {self.rows} samples were lost"] if self.lost else []
+        faults += [f"stamps off by up to {100 * self.off:.2g} % of a step"] if self.off > 1e-3 else []
+        return f"resampled to {self.rate:.6g} Hz: {', '.join(faults) or 'uneven steps'}"
+
+
+def unevenness(t: Array) -> Unevenness | None:
+    """Describe times (n,) that a small repair makes even; None for others.
+
+    At most 2 % of the samples may be lost, three in a row, and the stamps be off by 0.3 steps.
+    """
+    steps = np.diff(t)
+    median = float(np.median(steps))
+    if not median > 0 or steps.min() <= 0:
+        return None
+    counts = np.rint(steps / median)
+    k = np.concatenate(([0.0], np.cumsum(counts)))
+    rows = int(k[-1]) + 1
+    if counts.min() < 1 or steps.max() > GAP * median or rows - len(t) > LOST * rows:
+        return None
+    h = float(np.polynomial.polynomial.polyfit(k / k[-1], t - t[0], 1)[1]) / float(k[-1])
+    off = t - t[0] - k * h
+    far = float(np.abs(off - np.median(off)).max()) / h
+    if far > OFF:
+        return None
+    rates = (float(f"{1 / h:.{digits}g}") for digits in range(3, 18))
+    rate = next(r for r in rates if abs(r * h - 1) * k[-1] <= max(far / 4, 1e-6))  # 2000 Hz, not 2000.00031
+    return Unevenness(rate, rows - len(t), rows, far)
 
 
 def resample(
@@ -46,7 +98,7 @@ def resample(
     Raises
     ------
     InputError
-        A gap longer than 2.5 median steps; a rate that is not positive or above twice the mean rate.
+        A gap longer than 4.5 median steps; a rate that is not positive or above twice the mean rate.
     """
     steps = np.diff(t)
     median, mean = float(np.median(steps)), float(t[-1] - t[0]) / len(steps)

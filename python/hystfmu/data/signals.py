@@ -14,10 +14,12 @@ from itertools import pairwise
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 
 __all__ = ["decaying_sine", "held_out", "minor_loops", "nested_reversals", "ramps", "training", "two_tones"]
 
 
+@checked
 def decaying_sine(
     cycles: float = 10.0, decay: float = 0.1, samples: int = 200, amplitude: float = 1.0, offset: float = 0.0
 ) -> Array:
@@ -26,6 +28,7 @@ def decaying_sine(
     return np.asarray(offset + amplitude * np.exp(-decay * c) * np.sin(2 * np.pi * c))
 
 
+@checked
 def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samples: int = 200) -> Array:
     """Return the sum of a sine of amplitude 1 - share and one `ratio` times as fast of amplitude share; shape (n,).
 
@@ -35,6 +38,7 @@ def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samp
     return np.asarray((1 - share) * np.sin(2 * np.pi * c) + share * np.sin(2 * np.pi * ratio * c))
 
 
+@checked
 def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Array:
     """Return a path of alternating ramps, shape (n,), with steps of about `step`.
 
@@ -50,6 +54,7 @@ def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Arr
     return ramps(levels, step)
 
 
+@checked
 def ramps(levels: list[float], step: float = 0.01) -> Array:
     """Return a path through `levels`, shape (n,), with equal steps of at most `step` on each ramp."""
     parts = [np.array(levels[:1])]
@@ -58,6 +63,7 @@ def ramps(levels: list[float], step: float = 0.01) -> Array:
     return np.concatenate(parts)
 
 
+@checked
 def minor_loops(loops: int = 6, amplitude: float = 0.25, samples: int = 120) -> Array:
     """Return a ramp from 0 to -1, then three cycles of a small sine at each of `loops` rising offsets; shape (n,).
 
@@ -71,6 +77,7 @@ def minor_loops(loops: int = 6, amplitude: float = 0.25, samples: int = 120) -> 
     return np.concatenate(parts)
 
 
+@checked
 def held_out(seed: int = 1000) -> dict[str, Array]:
     """Return the held-out signals of every table by name: other decay rates, two tones, nested reversals, minor loops.
 
@@ -92,6 +99,7 @@ def held_out(seed: int = 1000) -> dict[str, Array]:
     }
 
 
+@checked
 def training(count: int = 150, seed: int = 1, step: float = 0.01) -> Array:
     """Return an informative excitation in [-1, 1], shape (n,): a full loop, then random nested reversals.
 

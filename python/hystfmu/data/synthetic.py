@@ -16,6 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.data.dataset import Dataset
 from hystfmu.data.signals import nested_reversals
@@ -88,6 +89,7 @@ def _second_order(dt: float) -> tuple[Array, Array]:
     return np.array([0.0, 1 - e * (c + s), e * (e + s - c)]), np.array([1.0, -2 * e * c, e * e])
 
 
+@checked
 def piezo(reversals: int = 100, rate: float = 1000.0, noise: float = 1e-3, seed: int = 0) -> Dataset:
     """Generate voltage and displacement of the synthetic piezo stack.
 
@@ -137,6 +139,7 @@ RATE, UPSAMPLING = 750, 20  # Hz, and Newmark steps per sample: 15 kHz
 DECIMATE_MULTISINE, DECIMATE_SWEEP = (2, 2, 5), (20,)
 
 
+@checked
 def multisine(n: int = 8192, f_lo: float = 5.0, f_hi: float = 150.0, rms: float = 50.0, seed: int = 0) -> Array:
     """Return one period (n,) of the benchmark's random-phase multisine (N) at 750 Hz, with equal amplitudes.
 
@@ -150,12 +153,14 @@ def multisine(n: int = 8192, f_lo: float = 5.0, f_hi: float = 150.0, rms: float 
     return np.asarray(u * rms / np.sqrt(np.mean(u**2)))
 
 
+@checked
 def sweep(seconds: float = 204.0) -> Array:
     """Return the benchmark's sine sweep 40 sin(2 pi (18 t + t^2/12)) (N) at 15 kHz, `seconds` long; shape (n,)."""
     t = np.arange(round(seconds * RATE) * UPSAMPLING) / (RATE * UPSAMPLING)
     return np.asarray(40 * np.sin(2 * np.pi * (18 * t + t**2 / 12)))
 
 
+@checked
 def benchmark_multisine(u: Array, periods: int = 2) -> Array:
     """Return the displacement (n,) in m over the last of `periods` periods of the force u (n,) in N at 750 Hz."""
     n = len(u)
@@ -167,6 +172,7 @@ def benchmark_multisine(u: Array, periods: int = 2) -> Array:
     return y[(periods - 1) * n : periods * n]
 
 
+@checked
 def benchmark_sweep(u: Array) -> Array:
     """Return the displacement (m) at 750 Hz for a force u (N) at 15 kHz, from rest."""
     y = oscillator(u)
@@ -175,12 +181,14 @@ def benchmark_sweep(u: Array) -> Array:
     return y
 
 
+@checked
 def oscillator(u: Array) -> Array:
     """Return the displacement (n,) in m of the benchmark's oscillator (C block) for a force u (n,) in N at 15 kHz."""
     plant = Graph.single(Node("plant", "bouc_wen_oscillator"))
     return np.asarray(plant.run(u, 1 / (RATE * UPSAMPLING))[:, 0])
 
 
+@checked
 def decimate(y: Array, factor: int, order: int = 30) -> Array:
     """Low-pass y and keep every factor-th row, as MATLAB's ``decimate(y, factor, 'fir')``.
 

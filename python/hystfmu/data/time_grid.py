@@ -30,7 +30,8 @@ def check_increasing(t: Array, place: Callable[[int], str]) -> None:
     back = np.diff(t) <= 0
     if back.any():
         n = int(np.argmax(back)) + 1
-        raise InputError(f"{place(n)}: The time must increase. Got {t[n]:.12g} after {t[n - 1]:.12g} instead.")
+        hint = " Stamps that are too coarse need the sample rate in Hz (--rate)." if t[n] == t[n - 1] else ""
+        raise InputError(f"{place(n)}: The time must increase. Got {t[n]:.12g} after {t[n - 1]:.12g} instead.{hint}")
 
 
 def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array] | None) -> Array:

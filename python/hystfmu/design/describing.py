@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
@@ -47,6 +48,7 @@ class DescribingFunction:
         return np.degrees(np.angle(self.N))
 
 
+@checked
 def describing_function(
     part: Node | Graph | Model,
     amplitudes: Sequence[float] | Array,

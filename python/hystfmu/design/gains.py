@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.graph import Node
 
 
@@ -32,6 +33,7 @@ class Gain:
         return f"{self.name} = {values}{'' if self.unit == '1' else ' ' + self.unit}  ({self.text})"
 
 
+@checked
 def gains(node: Node) -> list[Gain]:
     """Return the numeric parameters of a block, in the order of its table.
 

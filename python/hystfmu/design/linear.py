@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
 from hystfmu.core.continuous import ContinuousExecutor
@@ -29,6 +30,7 @@ LIFTED = "iterative_learning"  # changes at the end of a period only
 NO_STATES = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0))
 
 
+@checked
 def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | None = None) -> Any:
     """Convert a part to a system of python-control.
 
@@ -140,6 +142,7 @@ def _check_step(graph: Graph, h: float) -> None:
         )
 
 
+@checked
 def linearise(part: Graph | Model, pade: int | None = None) -> tuple[Array, Array, Array, Array]:
     """Linearise a graph or a model at its start by its exact tangent.
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.design.crossings import crossed, first_lost
 from hystfmu.design.delays import shift_registers
@@ -83,6 +84,7 @@ class Margins:
         )
 
 
+@checked
 def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int = 0, gain: float = 1.0) -> Any:
     """Build the open loop L(z) of controller, delay and plant, for negative feedback.
 

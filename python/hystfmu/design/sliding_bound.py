@@ -28,8 +28,15 @@ def ultimate(eta: float, rho: float, eps: float, D: float) -> float:
     return 2 * D * eps / (b + root) if b > 0 else (root - b) / (2 * eta)
 
 
-def simulated(eta: float, rho: float, eps: float, D: float, h: float = 1e-4, seconds: float = 4.0) -> float:
-    """Simulate the `sliding_mode` block around e'' = -LAM e' + u + d with d = D; return the final largest |s|.
+def printed_error(eta: float, eps: float, lam: float = LAM) -> float:
+    """Return the bound of |e| as printed in the paper, for eta > 1."""
+    return printed(eta, eps) / lam
+
+
+def simulated(
+    eta: float, rho: float, eps: float, D: float, h: float = 1e-4, seconds: float = 4.0, error: bool = False
+) -> float:
+    """Simulate the `sliding_mode` block around e'' = -LAM e' + u + d with d = D; return the final largest |s|, or |e|.
 
     The maximum is over the last quarter of the run.  For this plant ds/dt = u + d exactly, as the paper assumes.
     """
@@ -41,6 +48,7 @@ def simulated(eta: float, rho: float, eps: float, D: float, h: float = 1e-4, sec
         Node("add", "sum", {"n": 2}),
     ]
     wires = [("plant.y", "control.y"), ("control.u", "add.u[1]"), ("add.y", "plant.u")]
-    graph = Graph(nodes, wires, [Input("d", ("add.u[2]",))], [Output("s", "control.s")])
+    output = Output("e", "plant.y") if error else Output("s", "control.s")
+    graph = Graph(nodes, wires, [Input("d", ("add.u[2]",))], [output])
     s = graph.run(np.full(round(seconds / h), D), h)
     return float(np.abs(s[-len(s) // 4 :]).max())

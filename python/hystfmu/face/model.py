@@ -9,10 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.printable import escape
 from hystfmu.data import Dataset
+from hystfmu.data.reader.frames import Columns, is_frame
 from hystfmu.face.summary import evidence_lines, names, tables
 from hystfmu.graph.blocks import Block
 from hystfmu.model import Model as Record
@@ -31,6 +35,7 @@ InverseMethod = Literal["auto", "exact", "implicit", "learned", "adaptive"]
 POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an inverse carries a warning
 
 
+@checked
 class Model(Record):
     """A model: blocks with values, where they came from, and how well they fit.
 
@@ -120,15 +125,73 @@ class Model(Record):
 
         return cls.of(from_torch(module, text, step))
 
-    def score(self, other: Dataset, rows: slice | tuple[int, int] | str | None = None) -> dict[str, float]:
+    def predict(
+        self,
+        u: ArrayLike | Dataset | Columns,
+        h: float | None = None,
+        covariates: Mapping[str, ArrayLike] | None = None,
+    ) -> Array:
+        """Run the model free from a fresh start.
+
+        Row 0 is the output after initialisation with ``u[0]``; row k is the output of an FMU after set u_k,
+        doStep(t_{k-1}, h), get y.
+
+        Parameters
+        ----------
+        u : array, shape (n,), Dataset or data frame
+            Input.  Data bring their step and their covariates, and each of their records runs from a fresh start.
+        h : float, optional
+            Step (s) of an array; default the step of the model, else 1 s.
+        covariates : dict of str to array or float, optional
+            Further inputs that the model takes beside an array, by name, shape (n,); a number is held.
+
+        Returns
+        -------
+        array, shape (n,)
+
+        Raises
+        ------
+        InputError
+            Values that are not finite, a covariate that is missing or unknown, a step that the core refuses.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> data = hy.synthetic.piezo(60, 1000.0)
+        >>> model = hy.fit(data, "prandtl_ishlinskii")
+        >>> bool((model.predict(data) == model.predict(data.u, data.h)).all())
+        True
+        """
+        from hystfmu.data.reader.reading import dataset_of
+        from hystfmu.model.inputs import run_along
+
+        if (not isinstance(u, Dataset) and not is_frame(u)) or isinstance(u, np.ndarray):
+            return super().predict(np.asarray(u, dtype=np.float64), h, covariates)
+        if h is not None or covariates is not None:
+            raise InputError("The step and the covariates must be those of the data. Got others beside them.")
+        return run_along(self.graph, dataset_of(u, output=False))
+
+    def score(
+        self,
+        other: ArrayLike | Dataset | Columns,
+        rows: slice | tuple[int, int] | str | None = None,
+        *,
+        y: ArrayLike | None = None,
+        h: float | None = None,
+        covariates: Mapping[str, ArrayLike] | None = None,
+    ) -> dict[str, float]:
         """Errors on a record: the model runs free from its row 0.
 
         Parameters
         ----------
-        other : Dataset
-            With a measured output.
+        other : Dataset or data frame with a measured output, or array, shape (n,)
+            An array is the input.
         rows : slice, (first, end) or "first:end", optional
             Rows that count, from 0 on, the end excluded; default all.
+        y : array, shape (n,), optional
+            Measured output, where `other` is an array.
+        h, covariates
+            Of an array, as those of `predict`.
 
         Returns
         -------
@@ -149,11 +212,21 @@ class Model(Record):
         >>> model.score(other)["rms_percent"] < 2.0
         True
         """
+        from hystfmu.data.reader.reading import dataset_of
         from hystfmu.data.record_rows import train_rows
         from hystfmu.model.accuracy import errors
         from hystfmu.model.inputs import run_along
 
         self._one_to_one("score")
+        if y is None and not isinstance(other, np.ndarray):
+            other = dataset_of(other)
+        elif y is None:
+            raise InputError("The output of an array must be given, score(u, y=y). Got none.")
+        else:
+            u = np.asarray(other, dtype=np.float64)
+            step = h if h is not None else self.step if self.step is not None else 1.0
+            t = np.arange(len(u)) * np.float64(step)
+            other = Dataset(t, u, y, covariates=covariates)
         where = other.path or other.name
         if not other.has_output:
             raise InputError(f"{where}: The data must have a measured output to compare with. Got none.")
@@ -166,12 +239,12 @@ class Model(Record):
             )
         return errors(run_along(self.graph, other)[counted], measured, span)
 
-    def check(self, new: Dataset, factor: float = 2.0) -> DeviceCheck:
+    def check(self, new: Dataset | Columns, factor: float = 2.0) -> DeviceCheck:
         """Tell from a new record whether the device has drifted: whether the error of its model has grown.
 
         Parameters
         ----------
-        new : Dataset
+        new : Dataset or data frame
             New record, with a measured output.  Rows whose input lies in the trained range count.
         factor : float
             Growth of the RMS error that counts as drift; the model states the error on held-out or training rows.
@@ -196,17 +269,18 @@ class Model(Record):
         >>> model.check(new.with_output(1.1 * new.y)).moved
         'gain'
         """
+        from hystfmu.data.reader.reading import dataset_of
         from hystfmu.identify.device_check import check_device
 
         self._one_to_one("check")
-        return check_device(self, new, factor)
+        return check_device(self, dataset_of(new), factor)
 
-    def plot(self, other: Dataset) -> Plot:
+    def plot(self, other: Dataset | Columns) -> Plot:
         """The loop of a record and of the model on its input.
 
         Parameters
         ----------
-        other : Dataset
+        other : Dataset or data frame
             Without a measured output the model is drawn alone.
 
         Returns
@@ -221,21 +295,23 @@ class Model(Record):
         >>> hy.fit(data, "prandtl_ishlinskii").plot(data)
         Plot('prandtl_ishlinskii: y over u', measured, model)
         """
+        from hystfmu.data.reader.reading import dataset_of
         from hystfmu.model.inputs import run_along
 
         self._one_to_one("plot")
+        other = dataset_of(other, output=False)
         lines = [Line("measured", other.u, other.y)] if other.has_output else []
         lines.append(Line("model", other.u, run_along(self.graph, other)))
         source, sink = self.graph.inputs[0], self.graph.outputs[0]
         u, y = _with_unit("u", other.unit_u or source.unit), _with_unit("y", other.unit_y or sink.unit)
         return Plot(f"{self.key}: y over u", u, y, lines, points=LOOP_POINTS)
 
-    def report(self, data: Dataset, path: str | Path) -> Path:
+    def report(self, data: Dataset | Columns, path: str | Path) -> Path:
         """Write a page about the fit: errors, interval for new rows, loops, residuals, parameters, warnings.
 
         Parameters
         ----------
-        data : Dataset
+        data : Dataset or data frame
             The data of the fit, with their training rows.
         path : str or Path
             The file, ``*.html``.
@@ -258,9 +334,11 @@ class Model(Record):
         'piezo.html'
         """
         from hystfmu.base.files import write_text
+        from hystfmu.data.reader.reading import dataset_of
         from hystfmu.face.fit_page import fit_page
 
         self._one_to_one("report")
+        data = dataset_of(data)
         if not data.has_output:
             where = data.path or data.name
             raise InputError(f"{where}: The data must have a measured output to compare with. Got none.")

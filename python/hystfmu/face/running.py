@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from hystfmu.base.calls import checked
 from hystfmu.face.result import Results
 from hystfmu.face.scenario import Scenario
 from hystfmu.scenario import Change, Engine, run_scenarios
@@ -14,6 +15,7 @@ from hystfmu.scenario.system.spec import Scheme
 __all__ = ["run"]
 
 
+@checked
 def run(
     scenarios: str | Path | Scenario | Sequence[str | Path | Scenario],
     *,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check
 from hystfmu.face.defaults import completed
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["Scenario"]
 
 
+@checked
 class Scenario:
     """A closed loop of units: what runs, how it is connected, what is measured, in which cases.
 

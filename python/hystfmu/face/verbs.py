@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.face.model import Model, held_out
@@ -13,18 +14,21 @@ from hystfmu.face.model import Model, held_out
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from hystfmu.data.reader.frames import Columns
     from hystfmu.fmu.check.findings import Findings
     from hystfmu.graph import Graph
     from hystfmu.graph.blocks import Block
     from hystfmu.identify.estimate.free import Spec
+    from hystfmu.identify.kinds import Kind
     from hystfmu.studies.run import Outcome
 
 __all__ = ["fit", "study", "validate"]
 
 
+@checked
 def fit(
-    data: Dataset,
-    key: str | Path | Graph | Block = "auto",
+    data: Dataset | Columns,
+    key: Kind | Path | Graph | Block = "auto",
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     purpose: Literal["model", "inverse"] = "model",
@@ -35,7 +39,7 @@ def fit(
 
     Parameters
     ----------
-    data : Dataset
+    data : Dataset or data frame
         The model runs free from row 0; the residuals of `data.train` count.
     key : str, Graph, block of `hystfmu.blocks` or Path
         Kind of model (``hystfmu fit --models`` lists them), or a graph of blocks with free parameters; a path is that
@@ -85,12 +89,18 @@ def fit(
     """
     from threadpoolctl import threadpool_limits
 
+    from hystfmu.data.reader.reading import dataset_of
     from hystfmu.face.evidence import with_evidence
     from hystfmu.identify import fit, fit_graph
     from hystfmu.inverse.worth import Inverses
 
     if purpose not in ("model", "inverse"):
         raise InputError(f"The purpose of a fit must be 'model' or 'inverse'. Got {purpose!r} instead.")
+    data = dataset_of(data)
+    if wrong := next((n for n in options if n in ("model", "kind", "method")), None):
+        raise InputError(
+            f"The kind of model must be the second argument, fit(data, 'preisach'). Got {wrong!r} as a name."
+        )
     inverses = Inverses()
     # small matrices: several threads wait for each other, up to twenty times longer on a loaded machine
     with threadpool_limits(1):
@@ -105,6 +115,7 @@ def fit(
         return with_evidence(held_out(Model.of(model), data), data)
 
 
+@checked
 def study(
     path: str | Path,
     folder: str | Path | None = None,
@@ -163,6 +174,7 @@ def study(
     return run_study(path, into, workers=workers, on=on, retry=retry, confined=confined, progress=progress)
 
 
+@checked
 def validate(
     path: str | Path,
     seconds: float = 60.0,

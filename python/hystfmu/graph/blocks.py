@@ -10,12 +10,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.core.library import BlockType, block_types
 from hystfmu.graph.graph import Graph, Node
 from hystfmu.graph.node import shown
 
 
+@checked
 class Block:
     """A single block, made by `Block(**sizes_and_parameters)`; a call runs it over input rows from a fresh start."""
 
@@ -26,7 +30,7 @@ class Block:
         self.node = Node(self.type.name, self.type.name, dims, values)
         self.graph = Graph.single(self.node)
 
-    def __call__(self, u: Any, h: float = 1.0) -> Array:
+    def __call__(self, u: ArrayLike, h: float = 1.0) -> Array:
         """Return outputs (n,) or (n, n_outputs) for input rows (n,) or (n, n_inputs), `h` seconds apart."""
         return self.graph.run(u, h)
 

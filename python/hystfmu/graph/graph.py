@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.core.executor import Executor
 from hystfmu.core.library import Var
@@ -27,6 +28,7 @@ MOST_SHOWN = 6  # blocks in a repr
 _ENDPOINT = re.compile(r"([A-Za-z][A-Za-z0-9_]*)(?:\.([A-Za-z][A-Za-z0-9_]*))?(?:\[(\d+)\])?\Z")
 
 
+@checked
 class Graph:
     """Blocks, wires, inputs and outputs.
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.near import meant
 from hystfmu.core.library import BlockType, Var, block_types
@@ -48,6 +49,7 @@ def _is_whole(n: Any) -> bool:
         return False
 
 
+@checked
 @dataclass(frozen=True)
 class Node:
     """One block of a graph.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hystfmu.base.calls import checked
 from hystfmu.core.library import Var
 
 
@@ -12,6 +13,7 @@ def element_names(name: str, size: int) -> tuple[str, ...]:
     return (name,) if size == 1 else tuple(f"{name}_{i + 1}" for i in range(size))
 
 
+@checked
 @dataclass(frozen=True)
 class Input:
     """An input of a graph.
@@ -46,6 +48,7 @@ class Input:
     starts: tuple[float, ...] = ()
 
 
+@checked
 @dataclass(frozen=True)
 class Output:
     """An output of a graph.

@@ -130,6 +130,7 @@ class Race:
     unseen: float = 0.0
     rest: float = 0.0
     other: Array = field(default_factory=lambda: np.zeros(0))
+    inside: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
     trials: dict[str, Trial] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
 
@@ -139,6 +140,10 @@ class Race:
         self.rest = rest(self.data)
         u = self.data.longest().u
         self.other = other_memory(u[self.data.longest().train], float(self.data.u[0]))
+        kept = [self.data.u[self.held(fold)[0].counted] for fold in FOLDS]
+        lo, hi = max(v.min() for v in kept), min(v.max() for v in kept)
+        # beyond the range of the rows of any fold fits differ by what they extrapolate, as no fit to all rows does
+        self.inside = (self.other >= lo) & (self.other <= hi)
 
     def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]:
         """Return the data without the blocks of a fold, the rows of these blocks that count, and the block of each."""
@@ -278,7 +283,8 @@ class Race:
     def _other(self, model: Model) -> Array:
         """Return the output of a model on the input with other memory; covariates stay at their first values."""
         held = [np.full(len(self.other), port.start) for port in model.graph.inputs[1:]]
-        return np.asarray(model.graph.run(np.column_stack([self.other, *held]), self.data.h)).reshape(-1)
+        y = np.asarray(model.graph.run(np.column_stack([self.other, *held]), self.data.h)).reshape(-1)
+        return y[self.inside]
 
     def as_good(self, trial: Trial, best: Trial) -> bool:
         """Whether a candidate is as good as the best, or the noise explains the difference."""

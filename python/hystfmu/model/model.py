@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check, check_format, load_toml, write_toml
 from hystfmu.graph import Graph
@@ -32,6 +33,7 @@ class _File(GraphTable):
     provenance: dict[str, Any] = Field({})
 
 
+@checked
 @dataclass(frozen=True)
 class Model:
     """A graph with provenance: the object that `fit`, `inverse`, `export` and scenarios pass on.

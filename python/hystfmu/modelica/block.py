@@ -24,7 +24,7 @@ from hystfmu.modelica.realisation import (
     starts_in_chain,
     takes_rate,
 )
-from hystfmu.modelica.record import field
+from hystfmu.modelica.record import field, step
 from hystfmu.modelica.span import span
 from hystfmu.modelica.state_space import TEXTS
 from hystfmu.modelica.wiring import Wiring, sums_before_samples
@@ -77,7 +77,7 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
         f"  extends Ports{'(final usesRate = true)' if rates else ''};",
     ]
     if sampled:
-        lines.append(f"  extends HystFMU.Interfaces.Sampled({'final ' if tied else ''}Ts = values.Ts);")
+        lines.append("  extends HystFMU.Interfaces.Sampled(Ts = values.Ts);")
     if kind == SAMPLED:
         w = replace(w, sums=sums_before_samples(graph) - implicit.hidden(graph))
     sums = [w.sum(name) for name in sorted(w.sums)]
@@ -90,6 +90,8 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
     declared, stated = declarations(w, rates)
     declared += [d for d, _ in sums]
     lines += [*(["protected"] if declared else []), *declared, "equation", *stated, *(e for _, e in sums)]
+    if tied:
+        lines.append(_refusal(step(model)))
     for i, p in enumerate(graph.inputs):
         lines += w.from_port(p, i)
     apart = implicit.hidden(graph) | w.sums
@@ -100,13 +102,16 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
     return "\n".join([*lines, f"  annotation (Documentation(info = {string(documentation)}));", f"end {name};\n"])
 
 
-def rated_port(graph: Graph) -> str:
-    """Name in the graph of the input whose rate the continuous realisations of it need, or ""."""
-    for kind in kinds(graph):
-        for node in graph.nodes:
-            if takes_rate(class_in(node, kind)) and (rate := rate_of(graph, node)):
-                return rate.port
-    return ""
+def rated_ports(graph: Graph) -> list[str]:
+    """Names in the graph of the inputs whose rates the continuous realisations of it need."""
+    found = {
+        port
+        for kind in kinds(graph)
+        for node in graph.nodes
+        if takes_rate(class_in(node, kind)) and (rate := rate_of(graph, node))
+        for port, _ in rate.terms
+    }
+    return [p.name for p in graph.inputs if p.name in found]
 
 
 def _shown(graph: Graph) -> list[Node]:
@@ -136,14 +141,18 @@ def _declaration(model: Model, node: Node, name: str, inverse: implicit.Tried | 
     return f"{class_in(node, kind)} {name}({', '.join(given)})"
 
 
+def _refusal(h: float) -> str:
+    """The assertion of a block whose matrices are those of one sample period (s)."""
+    message = f"Ts must be {number(h)} s, for which the linear dynamics are discretised: export the model with another"
+    return f"  assert(abs(Ts - {number(h)}) <= {number(1e-9 * h)}, {string(message)});"
+
+
 def _reach(model: Model, node: Node) -> float:
     """Longest branch within the range of the identification data; 0 if that is unknown."""
     rate, known = rate_of(model.graph, node), span(model)
     if rate is None or known is None:
         return 0.0
-    reach = known[1] - known[0]
-    for scaling, index in rate.through:
-        reach *= abs(float(scaling.value("gain")[index - 1]))
+    reach = (known[1] - known[0]) * rate.gain
     ends = [float(node.value("d_max")[0])] if any(v.name == "d_max" for v in node.block.parameters) else []
     return min([reach, *ends])  # a branch ends at d_max
 
@@ -172,7 +181,7 @@ def _documentation(model: Model, sampled: bool, tied: bool, kind: str, history: 
         "valid within the range of the identification data",
     ]
     if tied:
-        limits.append("the linear dynamics are discretised for this Ts, which is final")
+        limits.append("the linear dynamics are discretised for this Ts, and another is refused")
     continuous = [
         n.name for n in model.graph.nodes if n.block.rate == "continuous" and n.block.tolerance == "integration"
     ]

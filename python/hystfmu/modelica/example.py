@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from hystfmu.model import Model
 from hystfmu.modelica.layout import line, placed
 from hystfmu.modelica.literals import number
@@ -14,7 +16,7 @@ from hystfmu.modelica.wiring import Wiring
 PERIODS, ROWS = 4, 100  # of the sine; rows of one
 
 
-def example(model: Model, name: str, within: str, block_name: str, w: Wiring, rated: str) -> str:
+def example(model: Model, name: str, within: str, block_name: str, w: Wiring, rated: Sequence[str]) -> str:
     """The file of the example, without its mark.
 
     Parameters
@@ -24,8 +26,8 @@ def example(model: Model, name: str, within: str, block_name: str, w: Wiring, ra
         Name of the example, of its package, and of the block there.
     w : Wiring
         Of the graph of the model.
-    rated : str
-        Name in the graph of the input whose rate other realisations need, or "".
+    rated : sequence of str
+        Names in the graph of the inputs whose rates other realisations need.
     """
     h = step(model)
     driven, held = _inputs(model, w)
@@ -54,7 +56,7 @@ def example(model: Model, name: str, within: str, block_name: str, w: Wiring, ra
         )
     else:
         lines.append(f"  {block_name} tested annotation ({placed(10, 0)});")
-    declared, stated = _rate(model, w, rated)
+    declared, stated = _rates(model, w, rated)
     lines += [*declared, "equation", *stated]
     drawn = line((-39, 0), (-1, 0))  # from the right edge of the source to the left one of the block
     lines += [f"  connect(signal.r, tested.{end}) {drawn};" for end in driven]
@@ -92,18 +94,25 @@ def _factor(model: Model, driven: list[str]) -> float:
     return si(model.graph.inputs[0].unit)[1] if driven else 1.0
 
 
-def _rate(model: Model, w: Wiring, rated: str) -> tuple[list[str], list[str]]:
+def _rates(model: Model, w: Wiring, rated: Sequence[str]) -> tuple[list[str], list[str]]:
     """Declarations and equations that give the rate of the signal to a realisation which needs it."""
-    if not rated:
-        return [], []
-    unit = si(next(p.unit for p in model.graph.inputs if p.name == rated))[0]
-    to = f"tested.{rate_name(w.ports[rated])}"
-    if not unit:
-        return [], [f"  connect(signal.dr_lead, {to}) {line((-39, -4), (-1, -9))};"]
-    declared = [
-        "protected",
-        f'  constant Real one(unit = "{unit}") = 1 "Unit of measure of the signal";',
-        f'  HystFMU.Interfaces.RealOutput rate(unit = "{per_second(unit)}") "Rate of the signal" '
-        f"annotation ({placed(-20, -40)});",
-    ]
-    return declared, ["  rate = one*signal.dr_lead;", f"  connect(rate, {to}) {line((-20, -40), (-1, -9))};"]
+    declared: list[str] = []
+    stated: list[str] = []
+    for k, port in enumerate(rated):
+        unit = si(next(p.unit for p in model.graph.inputs if p.name == port))[0]
+        to = f"tested.{rate_name(w.ports[port])}"
+        if port in model.provenance.get("span_covariates", {}):
+            stated.append(f"  {to} = 0;")
+            continue
+        if not unit:
+            stated.append(f"  connect(signal.dr_lead, {to}) {line((-39, -4), (-1, -9))};")
+            continue
+        one, rate = (f"{n}{k + 1}" if k else n for n in ("one", "rate"))
+        declared += [
+            f'  constant Real {one}(unit = "{unit}") = 1 "Unit of measure of the signal";',
+            f'  HystFMU.Interfaces.RealOutput {rate}(unit = "{per_second(unit)}") "Rate of the signal" '
+            f"annotation ({placed(-20, -40 - 30 * k)});",
+        ]
+        drawn = line((-20, -40 - 30 * k), (-1, -9))
+        stated += [f"  {rate} = {one}*signal.dr_lead;", f"  connect({rate}, {to}) {drawn};"]
+    return ["protected", *declared] if declared else [], stated

@@ -15,7 +15,7 @@ from hystfmu.fmu.write.documentation import history
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit
 from hystfmu.modelica.actuator import ACTUATOR, actuator_files
-from hystfmu.modelica.block import block, rated_port, wiring
+from hystfmu.modelica.block import block, rated_ports, wiring
 from hystfmu.modelica.example import example
 from hystfmu.modelica.literals import NAME, RESERVED, class_name, sentence, string, unique
 from hystfmu.modelica.network import names as network_names
@@ -26,12 +26,13 @@ from hystfmu.modelica.record import is_ours, mark, record
 from hystfmu.modelica.shipped import library_date
 
 CLASSES = ("Values", "Ports", "Model", *CONTINUOUS, "Example")  # in a package
+HIDDEN = {*CLASSES, *ACTUATOR, "HystFMU", "Modelica"}  # what a package of one of these names would hide
 
 
 def package_name(text: str) -> str:
     """Make a package name out of any text; it hides no class that the package uses."""
     name = class_name(text)
-    return unique([name], {*CLASSES, *ACTUATOR, "HystFMU", "Modelica"})[name]
+    return unique([name], HIDDEN)[name]
 
 
 def export_modelica(
@@ -70,10 +71,10 @@ def export_modelica(
     """
     if not NAME.match(name) or name in RESERVED:
         raise InputError(f"the Modelica package name {name!r} must be a letter followed by letters, digits or _")
-    if name != package_name(name):
+    if not name[0].isupper() or name in HIDDEN:
         raise InputError(f"the Modelica package name {name!r} must begin with a capital and hide no class that it uses")
     told, graph = history(model), model.graph
-    w, rated = wiring(graph, set(CLASSES)), rated_port(graph)
+    w, rated = wiring(graph, set(CLASSES)), rated_ports(graph)
     files = {
         "Values": record(model, "Values", name, source, told),
         "Ports": ports_block(w, name, model.text or model.key, "Values", rated, _realisations(model)),

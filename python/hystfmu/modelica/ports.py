@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Output
@@ -11,7 +11,7 @@ from hystfmu.modelica.literals import NAME, number, sentence, string, unique
 from hystfmu.modelica.measures import per_second, si
 from hystfmu.modelica.wiring import Wiring, unit_constant
 
-RATE_PLACE = -90  # of the port of the rate, below all others
+RATE_PLACE, RATE_STEP = -90, 25  # of the ports of rates, the first below all others
 
 
 def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]]:
@@ -42,7 +42,9 @@ def inner_rate(name: str) -> str:
     return f"{name}_rate"
 
 
-def ports_block(wiring: Wiring, within: str, text: str, record_name: str, rated: str, info: Mapping[str, str]) -> str:
+def ports_block(
+    wiring: Wiring, within: str, text: str, record_name: str, rated: Sequence[str], info: Mapping[str, str]
+) -> str:
     """The file of the partial block, without its mark.
 
     Parameters
@@ -50,8 +52,8 @@ def ports_block(wiring: Wiring, within: str, text: str, record_name: str, rated:
     wiring : Wiring
     within, text, record_name : str
         Package, description of the model, name of the record.
-    rated : str
-        Name in the graph of the input whose rate the continuous realisations need, or "".
+    rated : sequence of str
+        Names in the graph of the inputs whose rates the continuous realisations need.
     info : mapping of str to str
         Realisations and what each is.
     """
@@ -66,13 +68,13 @@ def ports_block(wiring: Wiring, within: str, text: str, record_name: str, rated:
     for i, p in enumerate(graph.inputs):
         at = port_placed(True, i, len(graph.inputs), where.edge)
         lines.append(_port("Input", p, wiring.ports[p.name], wiring.shape(p.to[0]), at))
-    if rated:
-        unit = next(p.unit for p in graph.inputs if p.name == rated)
-        name = wiring.ports[rated]
-        at = f"{placed(-where.edge, RATE_PLACE)[:-1]}, iconTransformation(extent = {{{{-120, -100}}, {{-100, -80}}}}))"
+    for k, port in enumerate(rated):
+        unit = next(p.unit for p in graph.inputs if p.name == port)
+        name, y = wiring.ports[port], RATE_PLACE + RATE_STEP * k
+        icon = f"iconTransformation(extent = {{{{-120, {y - 10}}}, {{-100, {y + 10}}}}})"
         lines.append(
             f'  HystFMU.Interfaces.RealInput {rate_name(name)}(unit = "{per_second(si(unit)[0])}") if usesRate '
-            f'"Rate of {name}; Model has no such input" annotation ({at});'
+            f'"Rate of {name}; Model has no such input" annotation ({placed(-where.edge, y)[:-1]}, {icon}));'
         )
     for i, o in enumerate(graph.outputs):
         at = port_placed(False, i, len(graph.outputs), where.edge)

@@ -5,21 +5,34 @@ from __future__ import annotations
 import functools
 from dataclasses import dataclass
 
+import numpy as np
+
 from hystfmu.graph import Graph, Node
 from hystfmu.modelica import classes
 from hystfmu.modelica.shipped import shipped_library
 
 SAMPLED = "Sampled"  # the block Model of a package
 IN_A_ROW = 8  # blocks with dynamics that Interfaces.InChain lets start one after the other
+FACTOR = {"scaling": "gain", "sum": "k"}  # what the rate of a signal is multiplied by
 CONTINUOUS = {"Events": "events at reversals", "Smooth": "an ordinary differential equation without events"}
 
 
 @dataclass(frozen=True)
 class Rate:
-    """Rate of the input of an operator: that of a port of the block, times the gains of the scalings in between."""
+    """Rate of the input of an operator: a sum of rates of ports of the block, each times the gains in between.
 
-    port: str
-    through: tuple[tuple[Node, int], ...]
+    Attributes
+    ----------
+    terms : tuple of (str, tuple of (Node, int))
+        Port, and the scalings and sums from the operator to it, each with the index of the signal.
+    """
+
+    terms: tuple[tuple[str, tuple[tuple[Node, int], ...]], ...]
+
+    @property
+    def gain(self) -> float:
+        """How far the input moves at most where every port moves by 1."""
+        return sum(float(np.prod([abs(n.value(FACTOR[n.type])[i - 1]) for n, i in way])) for _, way in self.terms)
 
 
 def kinds(graph: Graph) -> list[str]:
@@ -37,22 +50,20 @@ def left_out(graph: Graph) -> dict[str, str]:
 
 
 def missing(graph: Graph, kind: str) -> str:
-    """Reason why a graph has no realisation `kind`, or ""."""
+    """Why a graph has no realisation `kind`, or ""."""
     for node in graph.nodes:
         found = class_in(node, kind)
         if not found:
             return f"{node.name} ({node.type}) {_lacking(node, kind)}"
         if takes_rate(found) and rate_of(graph, node) is None:
-            return f"the rate of the input of {node.name} ({node.type}) is not that of a port; take Model"
-    if len({p for n in graph.nodes if takes_rate(class_in(n, kind)) and (p := _port_of(graph, n))}) > 1:
-        return "operators stand behind different ports; take Model"
+            return f"the rate of the input of {node.name} ({node.type}) does not follow from ports; take Model"
     if kind == "Events" and sum(starts_in_chain(class_in(n, kind)) for n in graph.nodes) > IN_A_ROW:
         return f"more than {IN_A_ROW} blocks with dynamics stand in a row; take Smooth"
     return ""
 
 
 def _lacking(node: Node, kind: str) -> str:
-    """Reason why a block has no class in a realisation, and which one to use, as the end of a sentence."""
+    """Why a block has no class in a realisation, and which one to take, as the end of a sentence."""
     other = next((k for k in CONTINUOUS if k != kind and class_in(node, k)), "")
     if other == "Smooth":
         return "has no closed form from one reversal to the next; take Smooth"
@@ -78,43 +89,46 @@ def class_in(node: Node, kind: str) -> str:
 
 
 def takes_rate(class_name: str) -> bool:
-    """Return whether a class has an input for the rate of its input."""
+    """Whether a class has an input for the rate of its input."""
     return "usesRate = true" in _text(class_name)
 
 
 def has_reach(class_name: str) -> bool:
-    """Return whether a class stands for a branch by a polygon of a length that it has to be told."""
+    """Whether a class stands for a branch by a polygon of a length that it has to be told."""
     return "parameter Real reach" in _text(class_name)
 
 
 def starts_in_chain(class_name: str) -> bool:
-    """True if a class can start from an operator with events in front of it, which an export without loops allows."""
+    """Whether a class can start from an operator with events in front of it, which an export without loops allows."""
     return "extends Interfaces.InChain" in _text(class_name)
 
 
 def rate_of(graph: Graph, node: Node) -> Rate | None:
-    """Source of the rate of the first input of a node."""
-    through: list[tuple[Node, int]] = []
-    ends = {f"{node.name}.{node.block.of('input')[0].name}"}
-    while True:
-        port = next((p.name for p in graph.inputs if ends & set(p.to)), None)
-        if port is not None:
-            size = next(p.size for p in graph.ports if p.name == port)
-            return Rate(port, tuple(through)) if size == 1 else None
-        source = next((a for a, b in graph.wires if b in ends), None)
-        before = graph.node(source.split(".")[0]) if source else None
-        if source is None or before is None or before.type != "scaling":
-            return None
-        index = int(source.partition("[")[2].rstrip("]") or 1)
-        if "[" not in source and before.sizes["y"] > 1:
-            return None
-        through.append((before, index))
-        ends = {f"{before.name}.u[{index}]"} | ({f"{before.name}.u"} if before.sizes["u"] == 1 else set())
+    """Where the rate of the first input of a node comes from: ports, through scalings and sums."""
+    terms = _terms(graph, {f"{node.name}.{node.block.of('input')[0].name}"})
+    return None if terms is None else Rate(terms)
 
 
-def _port_of(graph: Graph, node: Node) -> str:
-    rate = rate_of(graph, node)
-    return rate.port if rate else ""
+def _terms(graph: Graph, ends: set[str]) -> tuple[tuple[str, tuple[tuple[Node, int], ...]], ...] | None:
+    """The terms of the rate of what is wired to one of the names of an input."""
+    port = next((p.name for p in graph.inputs if ends & set(p.to)), None)
+    if port is not None:
+        size = next(p.size for p in graph.ports if p.name == port)
+        return ((port, ()),) if size == 1 else None
+    source = next((a for a, b in graph.wires if b in ends), None)
+    before = graph.node(source.split(".")[0]) if source else None
+    if source is None or before is None or before.type not in FACTOR:
+        return None
+    index = int(source.partition("[")[2].rstrip("]") or 1)
+    if before.type == "scaling" and "[" not in source and before.sizes["y"] > 1:
+        return None
+    found: list[tuple[str, tuple[tuple[Node, int], ...]]] = []
+    for k in range(1, before.sizes["u"] + 1) if before.type == "sum" else (index,):
+        inner = _terms(graph, {f"{before.name}.u[{k}]"} | ({f"{before.name}.u"} if before.sizes["u"] == 1 else set()))
+        if inner is None:
+            return None
+        found += [(port, ((before, k), *way)) for port, way in inner]
+    return tuple(found)
 
 
 @functools.cache

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
-from hystfmu.base.package_files import PACKAGE
 
 
 def library_date() -> str:

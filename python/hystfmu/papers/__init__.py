@@ -1,7 +1,8 @@
 """Reproduction of papers: `reproduce(name)` gives a table with the printed numbers, a literal replica and ours.
 
 Each paper or data set has one module, named as in `PAPERS`, with a function ``table(data, progress) -> Report``, and
-``check(data)`` where it needs a file or an optional package.
+``check(data)`` where it needs a file or an optional package.  The modules of the four papers have ``quick() -> list of
+Row``, the rows that take seconds.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from hystfmu.base.extras import extras
 from hystfmu.papers.row import Row
 from hystfmu.papers.table import Report
 
-__all__ = ["PAPERS", "Report", "Row", "missing", "reproduce"]
+__all__ = ["PAPERS", "Report", "Row", "missing", "quick", "reproduce"]
 
 PAPERS: dict[str, str] = {
     "zhao_tan_2008": "hysteretic operator and 2-12-1 network, KP model, inverse in cascade",
@@ -80,6 +81,26 @@ def reproduce(
         more = getattr(module, "FULL", {}) if full else {}
         report: Report = module.table(None if data is None else Path(data), progress, **more)
     return report
+
+
+def quick(name: str) -> tuple[Row, ...]:
+    """Compute the rows of a paper that take seconds: equations, lemmas and statements.
+
+    Parameters
+    ----------
+    name : str
+        Key of `PAPERS`, of a paper with such rows.
+
+    Raises
+    ------
+    InputError
+        Unknown name, or a name without such rows.
+    """
+    module = _module(name)
+    if not hasattr(module, "quick"):
+        raise InputError(f"The paper must have rows that take seconds. Got {name!r} instead.")
+    with threadpool_limits(1):
+        return tuple(module.quick())
 
 
 def _module(name: str) -> ModuleType:

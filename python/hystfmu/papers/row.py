@@ -7,8 +7,10 @@ their own.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from statistics import median
+from typing import Any, Literal
 
 Group = Literal["paper", "scan", "beyond", "listed", "reported", "speed"]
 GROUPS: dict[Group, str] = {
@@ -50,6 +52,12 @@ class Row:
         Key of `GROUPS`; "" for "paper" with a place and "beyond" without.
     reported : float or None
         Figure that another package or author reports.
+    seeds : int
+        Number of seeds, of random starts or noise, of which the figures are medians; 0: nothing is drawn.
+    literal_range, ours_range : tuple of float, optional
+        Least and largest figure over the seeds.
+    scanned : tuple of int, optional
+        On how many of how many scanned records the printed figure is met.
     """
 
     quantity: str
@@ -63,6 +71,18 @@ class Row:
     sense: Literal["most", "least", "equal"] = "most"
     group: Group | Literal[""] = ""
     reported: float | None = None
+    seeds: int = 0
+    literal_range: tuple[float, float] | None = None
+    ours_range: tuple[float, float] | None = None
+    scanned: tuple[int, int] | None = None
+
+    @classmethod
+    def over_seeds(cls, quantity: str, printed: float | None, of: Sequence[Sequence[float]], **more: Any) -> Row:
+        """Return a row of the medians over seeds, with the ranges; `of` has literal and ours, a figure per seed."""
+        literal, ours = (float(median(v)) if len(v) else None for v in of)
+        ranges = [(float(min(v)), float(max(v))) if len(v) > 1 else None for v in of]
+        ends: dict[str, Any] = {"literal_range": ranges[0], "ours_range": ranges[1]}
+        return cls(quantity, printed, literal, ours, seeds=max(map(len, of)), **ends, **more)
 
     @property
     def met(self) -> bool | None:
@@ -73,11 +93,11 @@ class Row:
 
     @property
     def printed_met(self) -> bool | None:
-        """True if the printed figure is met; None if nothing is printed or computed."""
+        """True if the printed figure is met, an equal one on every seed; None if nothing is printed or computed."""
         if self.printed is None or self.ours is None:
             return None
         if self.sense == "equal":
-            return bool(abs(self.ours - self.printed) <= SAME * abs(self.printed))
+            return all(abs(v - self.printed) <= SAME * abs(self.printed) for v in (self.ours, *(self.ours_range or ())))
         return bool(self.ours >= self.printed if self.sense == "least" else self.ours <= self.printed)
 
     @property
@@ -99,7 +119,15 @@ class Row:
             return ""
         if self.ours is None:
             return "not computed"
-        return "met" if self.printed_met else _missed(self.ours, self.printed, self.sense)
+        worst = self.ours
+        if self.sense == "equal" and self.ours_range is not None:
+            worst = max(self.ours_range, key=lambda v: abs(v - (self.printed or 0.0)))
+        verdict = "met" if self.printed_met else _missed(worst, self.printed, self.sense)
+        return verdict if self.scanned is None else f"{verdict}; met on {_of(self.scanned)} scanned records"
+
+
+def _of(counts: tuple[int, int]) -> str:
+    return f"{counts[0]} of {counts[1]}"
 
 
 def _missed(ours: float, bound: float, sense: str) -> str:

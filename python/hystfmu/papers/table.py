@@ -8,8 +8,8 @@ because it depends on the load of the machine.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from hystfmu.base.printable import escape
@@ -31,21 +31,31 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Report:
-    """The table of one paper, and its figures."""
+    """The table of one paper, and its figures; `omitted` says by place what has neither, and why."""
 
     name: str
     source: str
     rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
     drawings: tuple[Drawing, ...] = ()
+    omitted: Mapping[str, str] = field(default_factory=dict)
 
     def data(self) -> dict[str, Any]:
         """Return the table as plain data for JSON."""
         rows = [
-            {**asdict(r), "group": r.where, "met": r.met, "printed_met": r.printed_met, "ratio": _ratio(r)}
+            {
+                **{k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in asdict(r).items()},
+                "group": r.where,
+                "met": r.met,
+                "printed_met": r.printed_met,
+                "ratio": _ratio(r),
+                "verdict": verdict(r),
+            }
             for r in self.rows
         ]
-        return {"name": self.name, "source": self.source, "rows": rows, "notes": list(self.notes)}
+        drawn = {d.place: d.plot.title.partition(": ")[2] for d in self.drawings}
+        facts: dict[str, Any] = {"name": self.name, "source": self.source, "answer": self.answer(), "rows": rows}
+        return facts | {"drawings": drawn, "omitted": dict(self.omitted), "notes": list(self.notes)}
 
     def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
         """Return title, head and rows as text of every group that has rows; columns without content are left out."""
@@ -68,13 +78,17 @@ class Report:
         return "\n".join([*parts, "", *(f"  {n}" for n in self.notes)])
 
     def answer(self) -> str:
-        """Say in a sentence how many printed figures and targets are met."""
+        """Say in a sentence how many printed figures, statements and targets are met."""
         counts = []
-        for met, what in (("printed_met", "printed figures"), ("met", "targets")):
+        for met, what in (("printed_met", "printed figures and statements"), ("met", "targets")):
             rows = [r for r in self.rows if r.where == "paper" or met == "met"]  # a scan covers what is not printed
             counted = [v for r in rows if (v := getattr(r, met)) is not None]
             if counted:
                 counts.append(f"{sum(counted)} of {len(counted)} {what} are met")
+        scanned = [r.scanned for r in self.rows if r.scanned is not None]
+        if scanned:
+            held, tried = (sum(s[k] for s in scanned) for k in (0, 1))
+            counts[0] += f" ({held} of {tried} on the scanned records)"
         return f"{' and '.join(counts)}." if counts else "Nothing is printed, and no target is stated."
 
     def html(self) -> str:
@@ -93,12 +107,21 @@ class Report:
         return page.page(f"{self.name}: the paper beside ours", body)
 
 
+def verdict(r: Row) -> str:
+    """Return the verdict on the printed figure, or on the target where none is printed."""
+    return r.printed_verdict() or r.verdict()
+
+
 def _ratio(r: Row) -> float | None:
     return None if r.literal is None or not r.printed else r.literal / r.printed
 
 
 def _number(x: float | None) -> str:
     return "" if x is None else f"{x:.4g}"
+
+
+def _range(ends: tuple[float, float] | None) -> str:
+    return "" if ends is None else f" ({_number(ends[0])} .. {_number(ends[1])})"
 
 
 def _target(r: Row) -> str:
@@ -110,14 +133,20 @@ _COLUMNS: dict[str, Any] = {
     "quantity": lambda r: r.quantity,
     "reported": lambda r: _number(r.reported),
     "printed": lambda r: _number(r.printed),
-    "literal": lambda r: _number(r.literal),
+    "literal": lambda r: _number(r.literal) + _range(r.literal_range),
     "literal / printed": lambda r: _number(_ratio(r)),
-    "ours": lambda r: _number(r.ours),
+    "ours": lambda r: _number(r.ours) + _range(r.ours_range),
+    "seeds": lambda r: str(r.seeds or ""),
     "against print": Row.printed_verdict,
     "target": _target,
     "against target": Row.verdict,
     "note": lambda r: r.note,
 }
+
+
+def scanned(rows: Sequence[Row]) -> tuple[int, int]:
+    """Return on how many of how many rows of a scan the printed figure is met."""
+    return sum(r.printed_met is True for r in rows), len(rows)
 
 
 def nearest(scanned: Sequence[tuple[Any, Sequence[float]]], printed: Sequence[float]) -> Any:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,8 @@ from hystfmu.model import Model, accuracy
 from hystfmu.papers import nested_loops
 from hystfmu.papers.nested_loops import STEP, Response, recorded
 from hystfmu.papers.row import Row
-from hystfmu.papers.table import Drawing, Report, nearest
+from hystfmu.papers.statements import zhao_tan_2008 as statements
+from hystfmu.papers.table import Drawing, Report, nearest, scanned
 from hystfmu.report.plot import Line, Plot
 
 ROWS, CYCLE = 1200, 200
@@ -44,6 +46,7 @@ SEEDS = 5
 REVERSALS = 400  # in the training data of ours
 REPLICA: dict[str, Any] = {"trainer": "powell_beale", "starts": 1, "iterations": 463, "range": 2.0, "decay": 0.0}
 LINEAR = 3.0  # weight of the linear term that makes the actuator invertible
+ANOTHER = "another record than the paper's"
 MARGIN = 0.98  # fraction of the range that the wanted outputs of the cascade use
 
 
@@ -68,6 +71,11 @@ def experiment(plant: Response, decay: float = DECAY, rows: int = ROWS) -> Datas
     return Dataset.from_signal(u, y / np.abs(y).max(), STEP, "decaying sine", slice(VIRGIN, None))
 
 
+def quick() -> list[Row]:
+    """Return the rows that take seconds: lemmas, remarks and theorems."""
+    return [*statements.rows(actuator(), actuator(LINEAR)), _weights(actuator())]
+
+
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     """Compute the table of the paper; `data` is not used, `progress` is called with the fraction done.
 
@@ -75,14 +83,14 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     inverse operator).
     """
     plant = actuator()
-    validated, scanned, (decay, size) = _validation(plant, progress)
+    validated, scan, (decay, size) = _validation(plant, lambda f: progress(0.3 * f))
     record = experiment(plant, decay, size)
-    kp, kp_output = _kp(record)
-    cascade, beside, shown = _cascade(decay, size)
+    kp, kp_output = _kp(decay, size)
+    cascade, cascades, shown = _cascade(size, lambda f: progress(0.3 + 0.2 * f))
+    rows = [*quick(), *validated, *kp, *cascade, *scan, *cascades, *_training()]
     progress(0.6)
-    rows = [*_operators(plant), *validated, *kp, *cascade, *scanned, *_training()]
     rows += _held_out(plant, lambda f: progress(0.6 + 0.4 * f))
-    rows += beside
+    rows += _beside(decay, size)
     rows += nested_loops.inverse_rows(actuator(LINEAR), REVERSALS)
     straight = actuator(LINEAR)
     for name, kind in (("with linear term", straight), ("the same, asymmetric", nested_loops.bent(straight))):
@@ -96,7 +104,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
         (
             "printed: a measured actuator, data not published; here: ten backlash operators, both scaled to [-1, 1]",
             "printed MSE: read as an RMS, because it exceeds the square of the largest error",
-            f"literal: last extremum, 463 Powell-Beale iterations, one start; medians of {SEEDS} seeds",
+            f"literal: last extremum, 463 Powell-Beale iterations, one start; medians and ranges of {SEEDS} seeds",
             f"not printed: decay (scanned over {DECAYS[0]:g} .. {DECAYS[-1]:g} per cycle), parting of the rows (halves "
             f"of {' or '.join(map(str, SPLITS))}), seed ({SEEDS}); the table takes decay {decay:g} and {size} rows, "
             "where the larger factor between the replica's max and RMS and the printed ones is smallest",
@@ -106,6 +114,10 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
             "defaults of zhao_tan_mlp and play_bank_mlp were tuned on these signals, with other thresholds",
         ),
         drawings,
+        {
+            "fig. 4": "photograph of the actuator; ten backlashes replace it",
+            "fig. 11": "scheme of the cascade; scenarios/papers/zhao_tan_2008 runs it as FMUs",
+        },
     )
 
 
@@ -113,44 +125,49 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
 def _validation(plant: Response, progress: Callable[[float], None]) -> tuple[list[Row], list[Row], tuple[float, int]]:
     """Return the rows of figs. 5 and 6, those of the scan, and the decay and number of rows that the table takes."""
     points = [(decay, size) for size in SPLITS for decay in DECAYS]
-    found: dict[tuple[float, int], list[dict[str, tuple[float, float, float]]]] = {}
+    found: dict[tuple[float, int], list[list[dict[str, float]]]] = {}
     for k, point in enumerate(points):
         record = _first_half(experiment(plant, *point))
         found[point] = [
-            _spread([fit(record, "zhao_tan_mlp", seed, **chosen) for seed in range(SEEDS)], record)
+            [_second_half(fit(record, "zhao_tan_mlp", seed, **chosen), record) for seed in range(SEEDS)]
             for chosen in ({"memory": "last", **REPLICA}, {})
         ]
-        progress(0.5 * (k + 1) / len(points))
-    chosen_point = nearest([(p, tuple(f[0][k][1] for k in ("max", "rms"))) for p, f in found.items()], PRINTED)
-    rows = []
-    for what, printed in zip(("max", "rms"), PRINTED, strict=True):
-        place, name = {"max": ("fig. 6", "max"), "rms": ("sec. V.A", "RMS (printed as MSE)")}[what]
-        literal, ours = (e[what] for e in found[chosen_point])
-        note = f"literal {literal[0]:.3g} .. {literal[2]:.3g}, ours {ours[0]:.3g} .. {ours[2]:.3g} over the seeds"
-        rows.append(
-            Row(f"2-12-1 network, validation, {name}", printed, literal[1], ours[1], printed, note=note, place=place)
+        progress((k + 1) / len(points))
+    named = {"max": ("fig. 6", "max"), "rms": ("sec. V.A", "RMS (printed as MSE)")}
+    made: dict[tuple[float, int], list[Row]] = {}
+    for point, of in found.items():
+        name = f"decay {point[0]:g} per cycle, {point[1] // 2} + {point[1] // 2} rows, validation"
+        made[point] = [
+            Row.over_seeds(f"{name}, {what}", printed, [[e[what] for e in v] for v in of], note=ANOTHER, group="scan")
+            for what, printed in zip(named, PRINTED, strict=True)
+        ]
+    chosen_point = nearest([(p, [r.literal or 0.0 for r in rows]) for p, rows in made.items()], PRINTED)
+    rows = [
+        replace(
+            row,
+            quantity=f"2-12-1 network, validation, {what}",
+            target=row.printed,
+            note=f"at decay {chosen_point[0]:g}, {chosen_point[1]} rows",
+            place=place,
+            group="",
+            scanned=scanned([of[k] for of in made.values()]),
         )
-    scanned = []
-    for point, (replica, best) in found.items():
-        for what, printed in zip(("max", "rms"), PRINTED, strict=True):
-            name = f"decay {point[0]:g} per cycle, {point[1] // 2} + {point[1] // 2} rows, validation, {what}"
-            taken = "taken for the table: the replica is nearest to the print" if point == chosen_point else ""
-            lacking = "" if taken or best[what][1] <= printed else "another record than the paper's, see the note"
-            scanned.append(Row(name, printed, replica[what][1], best[what][1], note=taken or lacking, group="scan"))
-    return rows, scanned, chosen_point
+        for k, ((place, what), row) in enumerate(zip(named.values(), made[chosen_point], strict=True))
+    ]
+    return rows, [r for of in made.values() for r in of], chosen_point
+
+
+def _weights(plant: Response) -> Row:
+    """Return the size of the network of section IV."""
+    model = fit(_first_half(experiment(plant)), "zhao_tan_mlp", iterations=1, starts=1)
+    what = "weights and biases of the 2-12-1 network"
+    return Row(
+        what, 49.0, None, float(model.fit["parameters"]), note="operator and network", place="fig. 3", sense="equal"
+    )
 
 
 def _first_half(record: Dataset) -> Dataset:
     return record.with_train((VIRGIN, len(record.u) // 2))
-
-
-def _spread(models: list[Model], record: Dataset) -> dict[str, tuple[float, float, float]]:
-    """Return least, median and largest error of the models on the second half."""
-    found = [_second_half(m, record) for m in models]
-    return {
-        k: (min(f[k] for f in found), float(np.median([f[k] for f in found])), max(f[k] for f in found))
-        for k in ("max", "rms")
-    }
 
 
 def _second_half(model: Model, data: Dataset) -> dict[str, float]:
@@ -158,33 +175,35 @@ def _second_half(model: Model, data: Dataset) -> dict[str, float]:
     return errors(model.predict(data.u)[rows], data.y[rows], data.span)
 
 
-def _kp(record: Dataset) -> tuple[list[Row], Array]:
-    """Return the rows of figs. 7 and 8, and the output of ours (n,)."""
+def _kp(decay: float, size: int) -> tuple[list[Row], Array]:
+    """Return the rows of figs. 7 and 8 at the record of the table, and the output of ours there (n,)."""
+    of = {p: _kp_of(experiment(actuator(), *p)) for p in [(d, rows) for rows in SPLITS for d in DECAYS]}
+    _, _, other, output = of[decay, size]
+    rows = []
+    for what, name, printed, place in (
+        ("max", "max", PRINTED_KP[0], "fig. 8"),
+        ("rms", "RMS (printed as MSE)", PRINTED_KP[1], "sec. V.A"),
+    ):
+        made = {
+            p: Row(f"KP, 210 operators, validation, {name}", printed, a[what], b[what]) for p, (a, b, *_) in of.items()
+        }
+        note = f"literal: plain least squares; ours: weights >= 0; 40 plays instead: {other[what]:.2g}"
+        counts = scanned([*made.values()])
+        rows.append(replace(made[decay, size], target=printed, note=note, place=place, scanned=counts))
+    return rows, output
+
+
+def _kp_of(record: Dataset) -> tuple[dict[str, float], dict[str, float], dict[str, float], Array]:
+    """Return the errors of plain least squares, of ours and of plays on the second half, and the output of ours."""
     half = _first_half(record)
     second = slice(len(record.u) // 2, None)
     trained = record.u[half.train]
     a, p1, p2 = grid(float(trained.min()), float(trained.max()), LEVELS)
     columns = np.column_stack([kernels(record.u, a, p1, p2, ridge(-(p1 + p2) / 2, a)), np.ones(len(record.u))])
     plain = columns @ np.linalg.lstsq(columns[half.train], record.y[half.train], rcond=None)[0]
-    model = fit(half, "krasnoselskii_pokrovskii", levels=LEVELS)
-    ours = model.predict(record.u)
+    ours = fit(half, "krasnoselskii_pokrovskii", levels=LEVELS).predict(record.u)
     literal, found = (errors(y[second], record.y[second], record.span) for y in (plain, ours))
-    other = _second_half(fit(half, "prandtl_ishlinskii"), record)
-    return [
-        Row(
-            f"KP, 210 operators, validation, {name}",
-            printed,
-            literal[what],
-            found[what],
-            printed,
-            note=f"literal: plain least squares; ours: weights >= 0; 40 plays instead: {other[what]:.2g}",
-            place=place,
-        )
-        for what, name, printed, place in (
-            ("max", "max", PRINTED_KP[0], "fig. 8"),
-            ("rms", "RMS (printed as MSE)", PRINTED_KP[1], "sec. V.A"),
-        )
-    ], ours
+    return literal, found, _second_half(fit(half, "prandtl_ishlinskii"), record), ours
 
 
 def _training() -> list[Row]:
@@ -268,103 +287,88 @@ def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
     return [*rows, *nested_loops.bank_rows("asymmetric", bent, rich_bent)]
 
 
-# ---- operators -------------------------------------------------------------------------------------------------------
-def _operators(plant: Response) -> list[Row]:
-    forward, back = (Graph.single(Node("operator", name)) for name in ("zhao_tan", "zhao_tan_inverse"))
-    # two histories that end at the same input with the same operator value
-    paths = [signals.ramps(list(p), 1e-3) for p in ((0, -0.6984, 0.1889, 0), (0, -0.8448, 0.5721, -0.2808, 0))]
-    h = [forward.run(p)[-1] for p in paths]
-    y = [plant(p)[-1] for p in paths]
-    u = signals.held_out()["nested reversals"]
-    return [
-        Row(
-            "outputs at the same (x, h) differ by, % of span",
-            0.0,
-            None,
-            100 * abs(y[0] - y[1]) / 2,
-            note=f"the theorem is false: two histories with the same (x, h); h differs by {abs(h[0] - h[1]):.0e}",
-            place="theorem 1",
-            sense="equal",
-        ),
-        Row(
-            "exact inverse operator after the operator, max",
-            None,
-            None,
-            float(np.abs(back.run(forward.run(u)) - u).max()),
-            2e-14,
-            note="eq. 11 is not legible in the text; this is the exact inverse of eq. 1",
-            place="eqs. 1, 11",
-        ),
-    ]
-
-
 # ---- inverse in cascade ----------------------------------------------------------------------------------------------
-def _cascade(decay: float, size: int) -> tuple[list[Row], list[Row], list[Drawing]]:
+def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], list[Row], list[Drawing]]:
     """Compute the error of the cascade inverse -> actuator against the wanted output, without the virgin curve.
 
-    The networks are trained on the first half of the record.  Return the row of fig. 13, those beyond the paper, and
-    figs. 12 and 13.
+    The networks are trained on the first half of a decaying sine; the wanted output has another decay.  Return the rows
+    of the paper, the scan over both decays, and figs. 12 and 13.
     """
+    plant = actuator()
+    asked = {decay: MARGIN * signals.decaying_sine(size / CYCLE, decay, CYCLE)[:size] for decay in DECAYS}
+    networks: dict[float, list[list[Model]]] = {}
+    scan: dict[tuple[float, float], Row] = {}
+    for k, trained in enumerate(DECAYS):
+        networks[trained] = _inverses(plant, trained, size)
+        for wanted in DECAYS:
+            if wanted != trained:
+                of = [[_largest(m, asked[wanted], plant) for m in models] for models in networks[trained]]
+                what = f"network inverse in cascade, trained at decay {trained:g}, asked for {wanted:g}, max"
+                scan[trained, wanted] = Row.over_seeds(what, PRINTED_CASCADE, of, note=ANOTHER, group="scan")
+        progress((k + 1) / len(DECAYS))
+    trained, wanted = nearest([(p, [r.literal or 0.0]) for p, r in scan.items()], [PRINTED_CASCADE])
+    point, models, r = scan[trained, wanted], networks[trained], asked[wanted]
+    at = [[_where(plant(m.predict(r)), r) for m in of] for of in models]
+    rows = [
+        replace(
+            point,
+            quantity="network inverse in cascade, ten backlashes, decaying sine, max",
+            target=PRINTED_CASCADE,
+            note=f"trained at decay {trained:g}, asked for {wanted:g}; ours: exact inverse operator",
+            place="fig. 13",
+            group="",
+            scanned=scanned([*scan.values()]),
+        ),
+        Row.over_seeds(
+            "wanted output at the largest error of the cascade, share of its maximum",
+            1.0,
+            at,
+            note="the paper: at the largest extremum",
+            place="sec. V.B",
+            sense="equal",
+        ),
+    ]
+    middle = sorted(models[1], key=lambda m: _largest(m, r, plant))[SEEDS // 2]
+    return rows, [*scan.values()], _compensated(r, plant(middle.predict(r)))
+
+
+def _beside(decay: float, size: int) -> list[Row]:
+    """Return the cascade on other signals and with a linear term, and the exact inverse of fitted plays."""
     asked = {
         "decaying sine": MARGIN * signals.decaying_sine(size / CYCLE, decay, CYCLE)[:size],
         "nested reversals": MARGIN * signals.held_out()["nested reversals"],
     }
-    rows: list[Row] = []
-    beside: list[Row] = []
-    shown: list[Drawing] = []
+    rows = []
     for linear, which in ((0.0, "ten backlashes"), (LINEAR, "with linear term")):
         plant = actuator(linear)
-        record = experiment(plant, decay, size)
-        swapped = Dataset.from_signal(record.y, record.u, STEP, "exchanged", slice(VIRGIN, size // 2))
-        identified = fit(recorded(plant, REVERSALS), "prandtl_ishlinskii", w0_min=0.01)
-        exact = inverse(identified)
-        literal = {"operator": "zhao_tan_inverse_reconstructed", **REPLICA}
-        networks = {
-            name: [fit(swapped, "zhao_tan_mlp", seed, **chosen) for seed in range(SEEDS)]
-            for name, chosen in (("literal", literal), ("ours", {"operator": "zhao_tan_inverse"}))
-        }
-
-        def largest(model: Model, r: Array, plant: Response = plant) -> float:
-            return errors(plant(model.predict(r))[VIRGIN:], r[VIRGIN:], 2.0)["max"]
-
+        exact = inverse(fit(recorded(plant, REVERSALS), "prandtl_ishlinskii", w0_min=0.01))
+        networks = _inverses(plant, decay, size)
         for name, r in asked.items():
-            median = {key: float(np.median([largest(m, r) for m in models])) for key, models in networks.items()}
-            what = f"network inverse in cascade, {which}, {name}, max"
-            if linear == 0.0 and name == "decaying sine":
-                note = "ours: exact inverse operator; the second half is not trained on"
-                rows.append(
-                    Row(
-                        what,
-                        PRINTED_CASCADE,
-                        median["literal"],
-                        median["ours"],
-                        PRINTED_CASCADE,
-                        note=note,
-                        place="fig. 13",
-                    )
-                )
-                shown += _compensated(r, plant(networks["ours"][0].predict(r)))
-                at = {key: [_where(plant(m.predict(r)), r) for m in models] for key, models in networks.items()}
-                rows.append(
-                    Row(
-                        "wanted output at the largest error of the cascade, share of its maximum",
-                        None,
-                        float(np.median(at["literal"])),
-                        float(np.median(at["ours"])),
-                        note="the paper: at the largest extremum",
-                        place="sec. V.B",
-                    )
-                )
-            else:
-                beside.append(Row(what, None, median["literal"], median["ours"]))
-            beside.append(
+            of = [[_largest(m, r, plant) for m in models] for models in networks]
+            rows += [
+                Row.over_seeds(f"network inverse in cascade, {which}, {name}, max", None, of),
                 Row(
                     f"exact inverse of fitted plays, {which}, {name}, max",
-                    ours=largest(exact, r),
+                    ours=_largest(exact, r, plant),
                     note="no continuous inverse exists: least linear weight 0.01" if linear == 0.0 else "",
-                )
-            )
-    return rows, beside, shown
+                ),
+            ]
+    return rows
+
+
+def _inverses(plant: Response, decay: float, size: int) -> list[list[Model]]:
+    """Return the inverse networks of every seed, literal and ours, trained on the first half of a decaying sine."""
+    record = experiment(plant, decay, size)
+    swapped = Dataset.from_signal(record.y, record.u, STEP, "exchanged", slice(VIRGIN, size // 2))
+    settings: tuple[dict[str, Any], ...] = (
+        {"operator": "zhao_tan_inverse_reconstructed", **REPLICA},
+        {"operator": "zhao_tan_inverse"},
+    )
+    return [[fit(swapped, "zhao_tan_mlp", seed, **chosen) for seed in range(SEEDS)] for chosen in settings]
+
+
+def _largest(model: Model, r: Array, plant: Response) -> float:
+    return errors(plant(model.predict(r))[VIRGIN:], r[VIRGIN:], 2.0)["max"]
 
 
 def _where(y: Array, wanted: Array) -> float:

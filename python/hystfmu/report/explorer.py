@@ -15,8 +15,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from hystfmu.base import PACKAGE
 from hystfmu.base.arrays import Array
-from hystfmu.base.package_files import PACKAGE
 
 CORE = PACKAGE / "_platforms" / "core.wasm"
 MOST_MEASURED = 3000  # points

@@ -18,7 +18,7 @@ from hystfmu.scenario.verdict.baseline import Baseline
 
 @dataclass(frozen=True)
 class Plan:
-    """One scenario: the cases that run, and its baseline (None while one is recorded, or where there is none).
+    """One scenario: the cases that run, and its baseline (None where there is none, or without guard on a record).
 
     `strict`: a change, or a case without baseline, is a failure.  Where there is none at all, as for a scenario built
     in Python or on a first run, the limits alone decide, and `note` says so; also where values are overridden.
@@ -77,8 +77,10 @@ def plan(
 
 
 def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool, strict: bool) -> Plan:
-    if record or scenario.folder is None:
+    if scenario.folder is None:
         return Plan(scenario, systems, None, strict=False)
+    if record:  # a guard holds the new values against the old ones
+        return Plan(scenario, systems, Baseline.load(scenario.folder) if scenario.spec.guard else None, strict=False)
     baseline = Baseline.load(scenario.folder)
     if baseline is None and any(m.limit is not None for s in systems for m in s.case.metrics.values()):
         note = f"{scenario.spec.name}: no baseline yet: the limits alone decide; --record keeps these results as one"

@@ -135,7 +135,7 @@ def _table(given: str | Path, foreign: Foreign) -> tuple[Array, tuple[ForeignPor
         if missing := [n for n in p.scalar_names if n not in place]:
             raise InputError(f"{given}: the input {p.name!r} needs columns for all elements; {missing[0]!r} is missing")
     order = [place[n] for p in driven for n in p.scalar_names]
-    numbers = table.numbers([time, *order])
+    numbers = table.source.numbers([time, *order])
     per_second, length = TIME[unit]
     t = numbers[:, 0] / per_second * length
     if len(t) == 0 or (np.diff(t) < 0).any():

@@ -15,7 +15,7 @@ from hystfmu.scenario.plan import Plan, plan, read
 from hystfmu.scenario.run_case import run_case
 from hystfmu.scenario.system.case import Scenario
 from hystfmu.scenario.system.spec import Scheme
-from hystfmu.scenario.verdict.baseline import Baseline, Change, Record, changes, save_baseline
+from hystfmu.scenario.verdict.baseline import CHANGED, Baseline, Change, Record, changes, save_baseline
 from hystfmu.scenario.verdict.result import Result
 
 
@@ -41,7 +41,8 @@ def run_scenarios(
     paths : sequence of path or Scenario
         Folders that hold a scenario.toml, folders of these, the files themselves, or scenarios that were read or built.
     record : bool
-        Write baseline.toml and baseline.csv beside every scenario whose limits are all met.
+        Write baseline.toml and baseline.csv beside every scenario whose limits are all met; a guard is held against
+        the old baseline, so that a larger value is recorded only once that file is deleted.
     report_dir : path, optional
         Write report.html and report.json there.
     overrides : mapping, optional
@@ -94,7 +95,8 @@ def run_scenarios(
                 limits: dict[str, Any] = {"seconds": seconds, "confined": confined}
                 limits |= {"strict": p.strict, "advance": advance}
                 result, record_of = run_case(system, p.baseline, engine, store, out=out, **limits)
-                notes = (*result.notes, *filter(None, [p.note]))
+                told = [n for n in result.notes if not (record and CHANGED in n)]  # `confirm` tells what changes
+                notes = (*told, *filter(None, [p.note]))
                 ran.append((replace(result, loop=loop_figures(system), notes=notes), record_of))
         results += [r for r, _ in ran]
         if record and all(r.passed for r, _ in ran):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
-from hystfmu.base.package_files import PACKAGE
 
 
 def shipped_scenarios() -> Path:

@@ -164,7 +164,7 @@ def _measure_next(path: Path, data: Dataset, asked: Requirements, top: float) ->
     return f"measure next: {write_excitation(path, data, reference_frequency(data), up_to)}"
 
 
-def _model(data: Dataset, key: str, seed: int, progress: Callable[[float], None]) -> tuple[Model, str, list[str]]:
+def _model(data: Dataset, key: Any, seed: int, progress: Callable[[float], None]) -> tuple[Model, str, list[str]]:
     """Return the best model that fits into a loop, why there is none, and a line if it is not the best of all."""
     try:
         best = hy.fit(data, key, seed=seed, progress=progress, purpose="inverse")

@@ -146,7 +146,7 @@ def test_what_was_not_tried_comes_first(chosen):
     table = {
         "a": flat(1.0, 1.0), "b": flat(2.0, 9.0, quick={"starts": 1}), "d": flat(0.1, 1.0, memory=OPENS)
     }  # fmt: skip
-    choice, _, _ = chosen(table, seen=Excitation(60, 150.0, 20, 0.25, True, RETURN_POINT, (), ()))
+    choice, _, _ = chosen(table, seen=Excitation(60, 150.0, 20, 0.025, True, RETURN_POINT, (), ()))
     assert list(choice.provenance["auto_left_out"]) == ["d", "b"]
     assert choice.provenance["auto_not_tried"] == ["d"]
 

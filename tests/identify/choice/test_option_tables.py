@@ -41,6 +41,7 @@ NUMBERS = {  # default, least and largest value
     "duhem_oscillator": STRIDE,
     "fitted_operator_mlp": {"N": (40, 1, 100_000), "bend": (5, 1, 20), **U0, **network(12, 3, 150)},
     "g0_bouc_wen": {"n_max": (6.0, 1.0, 20.0), **DYNAMICS},
+    "g0_jiles_atherton": DYNAMICS,
     "g0_prandtl_ishlinskii": {"N": (40, 1, 10_000), "w0_min": (0.0, 0.0, 1e300), **U0, **DYNAMICS},
     "krasnoselskii_pokrovskii": {"levels": (20, 1, 200), **U0},
     "narx_network": {
@@ -67,6 +68,7 @@ WORDS = {  # the default comes first; None: chosen from the data
     },
     "bouc_wen_parallel": {"rate": (None, "yes", "no")},
     "g0_bouc_wen": {"hold": ("foh", "foh", "zoh")},
+    "g0_jiles_atherton": {"strain": ("no", "no", "yes"), "hold": ("foh", "foh", "zoh")},
     "constraint_factor_mlp": {"branch": ("increasing", "increasing", "literal")},
     "polynomial_narx": {"training": ("batch", "batch", "recursive", "dead_zone")},
     "preisach": {"rate": (None, "yes", "no"), "start": ("demagnetised", "demagnetised", "low", "high")},
@@ -116,6 +118,8 @@ COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
     "duhem_oscillator": (LAGS, 0.5, 3.0, {}, {}, False),
     "fitted_operator_mlp": (CLOSES, 1.0, 0.05, {}, QUICK_NETWORK, False),
     "g0_bouc_wen": (LATE, 0.5, 0.4, {}, {}, False),
+    "g0_jiles_atherton": (LATE, 0.5, 1.0, {}, {}, False),
+    "g0_jiles_atherton strain=yes": (LATE, 0.5, 1.2, {"strain": "yes"}, {}, False),
     "g0_prandtl_ishlinskii": (LAGS, 1.0, 1.0, {}, {}, False),
     "krasnoselskii_pokrovskii": (CLOSES, 0.02, 0.03, {}, {}, True),
     "narx_network " + " ".join(f"{k}={v}" for k, v in SMALL_NARX.items()): (

@@ -175,7 +175,8 @@ def fine(model: Model, t: Array, times: int = 100) -> Array:
     h = model.step / times
     at = h * np.arange((len(t) - 1) * times + 1)
     u = (high + low) / 2 + (high - low) / 2 * np.exp(-f / 2 * at) * np.sin(2 * np.pi * f * at)
-    return model.predict(u, h).reshape(len(u), -1)[::times, 0]
+    ports = len(model.graph.inputs)  # the signal drives all of them
+    return model.predict(np.column_stack([u] * ports) if ports > 1 else u, h).reshape(len(u), -1)[::times, 0]
 
 
 def line(o: Outcome) -> str:

@@ -11,6 +11,7 @@ import exported
 import library
 import numpy as np
 import pytest
+import simulate
 from click.testing import CliRunner
 from made_graphs import MADE
 
@@ -61,6 +62,19 @@ def test_model_without_a_step_asks_for_one(tmp_path: Path) -> None:
     )
     assert refused.exit_code == 2
     assert "--step must be left out: the model was identified with a step of 0.01 s" in refused.output
+
+
+def test_block_refuses_a_sample_period_that_its_matrices_are_not_for(tmp_path: Path) -> None:
+    package = export_modelica(MADE["dynamics"](), tmp_path, "Piezo")
+    file = package / "Chosen.mo"
+    for Ts, says in ((0.01, ""), (0.02, "Ts must be 0.01 s, for which the linear dynamics are discretised")):
+        file.write_text(
+            f"within Piezo; model Chosen import HystFMU; Model tested(Ts = {Ts}); equation tested.u = time; end Chosen;"
+        )
+        settings = ("0.1", "0.01", "1e-8", tmp_path / "r.npz")
+        complaint = simulate.rumoca(file, "Piezo.Chosen", *settings, packages=(library.ROOT, package))
+        assert says in complaint, complaint
+        assert bool(says) == bool(complaint), complaint
 
 
 def replace_step(graph: Graph) -> Graph:

@@ -153,6 +153,12 @@ def test_what_cannot_be_exported_is_one_line(make: object, name: str, message: s
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("name", ["Stage_actuator", "A1__b", "X_"])
+def test_a_capital_and_any_letters_make_a_package(name: str, tmp_path: Path) -> None:
+    package = export_modelica(chain(Node("d", "delay")), tmp_path, name)
+    assert f"package {name} " in (package / "package.mo").read_text()
+
+
 def test_command_names_the_file_and_the_block(tmp_path: Path) -> None:
     path = tmp_path / "x.model.toml"
     chain(Node("p", "implicit_inverse")).save(path)

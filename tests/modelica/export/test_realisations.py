@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import exported
@@ -17,7 +18,7 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
 from hystfmu.modelica.measures import per_second, si
-from hystfmu.modelica.realisation import kinds, missing
+from hystfmu.modelica.realisation import kinds, left_out, missing
 
 QUICK = ("g0_prandtl_ishlinskii",)  # also the start of dynamics behind events
 
@@ -142,8 +143,41 @@ def test_rate_that_is_not_of_a_port_leaves_events_out() -> None:
     """Hysteresis behind dynamics: the rate of its input is that of no port."""
     nodes = [Node("g", "transfer_function", {"na": 1, "nb": 0}, {"a": [1.0, 1.0], "b": [1.0]}), Node("h", "play_bank")]
     graph = Graph(nodes, [("g.y", "h.u")], [Input("u", ("g.u",))], [Output("y", "h.z[1]")])
-    assert missing(graph, "Events") == "the rate of the input of h (play_bank) is not that of a port; take Model"
+    assert missing(graph, "Events") == "the rate of the input of h (play_bank) does not follow from ports; take Model"
     assert kinds(graph) == []
+
+
+def two_ports(*behind: Node) -> Model:
+    """Command and disturbance, added with weights and scaled, before a Bouc-Wen operator and what stands behind it."""
+    nodes = [
+        Node("add", "sum", {"n": 2}, {"k": [0.8, 0.4], "offset": 0.1}),
+        Node("input", "scaling", {"n": 1}, {"gain": [0.9], "offset": [0.05]}),
+        Node("hysteresis", "bouc_wen", {}, {"A": 1.0, "beta": 1.2, "gamma": -0.2, "alpha": 0.4}),
+        *behind,
+    ]
+    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
+    inputs = [Input("u", ("add.u[1]",)), Input("d", ("add.u[2]",), unit="V")]
+    return Model(
+        "made",
+        Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y")]),
+        1e-3,
+        "two ports",
+        provenance={"span_u": [-1.0, 1.0]},
+    )
+
+
+def test_rate_is_the_sum_of_the_rates_of_ports(tmp_path: Path) -> None:
+    for o in exported.compare_realisations(two_ports(), "two_ports", tmp_path):
+        print(exported.line(o))
+        assert o.good, exported.line(o)
+
+
+def test_plant_of_the_scenarios_has_every_realisation() -> None:
+    """Its disturbance is added to the command in front of the hysteresis."""
+    models = Path(__file__).parents[3] / "scenarios" / "models"
+    for name in ("bouc_wen_plant", "bouc_wen_static"):
+        graph = Model.load(models / f"{name}.model.toml").graph
+        assert kinds(graph) == ["Events", "Smooth"], left_out(graph)
 
 
 def test_polygon_reaches_over_the_range_of_the_data(tmp_path: Path) -> None:

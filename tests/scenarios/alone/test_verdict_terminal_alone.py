@@ -32,7 +32,7 @@ def verdict_on(
     value: float, limit: float | None, old: float | None, tolerance: float = 1e-3, strict: bool = True
 ) -> Any:
     m = MetricSpec.model_validate({"kind": "peak", "signal": "a.y"} | ({} if limit is None else {"limit": limit}))
-    case: Any = SimpleNamespace(name="c", title="s/c", where="w", metrics={"m": m}, tolerance=tolerance)
+    case: Any = SimpleNamespace(name="c", title="s/c", where="w", metrics={"m": m}, tolerance=tolerance, guard=None)
     case.record, rows = (), np.zeros((0, 1))
     known = SimpleNamespace(
         metrics={"c": {} if old is None else {"m": old}}, rows={"c": rows}, signals=(), final_states={}
@@ -74,7 +74,7 @@ def test_the_same_within_a_tolerance(value: float, limit: float | None, old: flo
 def test_a_missing_baseline_and_a_change_are_failures() -> None:
     assert verdict_on(1.0, None, None)[1] == ["s/c: no baseline: run with --record"]
     m = MetricSpec.model_validate({"kind": "peak", "signal": "a.y"})
-    case: Any = SimpleNamespace(name="c", title="s/c", where="w", metrics={"m": m}, tolerance=0.1)
+    case: Any = SimpleNamespace(name="c", title="s/c", where="w", metrics={"m": m}, tolerance=0.1, guard=None)
     other: Any = SimpleNamespace(metrics={"c": {"m": 2.0, "n": 1.0}})
     lines = judge(case, {"m": measured(3.0)}, SimpleNamespace(), other)[1]  # type: ignore[arg-type]
     assert lines == [

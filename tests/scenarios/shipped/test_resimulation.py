@@ -38,7 +38,10 @@ QUICK = (
     "sliding_mode_2005_1khz",
     "papers/zhao_tan_2008_model",
 )
-MORE = {"pid": ["noise_10", "disturbance_10", "bouc_wen_own_100", "up_400_two_steps_100", "everything_10"]}
+MORE = {
+    "pid": ["noise_10", "disturbance_10", "up_400_two_steps_100", "everything_10"],
+    "cascade": ["bouc_wen_sine_100", "bouc_wen_up_600_10"],
+}
 INSTEAD = {"example_substeps": "ten_substeps"}  # in one step the block divides it by a rule of its own
 TOLERANCE = 1e-5  # of the span
 FROM_THE_RUN = ("noise", "random_reversals")  # random numbers are not drawn again

@@ -121,12 +121,66 @@ HYST_TANGENT_FN(tangent) {
          *beta * less *
              (*gamma * (d_speed * *f + *nu * hyst_fabs(*v) * *s_f) + *delta * (*s_v * size + *nu * *v * d_size));
 }
+/* The steps of update(), each with its derivative: that of the balance and of the trapezoidal rule, by the Jacobian of
+ * Newton's method.  Between the parts of a divided step the force follows from the balance, as there. */
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  const plant p = PLANT;
+  const int steps = dt > 0 ? (int)divisions(&p, dt) : 0;
+  const double h = dt / (steps ? steps : 1), before = p.m * *a + p.c * *v + p.k * *q + *f;
+  for (int i = 1; i <= steps; i++) {
+    const double q0 = *q, v0 = *v, f0 = *f, a0 = *a, left = i < steps ? 1.0 / (steps - i + 1) : 1;
+    const hysteresis z0 = flow(&p, v0, f0);
+    newmark(&p, h, i == steps ? *u : before + (*u - before) * i / steps, q, v, f, a);
+    const hysteresis z1 = flow(&p, *v, *f);
+    /* right-hand sides: of the balance in t_y, of the rule in t_z */
+    for (int64_t c = 0; c < n_columns; c++) {
+      const double v_p = s_v[c] + 0.5 * h * s_a[c], q_p = s_q[c] + h * s_v[c] + 0.25 * h * h * s_a[c];
+      const double last = p.m * s_a[c] + p.c * s_v[c] + p.k * s_q[c] + s_f[c];
+      t_y[c] = (i < steps ? last + (s_u[c] - last) * left : s_u[c]) - p.c * v_p - p.k * q_p;
+      t_z[c] = s_f[c] + 0.5 * h * (z0.by_v * s_v[c] + z0.by_f * s_f[c] + z1.by_v * v_p);
+    }
+    const double rest = i < steps ? 1 - left : 0; /* of the force at the last part */
+    for (const hyst_change *e = s_m_L; e < end_m_L; e++) t_y[e->column] += e->size * (rest * a0 - *a);
+    for (const hyst_change *e = s_c_L; e < end_c_L; e++) t_y[e->column] += e->size * (rest * v0 - *v);
+    for (const hyst_change *e = s_k_L; e < end_k_L; e++) t_y[e->column] += e->size * (rest * q0 - *q);
+    const double size0 = hyst_fabs(f0), size1 = hyst_fabs(*f), speed0 = hyst_fabs(v0), speed1 = hyst_fabs(*v);
+    const double less0 = *nu == 1 ? 1 : hyst_pow(size0, *nu - 1), less1 = *nu == 1 ? 1 : hyst_pow(size1, *nu - 1);
+    const double g0 = speed0 * less0 * f0, g1 = speed1 * less1 * *f, d0 = v0 * less0 * size0, d1 = *v * less1 * size1;
+    const double w0 = *gamma * g0 + *delta * d0, w1 = *gamma * g1 + *delta * d1;
+    for (const hyst_change *e = s_alpha; e < end_alpha; e++) t_z[e->column] += 0.5 * h * e->size * (v0 + *v);
+    for (const hyst_change *e = s_beta; e < end_beta; e++) t_z[e->column] -= 0.5 * h * e->size * (w0 + w1);
+    for (const hyst_change *e = s_gamma; e < end_gamma; e++) t_z[e->column] -= 0.5 * h * e->size * *beta * (g0 + g1);
+    for (const hyst_change *e = s_delta; e < end_delta; e++) t_z[e->column] -= 0.5 * h * e->size * *beta * (d0 + d1);
+    for (const hyst_change *e = s_nu; e < end_nu; e++) {
+      const double sum = (size0 > 0 ? w0 * hyst_log(size0) : 0) + (size1 > 0 ? w1 * hyst_log(size1) : 0);
+      t_z[e->column] -= 0.5 * h * e->size * *beta * sum;
+    }
+    const double j11 = p.m + 0.5 * h * p.c + 0.25 * h * h * p.k, j21 = -0.25 * h * h * z1.by_v;
+    const double j22 = 1 - 0.5 * h * z1.by_f, determinant = j11 * j22 - j21;
+    for (int64_t c = 0; c < n_columns; c++) {
+      const double A = (j22 * t_y[c] - t_z[c]) / determinant, F = (j11 * t_z[c] - j21 * t_y[c]) / determinant;
+      s_q[c] += h * s_v[c] + 0.25 * h * h * (s_a[c] + A);
+      s_v[c] += 0.5 * h * (s_a[c] + A);
+      s_f[c] = F;
+      s_a[c] = A;
+    }
+  }
+  if (steps == 0) {
+    HYST_ADVANCE(update);
+    for (int64_t c = 0; c < n_columns; c++) s_a[c] = (s_u[c] - p.c * s_v[c] - p.k * s_q[c] - s_f[c]) / p.m;
+    for (const hyst_change *e = s_m_L; e < end_m_L; e++) s_a[e->column] -= e->size * *a / p.m;
+    for (const hyst_change *e = s_c_L; e < end_c_L; e++) s_a[e->column] -= e->size * *v / p.m;
+    for (const hyst_change *e = s_k_L; e < end_k_L; e++) s_a[e->column] -= e->size * *q / p.m;
+  }
+  for (int64_t c = 0; c < n_columns; c++) t_y[c] = s_q[c], t_z[c] = s_f[c];
+}
 HYST_BLOCK(
     bouc_wen_oscillator,
     (.text = "Oscillator with a Bouc-Wen force: the hysteretic benchmark plant",
      .equation = "m_L y'' + c_L y' + k_L y + z = u; z' = alpha y' - beta (gamma |y'| |z|^(nu-1) z + delta y' |z|^nu)",
      .source = "Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016, eq. 1-2",
      .family = "dynamics", .tolerance = "integration", .rule_error = 1e-5, .rule_step = 1e-6, .smooth = 1e-8,
-     .hold = "foh"),
+     .hold = "foh", .sensitivity = sensitivity),
     .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
     .deriv = deriv, .update = update, .feedthrough = feedthrough)

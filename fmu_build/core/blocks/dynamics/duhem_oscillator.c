@@ -105,11 +105,62 @@ HYST_TANGENT_FN(tangent) {
   *t_v = (*s_u - *c_L * *s_v - *k_L * *s_q - *s_g) / *m_L;
   *t_g = *s_v * stiffness(&s, x) + *v * stiffness_slope(&s, x, way) * way;
 }
+/* share of knot k in f at x */
+static double share(const shape *s, double x, int k) {
+  const double at = 0.5 * (x / s->z_max + 1) * s->last, off = hyst_fabs((at > 0 ? at < s->last ? at : s->last : 0) - k);
+  return off < 1 ? 1 - off : 0;
+}
+/* The steps of update(), each with its derivative.  t_y: of the velocity between, t_z: of z in the middle. */
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  const shape s = SHAPE;
+  const int steps = dt > 0 ? (int)divisions(&s, *m_L, *k_L, dt) : 0;
+  const double half = steps ? 0.5 * dt / steps : 0, rise = steps ? (*u - *u_last) / steps : 0;
+  const double by = half / *m_L, less = 1 / (1 + by * *c_L);
+  double force = *u_last;
+  for (int i = 1; i <= steps; i++) {
+    const double v0 = *v, q0 = *q, between = *v + by * (force - *c_L * *v - *k_L * *q - *g), dq = 2 * half * between;
+    const double sign = between > 0 ? 1 : -1, x0 = sign * *g, f0 = stiffness(&s, x0), middle = *g + 0.5 * dq * f0;
+    const double x1 = sign * middle, f1 = stiffness(&s, x1), way = between; /* z moves as f and the motion say */
+    const double slope0 = sign * stiffness_slope(&s, x0, way * f0 * sign);
+    const double slope1 = sign * stiffness_slope(&s, x1, way * f1 * sign);
+    const double done = (double)(i - 1) / steps, next = i == steps ? 1 : (double)i / steps;
+    for (int64_t c = 0; c < n_columns; c++) {
+      const double was = s_u_last[c] + (s_u[c] - s_u_last[c]) * done;
+      t_y[c] = s_v[c] + by * (was - *c_L * s_v[c] - *k_L * s_q[c] - s_g[c]);
+    }
+    for (const hyst_change *e = s_m_L; e < end_m_L; e++) t_y[e->column] -= e->size * (between - v0) / *m_L;
+    for (const hyst_change *e = s_c_L; e < end_c_L; e++) t_y[e->column] -= e->size * by * v0;
+    for (const hyst_change *e = s_k_L; e < end_k_L; e++) t_y[e->column] -= e->size * by * q0;
+    for (int64_t c = 0; c < n_columns; c++) t_z[c] = s_g[c] + half * t_y[c] * f0 + 0.5 * dq * slope0 * s_g[c];
+    for (const hyst_change *e = s_f; e < end_f; e++) t_z[e->column] += 0.5 * dq * e->size * share(&s, x0, e->element);
+    for (const hyst_change *e = s_z_max; e < end_z_max; e++)
+      t_z[e->column] -= 0.5 * dq * e->size * slope0 * *g / *z_max;
+    for (int64_t c = 0; c < n_columns; c++) s_g[c] += 2 * half * t_y[c] * f1 + dq * slope1 * t_z[c];
+    for (const hyst_change *e = s_f; e < end_f; e++) s_g[e->column] += dq * e->size * share(&s, x1, e->element);
+    for (const hyst_change *e = s_z_max; e < end_z_max; e++) s_g[e->column] -= dq * e->size * slope1 * middle / *z_max;
+    *g += dq * f1;
+    *q += dq;
+    force = i == steps ? *u : *u_last + rise * i;
+    *v = (between + by * (force - *k_L * *q - *g)) / (1 + half * *c_L / *m_L);
+    for (int64_t c = 0; c < n_columns; c++) {
+      s_q[c] += 2 * half * t_y[c];
+      const double is = s_u_last[c] + (s_u[c] - s_u_last[c]) * next;
+      s_v[c] = less * (t_y[c] + by * (is - *k_L * s_q[c] - s_g[c]));
+    }
+    for (const hyst_change *e = s_m_L; e < end_m_L; e++)
+      s_v[e->column] -= e->size * less * by / *m_L * (force - *k_L * *q - *g - *c_L * *v);
+    for (const hyst_change *e = s_c_L; e < end_c_L; e++) s_v[e->column] -= e->size * less * by * *v;
+    for (const hyst_change *e = s_k_L; e < end_k_L; e++) s_v[e->column] -= e->size * less * by * *q;
+  }
+  *u_last = *u;
+  for (int64_t c = 0; c < n_columns; c++) s_u_last[c] = s_u[c], t_y[c] = s_q[c], t_z[c] = s_g[c];
+}
 HYST_BLOCK(duhem_oscillator,
            (.text = "Oscillator with a Duhem force of free shape",
             .equation = "m_L y'' + c_L y' + k_L y + z = u; dz/dy = f(s z), s = sgn(y'), f linear between its knots",
             .source = "Oh & Bernstein 2005 (Duhem's form); Noel & Schoukens 2016 (the oscillator)",
             .family = "dynamics", .tolerance = "integration", .rule_error = 1e-5, .rule_step = 1e-6, .smooth = 1e-8,
-            .hold = "foh"),
+            .hold = "foh", .sensitivity = sensitivity),
            .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
            .deriv = deriv, .update = update, .feedthrough = feedthrough)

@@ -20,7 +20,15 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i < n; i++) sum += k[i] * s_u[i];
   *t_y = sum;
 }
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  for (int64_t c = 0; c < n_columns; c++) t_y[c] = 0;
+  for (int i = 0; i < n; i++)
+    for (int64_t c = 0; c < n_columns; c++) t_y[c] += k[i] * s_u[i * n_columns + c];
+  for (; s_k < end_k; s_k++) t_y[s_k->column] += s_k->size * u[s_k->element];
+  for (; s_offset < end_offset; s_offset++) t_y[s_offset->column] += s_offset->size;
+}
 HYST_BLOCK(sum,
            (.text = "Weighted sum of signals", .equation = "y = offset + sum_i k_i u_i", .source = "linear readout",
-            .family = "dynamics", .tolerance = "rounding"),
+            .family = "dynamics", .tolerance = "rounding", .sensitivity = sensitivity),
            .rate = HYST_FUNCTION, .output = output, .tangent = tangent)

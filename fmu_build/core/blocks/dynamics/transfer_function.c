@@ -145,10 +145,45 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i + 1 < na; i++) t_v[i] = *sigma * s_v[i + 1];
   t_v[na - 1] = *sigma * top;
 }
+/* the linear recursion for some columns of rows of n_columns: a constant number of them makes vectors */
+static inline void columns_step(int some, int na, int64_t n_columns, const double *A, const double *B0,
+                                const double *B1, const double *before, const double *now, double *v) {
+  enum { MOST = 8 };
+  double next[MOST_ORDER][MOST];
+  for (int i = 0; i < na; i++) {
+    for (int c = 0; c < some; c++) next[i][c] = B0[i] * before[c] + B1[i] * now[c];
+    for (int j = 0; j < na; j++)
+      for (int c = 0; c < some; c++) next[i][c] += A[i * na + j] * v[j * n_columns + c];
+  }
+  for (int i = 0; i < na; i++)
+    for (int c = 0; c < some; c++) v[i * n_columns + c] = next[i][c];
+}
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  int64_t at = 0;
+  for (; dt > 0 && at + 8 <= n_columns; at += 8)
+    columns_step(8, na, n_columns, A, B0, B1, s_u_last + at, s_u + at, s_v + at);
+  for (; dt > 0 && at < n_columns; at++) columns_step(1, na, n_columns, A, B0, B1, s_u_last + at, s_u + at, s_v + at);
+  for (int64_t k = 0; k < n_columns; k++) s_u_last[k] = s_u[k];
+  for (int64_t k = 0; k < n_columns && dt == 0 && *start == 1; k++) s_v[k] = s_u[k] / alpha[0];
+  for (const hyst_change *e = s_A; e < end_A && dt > 0; e++)
+    s_v[e->element / na * n_columns + e->column] += e->size * v[e->element % na];
+  for (const hyst_change *e = s_B0; e < end_B0 && dt > 0; e++)
+    s_v[e->element * n_columns + e->column] += e->size * *u_last;
+  for (const hyst_change *e = s_B1; e < end_B1 && dt > 0; e++) s_v[e->element * n_columns + e->column] += e->size * *u;
+  HYST_ADVANCE(update);
+  for (const hyst_change *e = s_alpha; e < end_alpha && dt == 0 && *start == 1; e++)
+    if (e->element == 0) s_v[e->column] -= e->size * v[0] / alpha[0];
+  for (int64_t k = 0; k < n_columns; k++) t_y[k] = *d * s_u[k];
+  for (int i = 0; i < na; i++)
+    for (int64_t k = 0; k < n_columns; k++) t_y[k] += c[i] * s_v[i * n_columns + k];
+  for (const hyst_change *e = s_c; e < end_c; e++) t_y[e->column] += e->size * v[e->element];
+  for (const hyst_change *e = s_d; e < end_d; e++) t_y[e->column] += e->size * *u;
+}
 HYST_BLOCK(transfer_function,
            (.text = "Linear transfer function of any order, discretised exactly",
             .equation = "y = (b_0 s^nb + ... + b_nb) / (a_0 s^na + ... + a_na) u",
             .source = "Van Loan 1978; Franklin, Powell & Workman, 3rd ed., section 6.3.2", .family = "dynamics",
-            .tolerance = "rounding"),
+            .tolerance = "rounding", .sensitivity = sensitivity, .derives = 1),
            .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
            .deriv = deriv, .update = update, .feedthrough = feedthrough)

@@ -1,6 +1,8 @@
 /* Sum of backlash (play) operators with one plain state each: the independent reference plant.
  * It deliberately does not use the turning-point machine, so that the two can be compared.
  * A "deadband width" is the full width, as in Simulink: r = width / 2.  Zhao & Tan 2008, section II (ten widths). */
+#include <string.h>
+
 #include "core/hyst.h"
 #include "core/memory/play.h"
 
@@ -34,9 +36,40 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i < n; i++) sum += w[i] * hyst_play_tangent(z[i], *u, r[i], *s_u);
   *t_y = sum;
 }
+/* A play that moves follows u and r, one at rest keeps what it followed last.  So a column of one element changes y
+ * only while the play moves, and the rows of its states are not needed. */
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  const int64_t dense = columns_->dense;
+  for (int i = 0; i < n && dense > 0; i++)
+    if (hyst_play_side(z[i], *u, r[i]) != 0) memcpy(s_z + i * n_columns, s_u, (size_t)dense * sizeof *s_u);
+  for (; s_r < end_r; s_r++) {
+    const int i = s_r->element, side = hyst_play_side(z[i], *u, r[i]);
+    const int64_t c = s_r->column;
+    if (c < dense) s_z[i * n_columns + c] += side * s_r->size;
+    else if (side != 0 || dt == 0) t_y[c] = w[i] * side * s_r->size;
+  }
+  for (; s_z0 < end_z0; s_z0++) {
+    const int64_t i = s_z0->element, c = s_z0->column;
+    if (c >= dense && (dt == 0 || t_y[c] != 0)) /* until the play moves */
+      t_y[c] = hyst_play_side(z[i], *u, r[i]) != 0 ? 0 : w[i] * s_z0->size;
+  }
+  HYST_ADVANCE(update);
+  for (int64_t c = 0; c < dense; c++) t_y[c] = *w0 * s_u[c];
+  for (int i = 0; i < n && dense > 0; i++)
+    for (int64_t c = 0; c < dense; c++) t_y[c] += w[i] * s_z[i * n_columns + c];
+  for (; s_w < end_w; s_w++) {
+    double *const to = t_y + s_w->column, by = s_w->size * z[s_w->element];
+    *to = s_w->column < dense ? *to + by : by;
+  }
+  for (; s_w0 < end_w0; s_w0++) {
+    double *const to = t_y + s_w0->column, by = s_w0->size * *u;
+    *to = s_w0->column < dense ? *to + by : by;
+  }
+}
 HYST_BLOCK(backlash_sum,
            (.text = "Weighted sum of backlash (play) operators, plain states",
             .equation = "z_i = max(u - r_i, min(u + r_i, z_i)), y = w0 u + sum_i w_i z_i",
             .source = "Zhao & Tan 2008, section II; Krejci & Kuhnen 2001, eq. 3", .family = "operators",
-            .tolerance = "rounding"),
+            .tolerance = "rounding", .sensitivity = sensitivity),
            .rate = HYST_HYSTERETIC, .init = init, .output = output, .tangent = tangent, .update = update)

@@ -27,7 +27,20 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   for (int i = 0; i < n; i++) t_z[i] = hyst_play_tangent(held[i], *u, r[i], *s_u);
 }
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  double *row = s_held;
+  for (int i = 0; i < n; i++, row += n_columns) {
+    const int side = hyst_play_side(held[i], *u, r[i]);
+    held[i] = hyst_play(held[i], *u, r[i]);
+    for (int64_t c = 0; side != 0 && c < n_columns; c++) row[c] = s_u[c];
+    for (; s_r < end_r && s_r->element == i; s_r++)
+      if (side != 0) row[s_r->column] += side * s_r->size;
+    for (int64_t c = 0; c < n_columns; c++) t_z[i * n_columns + c] = row[c];
+  }
+}
 HYST_BLOCK(play_bank,
            (.text = "Bank of play (backlash) operators", .equation = "z_i = max(u - r_i, min(u + r_i, z_i))",
-            .source = "Krejci & Kuhnen 2001, eq. 3", .family = "operators", .tolerance = "rounding"),
+            .source = "Krejci & Kuhnen 2001, eq. 3", .family = "operators", .tolerance = "rounding",
+            .sensitivity = sensitivity),
            .rate = HYST_HYSTERETIC, .init = init, .output = output, .tangent = tangent, .update = update)

@@ -8,6 +8,7 @@ partial model Hysteresis "Identified static model in the slot of an actuator: po
   parameter Types.Voltage u_start = 0 "Voltage at which the memory rests at the start" annotation (Dialog(group = "Start"));
   parameter Types.Position y_start = offset "Free stroke at the start" annotation (Dialog(group = "Start"));
   parameter Boolean passive = false "Is it shown that a closed cycle gives no energy back?" annotation (Dialog(tab = "Advanced"));
+  parameter Boolean instantaneous = false "Is heat at least 0 at every instant? false: over closed cycles only, if passive" annotation (Dialog(tab = "Advanced"));
   Interfaces.RealInput u(unit = "V") "Voltage that the polarisation follows" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "V/s") "Rate of u" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y(unit = "m") "Free stroke" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
@@ -31,6 +32,7 @@ equation
   heat = scale/gain*lost;
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = scale H[gain u + shift] + offset and u y' = stored' + heat. A class whose stored energy is not known has kept = shift s, stored = 0: its heat is the whole power, and only the mean over a closed cycle is a loss.</p>
+<p><b>Heat:</b> at least 0 at every instant if <code>instantaneous</code>; at least 0 over every closed cycle, and of either sign within it, if <code>passive</code>; else its sign is not shown.</p>
 <p><b>Source:</b> first law.</p>
 <p><b>Limitations:</b> those of the classes that extend it.</p>
 </html>"));

@@ -17,13 +17,13 @@ partial model Piezo "Piezoelectric actuator between two pins and two flanges, wi
   parameter Real share(min = 0, max = 1) = 0.9 "Part of C that the moving polarisation has, between 0 and 1" annotation (Dialog(tab = "Advanced"));
   parameter Types.Resistance resistance(min = 0) = 1 "Resistance of the leads, greater than 0: a source of voltage needs no start value" annotation (Dialog(tab = "Advanced"));
   parameter Types.Time tau(min = 0) = 1e-5 "Relaxation of the polarisation, greater than 0" annotation (Dialog(tab = "Advanced"));
-  parameter Boolean useHeatPort = false "Is there a port for the heat?" annotation (Dialog(tab = "Advanced"));
+  parameter Boolean useHeatPort = false "Is there a port for the loss? Its sign may change within a cycle, see Heat" annotation (Dialog(tab = "Advanced"));
   parameter Types.Temperature T_fixed(min = 0) = 293.15 "Temperature without a port for the heat" annotation (Dialog(tab = "Advanced"));
   Interfaces.Pin pin_p "Positive pin" annotation (Placement(transformation(extent = {{-120, 40}, {-100, 60}})));
   Interfaces.Pin pin_n "Negative pin" annotation (Placement(transformation(extent = {{-120, -60}, {-100, -40}})));
   Interfaces.Flange flange_a "End that is mostly fixed" annotation (Placement(transformation(extent = {{-10, -120}, {10, -100}})));
   Interfaces.Flange flange_b "End that moves" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
-  Interfaces.HeatPort heatPort(T = T, Q_flow = -loss) if useHeatPort "Where the heat goes" annotation (Placement(transformation(extent = {{-70, -120}, {-50, -100}})));
+  Interfaces.HeatPort heatPort(T = T, Q_flow = -loss) if useHeatPort "Where loss goes: at least 0 at every instant if hysteresis.instantaneous, over closed cycles if hysteresis.passive" annotation (Placement(transformation(extent = {{-70, -120}, {-50, -100}})));
   // the values stand twice: those of the default are none of what is put in its place, and rumoca 0.10.2 does not apply
   // those of the constraining class to the default
   replaceable Actuators.Hysteresis.PrandtlIshlinskii hysteresis(u_start = v_start, gain = 1/v_max, scale = stroke/1.025)
@@ -36,7 +36,7 @@ partial model Piezo "Piezoelectric actuator between two pins and two flanges, wi
   Types.Voltage driving(nominal = 100) "v, and what the tension adds to it";
   Types.Charge P(nominal = 1e-4) "Charge of the polarisation of an element";
   Types.Charge q(nominal = 1e-4) "Charge of an element";
-  Types.Power loss "Power that becomes heat";
+  Types.Power loss "Power that becomes heat: at least 0 at every instant if hysteresis.instantaneous, over closed cycles if hysteresis.passive";
   Types.Energy dissipated(start = 0, fixed = true, nominal = 1e-3) "Heat since the start; falling over closed cycles: the hysteresis is not passive";
   Types.Energy supplied(start = 0, fixed = true, nominal = 1e-3) "Electrical and mechanical work since the start";
   Types.Energy stored(nominal = 1e-3) "Energy in capacitance, spring and memory; the mass has its own";
@@ -86,6 +86,7 @@ equation
     Documentation(info = "<html>
 <p><b>Equation:</b> of an element, with F the tension: driving = v + d F, tau e' = driving - e, P = H[e]/d, q = P + (1 - share) C v, x = d P + F/k. H gives the free stroke; d = stroke/(share C v_max).</p>
 <p><b>Power:</b> v q' + F x' = stored' + loss; loss = R i<sup>2</sup> + c x'<sup>2</sup> + (driving - e) P' + heat of H. Over a closed cycle the last two are the loop of driving over P, whatever the load. Elements are electrically in parallel.</p>
+<p><b>Heat:</b> leads and damping lose at every instant. The hysteresis does so where the energy in its memory is known, <code>hysteresis.instantaneous</code>; where that is not known, loss holds over closed cycles, <code>hysteresis.passive</code>, and has either sign within one: a heat capacity at the port takes the mean, a sensor of heat flow shows the swing. Without either the actuator warns.</p>
 <p><b>Source:</b> IEEE Std 176-1987, equations of a stack, with the polarisation of an identified model in the place of the linear one; structure of Goldfarb &amp; Celanovic, IEEE Control Systems 17 (1997) 69-79, which is share = 1.</p>
 <p><b>Limitations:</b> one polarisation; one lumped mass; C is the mean over the range, which exceeds the small-signal value of a data sheet, see Actuators.DataSheet; passive if H is, else a warning.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>

@@ -1,6 +1,6 @@
 within HystFMU.Actuators.Hysteresis;
-model BoucWen "Bouc-Wen operator beside a linear term: not shown to be passive"
-  extends BaseClasses.Hysteresis(final passive = false, final y_start = offset + scale*(w0*x_start + w*z0));
+model BoucWen "Bouc-Wen operator beside a curve and lags: passivity not shown"
+  extends BaseClasses.Parallel(final passive = false, final m = 1, final b0 = 1, final knots = {0.5}, final b = {0.0}, final p_start = w0*x_start + w*z0);
   extends Icons.Smooth;
   parameter Real A(min = 1e-100, max = 1e100) = 1 "Slope of z at z = 0" annotation (Dialog(group = "Operator"));
   parameter Real beta(min = 0, max = 1e100) = 0.5 "Width of the loop" annotation (Dialog(group = "Operator"));
@@ -14,20 +14,20 @@ protected
   Real dz(unit = "1/s") "Its rate";
 initial equation
   z = z0;
+  dl = zeros(lags);
 equation
   assert(beta + gamma > 0, "beta + gamma must be greater than 0: z would grow without bound");
   assert((beta + gamma)*abs(z0)^knee <= A, "z0 must be within (A/(beta + gamma))^(1/knee), the bound of z");
-  assert(w0 + min({0, w*A, 2*w*A*beta/(beta + gamma)}) > 0, "w0 must outweigh w: else the charge falls after a reversal while the voltage rises");
+  assert(Functions.bendLeastSlope(c0, knots_x, curve) + w0 + min({0, w*A, 2*w*A*beta/(beta + gamma)}) > 0, "w0 and the curve must outweigh w: else the charge falls after a reversal while the voltage rises");
   dz = Functions.boucWenRate(dx, z, A, beta, gamma, knee);
   der(z) = dz;
-  s = w0*x + w*z;
-  ds = w0*dx + w*dz;
-  kept = shift*s;
-  lost = (x - shift)*ds;
+  p = w0*x + w*z;
+  dp = w0*dx + w*dz;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> s = w0 x + w z, z' = A x' - beta abs(x') abs(z)<sup>knee-1</sup> z - gamma x' abs(z)<sup>knee</sup>.</p>
+<p><b>Equation:</b> p = w0 x + w z, z' = A x' - beta abs(x') abs(z)<sup>knee-1</sup> z - gamma x' abs(z)<sup>knee</sup>; s from p as in BaseClasses.Parallel.</p>
+<p><b>Heat:</b> the whole power, of either sign within a cycle; passivity is not shown, so that a closed cycle may give energy back, and the actuator warns.</p>
 <p><b>Source:</b> Wen 1976; Ikhouane &amp; Rodellar 2007, chapter 2.</p>
-<p><b>Limitations:</b> the slope of s over x, which is w0 + w z'/x', must be greater than 0 on every branch; minor loops need not close: a cycle may give energy back, so that the actuator warns, and dissipated and residual show what it does; the stored energy is not known, heat is the whole power.</p>
+<p><b>Limitations:</b> the slope of s over x, which is that of the curve and w0 + w z'/x', must be greater than 0 on every branch; minor loops need not close.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.BaseClasses.Hysteresis\">Actuators.BaseClasses.Hysteresis</a>, <a href=\"modelica://HystFMU.Operators.Smooth.BoucWen\">Operators.Smooth.BoucWen</a>.</p>
 </html>"));

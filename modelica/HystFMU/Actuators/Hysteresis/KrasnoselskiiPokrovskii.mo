@@ -1,6 +1,6 @@
 within HystFMU.Actuators.Hysteresis;
 model KrasnoselskiiPokrovskii "Weighted kernels between two ramps: passive with weights that are not negative"
-  extends BaseClasses.Hysteresis(final passive = scale > 0 and min(w) >= 0, final y_start = offset + scale*w*Functions.kernelStart(n, lo, hi, x_start));
+  extends BaseClasses.Hysteresis(final instantaneous = passive, final passive = scale > 0 and min(w) >= 0, final y_start = offset + scale*w*Functions.kernelStart(n, lo, hi, x_start));
   extends Icons.Smooth;
   parameter Integer n(min = 1) = 4 "Points of the grid" annotation (Dialog(group = "Sizes"));
   parameter Real lo = -1 "Least scaled voltage" annotation (Dialog(group = "Limits"));
@@ -28,6 +28,7 @@ equation
   lost = sum(w[i]*(x - 0.5*a*(k[i] + 1) - 0.5*(p1[i] + p2[i]))*dk[i] for i in 1:m);
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> s = sum_i w_i k_i[x]; kept and lost with the middle of the two ramps, a (k_i + 1)/2 + (p1_i + p2_i)/2, as the reversible voltage of a kernel.</p>
+<p><b>Heat:</b> at least 0 at every instant with weights that are not negative; else passivity is not shown, and a closed cycle may give energy back.</p>
 <p><b>Source:</b> Banks, Kurdila &amp; Webb 1997; Zhao &amp; Tan 2008, section V.</p>
 <p><b>Limitations:</b> lo must be less than hi; a kernel lags behind the exact one by at most width; outside [lo, hi] nothing moves.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>

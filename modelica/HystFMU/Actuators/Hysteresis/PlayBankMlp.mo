@@ -32,8 +32,9 @@ equation
   lost = (x - shift)*ds;
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> s = b2 + k (x, z) + W2 f(b1 + W1 (x, z)), z the plays of x, f the activation.</p>
+<p><b>Heat:</b> the whole power, of either sign within a cycle; no sign of the weights makes it passive, so that a closed cycle may give energy back, and the actuator warns.</p>
 <p><b>Source:</b> networks on plays: Visone, Serpico, Mayergoyz et al. 1998; the kind play_bank_mlp of HystFMU.</p>
-<p><b>Limitations:</b> no sign of the weights makes it passive: the actuator warns, and its heat may be negative over a cycle; far outside the range of its training a network means nothing.</p>
+<p><b>Limitations:</b> far outside the range of its training a network means nothing.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.BaseClasses.Hysteresis\">Actuators.BaseClasses.Hysteresis</a>, <a href=\"modelica://HystFMU.Operators.Smooth.PlayBank\">Operators.Smooth.PlayBank</a>, <a href=\"modelica://HystFMU.Networks.Mlp\">Networks.Mlp</a>, <a href=\"modelica://HystFMU.Actuators.Hysteresis.PrandtlIshlinskii\">Actuators.Hysteresis.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Actuators.Hysteresis.BentPrandtlIshlinskii\">Actuators.Hysteresis.BentPrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Actuators.Hysteresis.Preisach\">Actuators.Hysteresis.Preisach</a>, <a href=\"modelica://HystFMU.Actuators.Hysteresis.KrasnoselskiiPokrovskii\">Actuators.Hysteresis.KrasnoselskiiPokrovskii</a>.</p>
 </html>"));

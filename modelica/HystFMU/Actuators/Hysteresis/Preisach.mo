@@ -1,6 +1,6 @@
 within HystFMU.Actuators.Hysteresis;
 model Preisach "Preisach operator in Everett's form, events at reversals: passive with a density that is not negative"
-  extends BaseClasses.Hysteresis(final passive = scale > 0 and Functions.everettLeastDensity(n, E) >= 0, final y_start = offset + scale*Functions.firstBranch(min(max(x_start, lo), hi), lo, hi, virgin));
+  extends BaseClasses.Parallel(final passive = scale > 0 and Functions.everettLeastDensity(n, E) >= 0 and passiveBeside, final p_start = Functions.firstBranch(min(max(x_start, lo), hi), lo, hi, virgin));
   extends Interfaces.Reversals(eps = 1e-9*(hi - lo));
   parameter Integer n(min = 1) = 2 "Steps of the grid over [lo, hi]" annotation (Dialog(group = "Sizes"));
   parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
@@ -12,25 +12,27 @@ protected
   parameter Real origin = if start == Types.Magnetisation.low then lo elseif start == Types.Magnetisation.high then hi else 0.5*lo + 0.5*hi "Where the first branch starts";
   parameter Real virgin[2*n + 1] = if start == Types.Magnetisation.demagnetised then Functions.demagnetisedBranch(n, E, 0) else Functions.saturatedBranch(n, E, 0, start) "First branch at half steps of the grid";
   discrete Real memory[3 + 2*depth](start = cat(1, {0, 0, origin}, zeros(2*depth)), each fixed = true) "Dominant extrema of x";
-  discrete Real s_turn(start = Functions.firstBranch(origin, lo, hi, virgin), fixed = true) "Scaled output at the last reversal";
+  discrete Real p_turn(start = Functions.firstBranch(origin, lo, hi, virgin), fixed = true) "Output at the last reversal";
   Real bounded "x within [lo, hi]";
+initial equation
+  // of parameters, and not of bent: rumoca 0.10.2 starts no state from what depends on a discrete variable
+  l = fill(Functions.bend(p_start, b0, knots, b), lags);
 equation
   assert(lo < hi, "lo must be less than hi");
   rate = dx;
   bounded = min(max(x, lo), hi);
   when {initial(), change(rising)} then
-    memory = Functions.turn(bounded, origin, pre(s_turn), pre(memory));
-    s_turn = Functions.preisach(bounded, memory, lo, hi, n, E, virgin);
+    memory = Functions.turn(bounded, origin, pre(p_turn), pre(memory));
+    p_turn = Functions.preisach(bounded, memory, lo, hi, n, E, virgin);
   end when;
-  // the memory before this event, not that of it: else it would depend on the rate, which follows from ds below
-  s = Functions.preisach(bounded, Functions.turn(bounded, origin, pre(s_turn), pre(memory)), lo, hi, n, E, virgin);
-  ds = noEvent(if x > lo and x < hi then Functions.preisachSlope(bounded, Functions.turn(bounded, origin, pre(s_turn), pre(memory)), lo, hi, n, E, virgin)*dx else 0);
-  kept = shift*s;
-  lost = (x - shift)*ds;
+  // the memory before this event, not that of it: else it would depend on the rate, which follows from dp below
+  p = Functions.preisach(bounded, Functions.turn(bounded, origin, pre(p_turn), pre(memory)), lo, hi, n, E, virgin);
+  dp = noEvent(if x > lo and x < hi then Functions.preisachSlope(bounded, Functions.turn(bounded, origin, pre(p_turn), pre(memory)), lo, hi, n, E, virgin)*dx else 0);
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> s = s_p - 2 E(x_p, x) falling, s_p + 2 E(x, x_p) rising, E linear between its grid values.</p>
+<p><b>Equation:</b> p = p_t - 2 E(x_t, x) falling, p_t + 2 E(x, x_t) rising, E linear between its grid values; s from p as in BaseClasses.Parallel.</p>
+<p><b>Heat:</b> the whole power, of either sign within a cycle. With a density that is not negative, a bend and a curve that rise, no creep behind the operator, lags of positive weight and no bent lag it is at least 0 over every closed cycle; else passivity is not shown.</p>
 <p><b>Source:</b> Mayergoyz, Mathematical Models of Hysteresis 1991, chapter 1.</p>
-<p><b>Limitations:</b> outside [lo, hi] nothing switches; the stored energy is not evaluated, so that heat is the whole power, whose mean over a closed cycle is the loss; the start is that of the operator, not u_start; two reversals within one output interval go unseen in rumoca 0.10.2.</p>
+<p><b>Limitations:</b> outside [lo, hi] nothing switches; the start is that of the operator, not u_start; two reversals within one output interval go unseen in rumoca 0.10.2.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.BaseClasses.Hysteresis\">Actuators.BaseClasses.Hysteresis</a>, <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>, <a href=\"modelica://HystFMU.Actuators.Hysteresis.PrandtlIshlinskii\">Actuators.Hysteresis.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Actuators.Hysteresis.BentPrandtlIshlinskii\">Actuators.Hysteresis.BentPrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Actuators.Hysteresis.KrasnoselskiiPokrovskii\">Actuators.Hysteresis.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Actuators.Hysteresis.PlayBankMlp\">Actuators.Hysteresis.PlayBankMlp</a>.</p>
 </html>"));

@@ -1,17 +1,13 @@
 // generated from the table of fmu_build/core/blocks/controllers/iterative_learning.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
 partial block IterativeLearning "Iterative learning control: corrections from the errors of earlier periods: parameters and ports"
-  extends Icons.Block;
+  extends Interfaces.Controller;
   parameter Integer n(min = 1) = 20 "Steps in a period of the reference" annotation (Dialog(group = "Sizes"));
   parameter Real gain = 0 "Learning gain of an error; 0: none" annotation (Dialog(group = "Gains"));
   parameter Integer lead(min = 0, max = 1000000) = 1 "Steps from a command to its effect" annotation (Dialog(group = "Controller"));
   parameter Real smooth(min = 0, max = 0.25) = 0 "Weight of each neighbour in the filter; 0: none" annotation (Dialog(group = "Weights"));
   parameter Real u_min = -1e300 "Lower limit of u" annotation (Dialog(group = "Limits"));
   parameter Real u_max = 1e300 "Upper limit of u" annotation (Dialog(group = "Limits"));
-  Interfaces.RealInput y_d "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
-  Interfaces.RealInput y "Measured output of the plant" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.RealInput u_ff "Feed-forward, or command of another controller" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));
-  Interfaces.RealOutput u "Control" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u_k = u_ff + w_k; after each period w_k &lt;- Q (w_k + gain e_(k + lead)), e = y_d - y, Q w_k = smooth w_(k-1) + (1 - 2 smooth) w_k + smooth w_(k+1).</p>
 <p><b>Source:</b> Arimoto, Kawamura &amp; Miyazaki 1984; Bristow, Tharayil &amp; Alleyne, IEEE Control Systems 26 (2006) 96.</p>

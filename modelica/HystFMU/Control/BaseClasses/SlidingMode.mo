@@ -1,7 +1,7 @@
 // generated from the table of fmu_build/core/blocks/controllers/sliding_mode.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
 partial block SlidingMode "Sliding mode controller around a feed-forward, with integral action and anti-windup: parameters and ports"
-  extends Icons.Block;
+  extends Interfaces.Controller;
   parameter Real lam(unit = "1/s", min = 0) = 100 "Slope of the sliding line" annotation (Dialog(group = "Controller"));
   parameter Types.Time eta(min = 0) = 0 "Linear gain of s" annotation (Dialog(group = "Gains"));
   parameter Real rho(min = 0) = 0 "Switching gain" annotation (Dialog(group = "Gains"));
@@ -11,10 +11,6 @@ partial block SlidingMode "Sliding mode controller around a feed-forward, with i
   parameter Types.Time tau(min = 0) = 0 "Time constant of the filter of de/dt; 0: none" annotation (Dialog(group = "Filters"));
   parameter Real u_min = -1e300 "Lower limit of u" annotation (Dialog(group = "Limits"));
   parameter Real u_max = 1e300 "Upper limit of u" annotation (Dialog(group = "Limits"));
-  Interfaces.RealInput y_d "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
-  Interfaces.RealInput y "Measured output of the plant" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.RealInput u_ff "Feed-forward: the inverse model" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));
-  Interfaces.RealOutput u "Control" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));
   Interfaces.RealOutput s(unit = "1/s") "Distance from the sliding line" annotation (Placement(transformation(extent = {{100, -50}, {120, -30}})));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> s = de/dt + lam e + k_i int e dt, e = y - y_d, u = u_ff - eta s - rho s / (|s| + epsilon) or u_ff - eta s - rho sat(s / epsilon).</p>

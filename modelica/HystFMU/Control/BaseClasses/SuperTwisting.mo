@@ -1,7 +1,7 @@
 // generated from the table of fmu_build/core/blocks/controllers/super_twisting.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
 partial block SuperTwisting "Super-twisting sliding mode controller around a feed-forward, with anti-windup: parameters and ports"
-  extends Icons.Block;
+  extends Interfaces.Controller;
   parameter Real lam(unit = "1/s", min = 0) = 100 "Slope of the sliding line" annotation (Dialog(group = "Controller"));
   parameter Real k_1(min = 0) = 0 "Gain of the square root of s, in s^(1/2)" annotation (Dialog(group = "Gains"));
   parameter Real k_2(unit = "1/s", min = 0) = 0 "Gain of the integrated switching" annotation (Dialog(group = "Gains"));
@@ -10,10 +10,6 @@ partial block SuperTwisting "Super-twisting sliding mode controller around a fee
   parameter Types.Time tau(min = 0) = 0 "Time constant of the filter of de/dt; 0: none" annotation (Dialog(group = "Filters"));
   parameter Real u_min = -1e300 "Lower limit of u" annotation (Dialog(group = "Limits"));
   parameter Real u_max = 1e300 "Upper limit of u" annotation (Dialog(group = "Limits"));
-  Interfaces.RealInput y_d "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
-  Interfaces.RealInput y "Measured output of the plant" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.RealInput u_ff "Feed-forward: the inverse model" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));
-  Interfaces.RealOutput u "Control" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));
   Interfaces.RealOutput s(unit = "1/s") "Distance from the sliding line" annotation (Placement(transformation(extent = {{100, -50}, {120, -30}})));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> s = de/dt + lam e, e = y - y_d; u = u_ff - k_1 (|s|<sup>1/2</sup> sgn s + mu s) - k_2 v, v' = sgn(s)/2 + 3/2 mu |s|<sup>1/2</sup> sgn s + mu<sup>2</sup> s; sgn s = s / (|s| + epsilon).</p>

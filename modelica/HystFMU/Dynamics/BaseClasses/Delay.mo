@@ -10,7 +10,7 @@ partial block Delay "Delay by a whole number of steps: parameters and ports"
 <p><b>Equation:</b> y_k = u_(k-n).</p>
 <p><b>Source:</b> definition of the shift operator.</p>
 <p><b>Limitations:</b> those of the classes that extend it.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Delay\">Dynamics.Delay</a>, <a href=\"modelica://HystFMU.Examples.IterativeLearning\">Examples.IterativeLearning</a>, <a href=\"modelica://HystFMU.Examples.LeadLag\">Examples.LeadLag</a>, <a href=\"modelica://HystFMU.Examples.Pid\">Examples.Pid</a>, <a href=\"modelica://HystFMU.Examples.PidObserver\">Examples.PidObserver</a>, <a href=\"modelica://HystFMU.Examples.SlidingMode\">Examples.SlidingMode</a>, <a href=\"modelica://HystFMU.Examples.SuperTwisting\">Examples.SuperTwisting</a>, <a href=\"modelica://HystFMU.Validation.Delay\">Validation.Delay</a>.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Delay\">Validation.Delay</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Delay\">Dynamics.Delay</a>.</p>
 </html>"));
 end Delay;

@@ -15,7 +15,7 @@ partial block Sine "Reference signal, with derivatives and preview for a feed-fo
 <p><b>Equation:</b> r(t) = offset + amplitude w(t); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014.</p>
 <p><b>Limitations:</b> those of the classes that extend it.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Sine\">Sources.Sine</a>, <a href=\"modelica://HystFMU.Examples.IterativeLearning\">Examples.IterativeLearning</a>, <a href=\"modelica://HystFMU.Examples.LeadLag\">Examples.LeadLag</a>, <a href=\"modelica://HystFMU.Examples.Pid\">Examples.Pid</a>, <a href=\"modelica://HystFMU.Examples.PidObserver\">Examples.PidObserver</a>, <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>, <a href=\"modelica://HystFMU.Examples.SlidingMode\">Examples.SlidingMode</a>, <a href=\"modelica://HystFMU.Examples.SuperTwisting\">Examples.SuperTwisting</a>, <a href=\"modelica://HystFMU.Validation.Sine\">Validation.Sine</a>.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Sine\">Sources.Sine</a>, <a href=\"modelica://HystFMU.Validation.Sine\">Validation.Sine</a>.</p>
 </html>"));
 end Sine;

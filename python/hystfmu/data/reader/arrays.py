@@ -1,4 +1,4 @@
-"""Files of named arrays, MAT and HDF5, as a `Table`: arrays of equal length are its columns."""
+"""Files of named arrays, such as MAT, HDF5 and parquet, as a `Table`: arrays of equal length are its columns."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.data.reader.table import Column, Table
+from hystfmu.data.reader.header import stated_step
+from hystfmu.data.reader.table import Column, Stamps, Table
+from hystfmu.data.record_rows import LEAST_ROWS
 
 MOST_COLUMNS = 10_000
 
@@ -22,15 +24,18 @@ class Named:
     Parameters
     ----------
     name : str
-        Its name; of an array in a group with the group, ``run1/u``.
+        Its name; of an array in a group with the group, ``run1/u``; empty for the one array of a file.
     shape : tuple of int
     unit : str
         Unit of measure that the file states, or empty.
+    first : str
+        The first stamp of an array of dates and clocks, whose numbers are seconds since then; else empty.
     """
 
     name: str
     shape: tuple[int, ...]
     unit: str = ""
+    first: str = ""
 
 
 def table_of(
@@ -43,9 +48,9 @@ def table_of(
     path : path
         The file.
     kind : str
-        Its format, for the line of what was assumed.
+        Its format, for the line of what was assumed; may be empty.
     arrays : sequence of Named
-        Arrays of numbers; those of one number are left out.
+        Arrays of numbers; of those of one number one may state the sample step, the others are left out.
     read : function
         Returns the values of an array by name.
     most : int
@@ -57,52 +62,108 @@ def table_of(
         No column, or too many; later: columns that are too large or of different lengths.
     """
     sized = [(a, *_columns(a.shape)) for a in arrays]
-    places = [(a, n, i, k) for a, n, k in sized if n > 1 for i in range(k)]
+    places = [_Place(a, n, i, k) for a, n, k in sized if n > 1 for i in range(k)]
     if not places:
         raise InputError(f"{path}: The file must have arrays of numbers, a column each. Got none.")
     if len(places) > MOST_COLUMNS:
         raise InputError(f"{path}: The file must have at most {MOST_COLUMNS} columns. Got {len(places)} instead.")
-    left = [a.name for a, n, _ in sized if n <= 1]
+    columns = tuple(p.column for p in places)
+    step, left = 0.0, []
+    for a in (a for a, n, _ in sized if n <= 1):
+        stated = 0.0
+        if a.shape in ((), (1,), (1, 1)) and stated_step(a.name, 1.0, a.unit):
+            stated = stated_step(a.name, float(np.asarray(read(a.name)).reshape(-1)[0]), a.unit)
+        step = step or stated
+        left += [] if stated or "@" in a.name else [a.name]  # no attributes
+    assumed = (*([kind] if kind else []), *([f"left out {', '.join(left)[:80]}"] if left else []))
+    return Table(str(path), columns, "", assumed, Arrays(path, places, read, most), None, step)
 
-    def values(j: int) -> np.ndarray:
-        array, n, i, k = places[j]
-        if 8 * n * k > most:
+
+@dataclass(frozen=True)
+class _Place:
+    """Column `i` of the `k` of an array with `n` rows."""
+
+    array: Named
+    n: int
+    i: int
+    k: int
+
+    @property
+    def column(self) -> Column:
+        label, unit = self.array.name, self.array.unit
+        label = label if self.k == 1 or not label else f"{label}(:,{self.i + 1})"
+        kind = Column.of(label, unit, "clock" if self.array.first else "number")
+        return Column(label, label, unit, kind.kind) if unit else kind
+
+
+class Arrays:
+    """The cells of a file of arrays, a `Source`.
+
+    Parameters
+    ----------
+    path, read, most
+        As of `table_of`.
+    places : sequence
+        The columns.
+    """
+
+    def __init__(
+        self, path: str | Path, places: Sequence[_Place], read: Callable[[str], np.ndarray], most: int
+    ) -> None:
+        self._path, self._places, self._read, self._most = path, places, read, most
+
+    def _values(self, j: int) -> np.ndarray:
+        p = self._places[j]
+        if 8 * p.n * p.k > self._most:
             raise InputError(
-                f"{path}: The array {array.name!r} must have at most {most} bytes. Got {8 * n * k} instead."
+                f"{self._path}: The array {p.array.name!r} must have at most {self._most} bytes. "
+                f"Got {8 * p.n * p.k} instead."
             )
-        found = np.asarray(read(array.name))
+        found = np.asarray(self._read(p.array.name))
         if found.dtype.kind not in "biuf":
-            raise InputError(f"{path}: The array {array.name!r} must hold real numbers. Got {found.dtype} instead.")
+            raise InputError(
+                f"{self._path}: The array {p.array.name!r} must hold real numbers. Got {found.dtype} instead."
+            )
         if 1 in found.shape:
             return found.reshape(-1)
-        return found.reshape(n, k)[:, i]
+        return (found if found.shape[0] == p.n else found.T).reshape(p.n, p.k)[:, p.i]
 
-    def numbers(order: Sequence[int]) -> Array:
-        lengths = {places[j][1] for j in order}
+    def numbers(self, order: Sequence[int]) -> Array:
+        """Return the columns `order`, shape (n, len(order))."""
+        lengths = {self._places[j].n for j in order}
         if len(lengths) > 1:
-            names = ", ".join(f"{places[j][0].name} ({places[j][1]})" for j in order)
-            raise InputError(f"{path}: The columns must have equal lengths. Got {names} instead.")
-        return np.column_stack([values(j).astype(np.float64) for j in order])
+            names = ", ".join(f"{self._places[j].array.name} ({self._places[j].n})" for j in order)
+            raise InputError(f"{self._path}: The columns must have equal lengths. Got {names} instead.")
+        return np.column_stack([self._values(j).astype(np.float64) for j in order])
 
-    def digits(j: int) -> Array:
-        column = values(j)
+    def digits(self, k: int) -> Array:
+        """Return the distance of each number of column `k` to the next."""
+        column = self._values(k)
         kind = np.float32 if column.dtype == np.float32 else np.float64
         counts: Array = np.spacing(np.abs(column).astype(kind)).astype(np.float64)
         return counts
 
-    def words(j: int) -> list[str]:
-        return [f"{v:.12g}" for v in values(j)]
+    def words(self, k: int) -> list[str]:
+        """Return column `k` as text."""
+        return [f"{v:.12g}" for v in self._values(k)]
 
-    labels = [(a.name if k == 1 else f"{a.name}(:,{i + 1})", a.unit) for a, _, i, k in places]
-    columns = tuple(Column(label, label, unit) if unit else Column.of(label) for label, unit in labels)
-    assumed = (kind, *([f"left out {', '.join(left)[:80]}"] if left else []))
-    return Table(str(path), columns, "", assumed, numbers, words, digits)
+    def since(self, k: int) -> Array:
+        """Return column `k` minus its first value."""
+        column = self._values(k)
+        column = column.astype(np.int64) if column.dtype.kind in "biu" else column.astype(np.float64)
+        since: Array = (column - column[0]).astype(np.float64)
+        return since
+
+    def stamps(self, k: int) -> Stamps:
+        """Return the times of column `k`, seconds since a stamp in nanoseconds."""
+        t = self._values(k).astype(np.float64)
+        return Stamps(t, np.full(len(t), 1e-9), self._places[k].array.first)
 
 
 def _columns(shape: tuple[int, ...]) -> tuple[int, int]:
-    """Return rows and columns of an array; a row of numbers is one column."""
-    if len(shape) == 2 and shape[0] == 1:
-        return shape[1], 1
+    """Return rows and columns of an array; up to three rows of more numbers are columns."""
+    if len(shape) == 2 and shape[0] < LEAST_ROWS <= shape[1]:
+        return shape[1], shape[0]
     if len(shape) in (1, 2):
         return shape[0], shape[1] if len(shape) == 2 else 1
     return 0, 0

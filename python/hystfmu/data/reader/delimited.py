@@ -6,6 +6,7 @@ from pathlib import Path
 
 from hystfmu.data.reader.cells import shown
 from hystfmu.data.reader.decimals import COMMA, POINT
+from hystfmu.data.reader.header import step_in, units_in
 from hystfmu.data.reader.layout import layout_of
 from hystfmu.data.reader.measures import is_unit, spelling
 from hystfmu.data.reader.rows import Rows
@@ -39,7 +40,10 @@ def delimited(content: bytes, path: str | Path, decimal: str | None, packed: lis
     if not layout.units and all(not label or is_unit(label) for label in layout.labels):
         units = [spelling(label) for label in layout.labels] or units
     labels = layout.labels or [""] * layout.width
-    columns = tuple(Column.of(label, unit) for label, unit in zip(labels, units, strict=True))
+    filled = [k for k, kind in enumerate(layout.kinds) if kind in ("number", "clock")]
+    for k, unit in zip(filled, units_in((cells for _, cells in layout.header), len(filled)), strict=True):
+        units[k] = units[k] or unit
+    columns = tuple(map(Column.of, labels, units, layout.kinds))
     titles = [repr(c.name) if c.name else f"number {k}" for k, c in enumerate(columns, 1)]
     rows = Rows(text, layout, titles, path, decimal)
     if (layout.separator, layout.width > 1) != (",", True):
@@ -59,4 +63,6 @@ def delimited(content: bytes, path: str | Path, decimal: str | None, packed: lis
     if not layout.named:
         assumed.append("no names")
     named_in = f"line {layout.named or layout.first.number}"
-    return Table(str(path), columns, named_in, tuple(assumed), rows.numbers, rows.cells, rows.digits, rows.lines)
+    comma = rows.decimal == COMMA or (rows.decimal is None and layout.separator != COMMA)
+    step = step_in((line for line, _ in layout.header), comma)
+    return Table(str(path), columns, named_in, tuple(assumed), rows, rows.lines, step)

@@ -16,6 +16,8 @@ from pathlib import Path
 from hystfmu.base.errors import InputError
 from hystfmu.data.reader.cells import SEPARATORS, is_comment, is_number, split
 from hystfmu.data.reader.measures import is_unit
+from hystfmu.data.reader.stamps import is_stamp
+from hystfmu.data.reader.table import Kind
 
 LOOK = 400  # lines that are looked at, comments and empty lines not counted
 LAST = 7  # of them: the lines at the end, that show how a row looks
@@ -51,6 +53,10 @@ class Layout:
         Lines above the headings that are neither empty nor comments.
     trailing : bool
         Whether rows end with a separator.
+    kinds : tuple of str
+        What the cells of each column hold in the last rows.
+    header : list of (str, list of str)
+        Text and cells of the lines above the headings, of comments, and of what stands to the left of the first rows.
     """
 
     separator: str | None
@@ -61,6 +67,8 @@ class Layout:
     named: int
     preamble: int
     trailing: bool
+    kinds: tuple[Kind, ...]
+    header: list[tuple[str, list[str]]]
 
 
 def layout_of(text: str, path: str | Path) -> Layout:
@@ -76,7 +84,9 @@ def layout_of(text: str, path: str | Path) -> Layout:
         raise InputError(f"{path}: The file must have data rows. Got none.")
     separator, width = _separator(lines)
     rows = [_cells(line.text, separator) for line in lines]
-    k = _first_row(rows, width)
+    kinds = _kinds([r for r in rows if len(r) == width and any(map(is_number, r))][-LAST:], width)
+    lead = next((k for k, kind in enumerate(kinds) if kind != "empty"), 0)
+    k = _first_row(rows, width, lead)
     if k == len(rows):
         if open_quote := next((line for line in lines if line.text.count('"') % 2), None):
             raise InputError(
@@ -88,13 +98,27 @@ def layout_of(text: str, path: str | Path) -> Layout:
         if len(cells) == width and _is_row(cells):
             bad = next((n for n in lines[:k] if n.number > line.number and not _numeric(n, separator)), lines[k - 1])
             raise InputError(f"{path}: line {bad.number}: The line must hold numbers. Got {bad.text[:60]!r} instead.")
-    trailing = width > 1 and not any(r[-1] for r in rows[k:] if len(r) == width)
+    trailing = width > 1 and kinds[-1] == "empty"
     before = [c for c in comments if c.number < lines[k].number]
     labels, units, named = _headings(lines[:k], before, separator, width, trailing)
     if not labels and k and separator is not None and len(rows[k - 1]) > 1:
         _refuse_width(path, lines[k - 1], lines[k], len(rows[k - 1]), width, separator)
     preamble = sum(line.number < named or not named for line in lines[:k])
-    return Layout(separator, width, lines[k], labels, units, named, preamble, trailing)
+    header = [(n.text, r) for n, r in zip(lines[:k], rows[:k], strict=True) if n.number < named or not named]
+    header += [(c.text, re.split(r"\s*[:=;,\t]\s*", c.text.lstrip("#%/! "))) for c in before]
+    header += [(" ".join(r[:lead]), r[:lead]) for r in rows[k:] if lead and r[0]]
+    return Layout(separator, width, lines[k], labels, units, named, preamble, trailing, kinds, header)
+
+
+def _kinds(rows: list[list[str]], width: int) -> tuple[Kind, ...]:
+    """Tell what the columns hold from the last rows."""
+
+    def kind(cells: list[str]) -> Kind:
+        if not any(cells):
+            return "empty"
+        return "number" if any(map(is_number, cells)) else "clock" if any(map(is_stamp, cells)) else "text"
+
+    return tuple(kind([r[k] for r in rows]) for k in range(width))
 
 
 def _refuse_width(path: str | Path, head: Line, row: Line, names: int, width: int, separator: str) -> None:
@@ -158,8 +182,11 @@ def _separator(lines: list[Line]) -> tuple[str | None, int]:
     return found
 
 
-def _first_row(rows: list[list[str]], width: int) -> int:
-    """Walk back from the last row with numbers to the first; return its index, the number of rows if there is none."""
+def _first_row(rows: list[list[str]], width: int, lead: int) -> int:
+    """Walk back from the last row with numbers to the first; return its index, the number of rows if there is none.
+
+    The first `lead` cells of a row hold no numbers.
+    """
     k = max((i + 1 for i, r in enumerate(rows) if any(map(is_number, r))), default=0)
     if not k:
         return len(rows)
@@ -169,7 +196,7 @@ def _first_row(rows: list[list[str]], width: int) -> int:
         k -= 1
     if k == len(rows):
         return k
-    top, below = rows[k], rows[k + 1] if k + 1 < len(rows) else []
+    top, below = rows[k][lead:], (rows[k + 1] if k + 1 < len(rows) else [])[lead:]
     mixed = len(top) == len(below) and any(
         a and not is_number(a) and is_number(b) for a, b in zip(top, below, strict=True)
     )

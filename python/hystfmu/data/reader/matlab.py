@@ -1,4 +1,6 @@
-"""MAT files of version 5: numeric arrays only, unpacked within a limit.
+"""MAT files of version 5: numeric arrays, also those in structs and cells, unpacked within a limit.
+
+A struct that names its values, as the recordings of dSPACE and Simulink do, gives a column of that name.
 
 The parser is written here: that of scipy is native code which an untrusted file can crash, and takes long to load.
 Format: MathWorks, MAT-File Format, level 5.
@@ -10,19 +12,22 @@ import math
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.data.reader.arrays import Named, table_of
+from hystfmu.data.reader.header import stated_step
 from hystfmu.data.reader.table import Table
 
 HEADER, TAG = 128, 8
 MATRIX, COMPRESSED = 14, 15  # types of elements
 STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 NUMERIC = {6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8"}  # classes
+CELL, STRUCT, CHAR = 1, 2, 4
+MOST_DEPTH, LEAST_COLUMNS = 8, 2
 OTHERS = {1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse", 16: "function", 17: "opaque"}
 
 
@@ -39,6 +44,7 @@ class _Array:
     shape: tuple[int, ...]
     parts: list[tuple[int, memoryview]]  # real and imaginary
     order: str
+    unit: str = ""
 
     def values(self) -> np.ndarray:
         """Return the real values in the shape of the array.
@@ -73,22 +79,26 @@ def matlab(content: bytes, path: str | Path, most: int) -> Table:
         A damaged file, one that unpacks to more than `most` bytes, no numeric arrays.
     """
     try:
-        found = {a.name: a for a in _arrays(content, path, most)}
+        whole = list(_arrays(content, path, most))
+        found = {a.name: a for a in whole if a.kind in NUMERIC}
+        if sum(math.prod(a.shape) > 1 for a in found.values()) < LEAST_COLUMNS:  # else structs hold something else
+            for a in (a for outer in whole if outer.kind not in NUMERIC for a in _leaves(outer)):
+                found[a.name if a.name not in found else f"{a.name} #{len(found)}"] = a
     except _Damaged as e:
         raise _refused(path, e) from None
-    arrays = [Named(a.name, a.shape) for a in found.values() if a.kind in NUMERIC]
-    if not arrays and found:
-        first = next(iter(found.values()))
+    arrays = [Named(name, _even(a.shape), a.unit) for name, a in found.items() if a.kind in NUMERIC]
+    if not arrays and whole:
+        first = whole[0]
         raise InputError(
             f"{path}: The file must have arrays of numbers. Got {first.name!r} of class {OTHERS[first.kind]}: save its "
-            "fields as variables, e.g. save('-struct', ...)."
+            "values as variables, e.g. t = {first.name}.Time; save('run.mat', 't', 'u', 'y')."
         )
 
     def read(name: str) -> np.ndarray:
         if len(found[name].parts) > 1:
             raise InputError(f"{path}: The array {name!r} must hold real numbers. Got complex ones instead.")
         try:
-            return found[name].values()
+            return found[name].values().reshape(_even(found[name].shape), order="F")
         except _Damaged as e:
             raise _refused(path, e) from None
 
@@ -140,8 +150,24 @@ def _elements(content: memoryview, order: str) -> Iterator[tuple[int, memoryview
         at += TAG + length + (0 if stored == COMPRESSED else -length % TAG)
 
 
-def _array(matrix: memoryview, order: str) -> _Array | None:
-    """Read class, shape, name and elements of an array; None for one without name, which a file needs for itself."""
+def _even(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the shape without dimensions of length 1 in front of the last: Simulink logs 1 x 1 x n."""
+    return shape if len(shape) < 3 else tuple(n for n in shape if n != 1) or (1,)
+
+
+def _array(matrix: memoryview, order: str, inner: bool = False) -> _Array | None:
+    """Read class, shape, name and elements of an array; None for one without name, which a file needs for itself.
+
+    Parameters
+    ----------
+    matrix : memoryview
+    order : str
+        Of bytes.
+    inner : bool
+        Whether it stands in a struct or a cell, where arrays have no names.
+    """
+    if inner and not len(matrix):
+        return None  # an empty one
     elements = _elements(matrix, order)
     kind = _integers(elements, order)[0] & 0xFF
     if kind not in NUMERIC and kind not in OTHERS:
@@ -150,10 +176,65 @@ def _array(matrix: memoryview, order: str) -> _Array | None:
     stored, name = next(elements, (0, b""))
     if stored not in (1, 2, 16):
         raise _Damaged("an array without a name")
-    if not len(name):
+    if not inner and not len(name):
         return None
-    parts = list(elements) if kind in NUMERIC else []
+    parts = list(elements) if kind in NUMERIC or kind in (CELL, STRUCT, CHAR) else []
     return _Array(bytes(name).decode("utf-8", "replace"), kind, shape, parts, order)
+
+
+def _leaves(array: _Array, depth: int = 0) -> Iterator[_Array]:
+    """Yield the arrays of numbers in a struct or a cell, named by their fields; others as they are."""
+    if array.kind not in (CELL, STRUCT):
+        yield array
+        return
+    if depth > MOST_DEPTH:
+        return
+    for k, element in enumerate(_members(array)):
+        base = array.name if len(array.parts) == 1 or math.prod(array.shape) == 1 else f"{array.name}({k + 1})"
+        words = {key.lower(): _text(a) for key, a in element.items() if a.kind == CHAR}
+        title, unit = next((words[w] for w in ("name", "label") if words.get(w)), ""), words.get("unit", "")
+        for key, a in element.items():
+            named = f"{base}/{key}" if key else base
+            if key.lower() in ("data", "values") and a.kind in NUMERIC:
+                clock = f"{base[:-2]}/time" if base.endswith("/X") else ""  # dSPACE
+                yield replace(a, name=clock or title or named, unit=unit)
+            elif a.kind in (CELL, STRUCT):
+                yield from _leaves(replace(a, name=named), depth + 1)
+            elif a.kind in NUMERIC and (math.prod(a.shape) > 1 or stated_step(key, 1.0)):
+                yield replace(a, name=named)
+
+
+def _members(array: _Array) -> Iterator[dict[str, _Array]]:
+    """Yield the elements of a struct or of a cell, each as its fields; a cell has one without a name."""
+    parts = array.parts
+    names = [""]
+    if array.kind == STRUCT:
+        if len(parts) < 2 or len(parts[0][1]) != 4:
+            raise _Damaged(f"a struct {array.name!r} without fields")
+        (length,) = struct.unpack(f"{array.order}i", parts[0][1])
+        text = bytes(parts[1][1])
+        if length <= 0 or len(text) % length:
+            raise _Damaged(f"a struct {array.name!r} without fields")
+        names = [text[k : k + length].split(b"\0")[0].decode("utf-8", "replace") for k in range(0, len(text), length)]
+        parts = parts[2:]
+    for at in range(0, len(parts), max(len(names), 1)):
+        found: dict[str, _Array] = {}
+        for name, (stored, content) in zip(names, parts[at : at + len(names)], strict=False):
+            if stored == MATRIX and (inner := _array(content, array.order, True)) is not None:
+                found[name] = inner
+        yield found
+
+
+def _text(array: _Array) -> str:
+    """Return a char array as text."""
+    if not array.parts or array.parts[0][0] not in (1, 2, 4, 16, 17):
+        return ""
+    stored, content = array.parts[0]
+    codes = {
+        4: "utf-16-le" if array.order == "<" else "utf-16-be",
+        17: "utf-16-le" if array.order == "<" else "utf-16-be",
+    }
+    return bytes(content).decode(codes.get(stored, "utf-8"), "replace").strip()
 
 
 def _integers(elements: Iterator[tuple[int, memoryview]], order: str) -> tuple[int, ...]:

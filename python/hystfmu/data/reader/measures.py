@@ -84,6 +84,8 @@ def split_name(label: str) -> tuple[str, str]:
         unit = m[2] if m[2] is not None else m[3]
         if m[2] is not None or spelling(unit) in KNOWN:
             return m[1].strip(), spelling(unit)
+    if label.startswith("in ") and is_unit(label[3:]):  # the time of an oscilloscope, "in s"
+        return label, spelling(label[3:])
     if (m := _BEHIND.fullmatch(label)) and spelling(m[3]) in KNOWN and m[3] != "1":
         name, unit = m[1].strip(), m[3]
         loose = m[2] == "_" or m[2].isspace()

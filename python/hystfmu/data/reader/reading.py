@@ -2,36 +2,40 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.data.covariates import Covariates, identifier
 from hystfmu.data.dataset import Dataset
+from hystfmu.data.reader.clock import Clock, clock_of
+from hystfmu.data.reader.confined import confined, format_of
 from hystfmu.data.reader.delimited import delimited
-from hystfmu.data.reader.hdf5 import hdf5, is_hdf5
+from hystfmu.data.reader.frames import NAME, Frame, frame, is_frame
 from hystfmu.data.reader.matlab import is_matlab, matlab
-from hystfmu.data.reader.measures import TIME, split_name
+from hystfmu.data.reader.measures import split_name
 from hystfmu.data.reader.roles import Roles, chosen
 from hystfmu.data.reader.table import Table
 from hystfmu.data.reader.text import content_of
 from hystfmu.data.record_rows import LEAST_ROWS, check_finite, line_of, row_of, train_rows
-from hystfmu.data.resampling import resample_rows
+from hystfmu.data.resampling import resample_rows, unevenness
 from hystfmu.data.time_grid import check_time
 
 MOST_BYTES = 256 * 2**20
 MOST_TITLE = 80  # characters of a heading that a model keeps
-ZIP = b"PK\x03\x04"
 
 
+@checked
 def read(
-    path: str | Path | Sequence[str | Path],
+    path: str | Path | Frame | Sequence[str | Path | Frame],
     time: str | int = "",
     input: str | int = "",
     output: str | int | None = "",
@@ -45,17 +49,20 @@ def read(
     decimal: Literal[".", ","] | None = None,
     most: int = MOST_BYTES,
 ) -> Dataset:
-    """Read a measurement from a file, as labs write them.
+    """Read a measurement from a file, as labs write them, or from a data frame.
 
     Text in UTF-8, UTF-16 or cp1252, with commas, semicolons, tabs or blanks between the columns, a decimal point or a
-    decimal comma, quotes, lines above the names, comments and a line of units of measure; the same packed by gzip; MAT
-    files of version 5; HDF5 files and MAT files of version 7.3 (need h5py).  `Dataset.read_as` says in one line what
-    was assumed.  What could be read in two ways is refused.
+    decimal comma, quotes, lines above the names, comments and a line of units of measure, headers of LabVIEW and of
+    oscilloscopes; the same packed by gzip; MAT files with arrays and structs of dSPACE and Simulink; npy and npz; with
+    the extra ``files`` HDF5, MAT of version 7.3, xlsx, parquet, feather and TDMS.  The time is a number, a date and
+    clock, or counts since 1970, whose unit of measure follows from their size; or the file states its rate.
+    `Dataset.read_as` says in one line what was assumed.  What could be read in two ways is refused.
 
     Parameters
     ----------
-    path : str, Path or sequence of them
-        The file; of several files each is a record with a memory of its own.
+    path : str, Path, data frame, dict or array, or sequence of them
+        The file, or columns: a data frame of pandas, polars or pyarrow, a dict of arrays, an array (n, 3) of time,
+        input and output.  Of several each is a record with a memory of its own.
     time, input, output : str or int
         Heading of a column with or without its unit of measure, ``"Zeit [ms]"`` or ``"Zeit"``, or its number from 1.
         Empty: recognised by its name, such as t, u, y, or by its unit of measure.  Output None: none is read.
@@ -65,7 +72,8 @@ def read(
         Data rows that a fit counts, from 0 on, the end excluded; of several records the rows of all, one after the
         other.
     resample : float or "median", optional
-        Rate (Hz), or one over the median step, to bring uneven steps to; without it they are refused.
+        Rate (Hz), or one over the median step, to bring uneven steps to.  Without it a record is resampled, and said to
+        be, where at most 2 % of the samples were lost and stamps are off by at most 0.3 steps; others are refused.
     lag : int
         Rows by which the sensor of the output is late: y of row k + lag belongs to u of row k.
     record : str or int, optional
@@ -100,37 +108,85 @@ def read(
     >>> print(data.read_as)
     read piezo.csv: separator ';', decimal comma; time 'Zeit [ms]' in ms, input 'Spannung [V]', output 'Weg [um]'
     """
-    if rate is not None and not (np.isfinite(rate) and rate > 0):
-        raise InputError(f"{path}: The rate must be a finite number of Hz greater than 0. Got {rate} instead.")
+    paths = _several(path)
+    where = paths[0] if isinstance(paths[0], (str, os.PathLike)) else NAME
+    if rate is not None and not (isinstance(rate, (int, float, np.number)) and np.isfinite(rate) and rate > 0):
+        raise InputError(f"{where}: The rate must be a finite number of Hz greater than 0. Got {rate!r} instead.")
     if decimal not in (None, ".", ","):
-        raise InputError(f"{path}: The decimal sign must be '.' or ','. Got {decimal!r} instead.")
-    paths = [path] if isinstance(path, (str, Path)) else list(path)
+        raise InputError(f"{where}: The decimal sign must be '.' or ','. Got {decimal!r} instead.")
     pieces: list[_Piece] = []
     for each in paths:
         table = table_in(each, decimal, most)
         roles = chosen(table, time, input, output, record, rate, covariates)
-        numbers = table.numbers(roles.order)
-        pieces += [_Piece(table, roles, rows, numbers[rows]) for rows in _records(table, roles, len(numbers))]
+        timed = [roles.time] if roles.time is not None and table.columns[roles.time].kind != "clock" else []
+        numbers = table.source.numbers([*roles.order, *timed])
+        clock = clock_of(table, roles.time, rate, len(numbers), numbers[:, -1])
+        pieces += [_Piece(table, roles, rows, numbers[rows], clock) for rows in _records(table, roles, len(numbers))]
     if len(pieces) == 1:
-        return _dataset(pieces[0], rate, train, resample, lag)
-    return Dataset.joined([_dataset(piece, rate, None, resample, lag) for piece in pieces], train)
+        return _dataset(pieces[0], train, resample, lag)
+    return Dataset.joined([_dataset(piece, None, resample, lag) for piece in pieces], train)
+
+
+def dataset_of(given: object, output: bool = True) -> Dataset:
+    """Return a data set as it is, and read a data frame.
+
+    Parameters
+    ----------
+    given : Dataset, data frame or dict of columns
+    output : bool
+        Whether there must be an output.
+
+    Raises
+    ------
+    InputError
+        What `read` refuses.
+    """
+    if isinstance(given, Dataset):
+        return given
+    if isinstance(given, (str, os.PathLike, np.ndarray)) or not is_frame(given):
+        raise InputError(
+            f"The data must be a Dataset or a data frame. Got {type(given).__name__} instead. hy.read(path) and "
+            "hy.Dataset(t, u, y) make a Dataset."
+        )
+    columns: Any = given
+    try:
+        return read(columns)
+    except InputError:
+        if output:
+            raise
+        return read(columns, output=None)
+
+
+def _several(path: object) -> list[Any]:
+    """Return the files or data frames as a list."""
+    paths = list(path) if isinstance(path, (list, tuple)) else [path]
+    if not paths:
+        raise InputError("The files to read must be at least one. Got none.")
+    for each in paths:
+        if not isinstance(each, (str, os.PathLike)) and not is_frame(each):
+            raise InputError(
+                "The data to read must be a path, a data frame, a dict of columns or an array. "
+                f"Got {type(each).__name__} instead."
+            )
+    return paths
 
 
 @dataclass(frozen=True)
 class _Piece:
-    """One record of a file: its rows and their numbers, in the order of `Roles.order`."""
+    """One record of a file: its rows and their numbers, in the order of `Roles.order`; the times of all rows."""
 
     table: Table
     roles: Roles
     rows: slice
     numbers: Array
+    clock: Clock
 
 
 def _records(table: Table, roles: Roles, n: int) -> list[slice]:
     """Return the rows of each record: consecutive rows with the same word in the record column."""
     if roles.record is None:
         return [slice(0, n)]
-    words = table.words(roles.record)
+    words = table.source.words(roles.record)
     starts = [0, *(k for k in range(1, n) if words[k] != words[k - 1])]
     for k, (a, b) in enumerate(zip(starts, [*starts[1:], n], strict=True), 1):
         if b - a < LEAST_ROWS:
@@ -151,7 +207,6 @@ def _place(table: Table, rows: slice = slice(0, None)) -> Callable[[int], str]:
 
 def _dataset(
     piece: _Piece,
-    rate: float | None,
     train: slice | tuple[int, int] | str | None,
     resample: float | Literal["median"] | None,
     lag: int,
@@ -164,22 +219,28 @@ def _dataset(
     u = numbers[:, 0]
     y: Array = np.full(n, np.nan) if roles.output is None else numbers[:, 1]
     beside = _covariates(piece)
-    t: Array = np.arange(n) / rate if rate is not None else _seconds(table, roles, numbers[:, -1])
-    rows = slice(None)
+    t, digits, said = piece.clock.t[piece.rows], piece.clock.digits, piece.clock.said
+    rows, mended = slice(None), False
     if n >= LEAST_ROWS:
         rows = train_rows(train, n, table.path)
-        if resample is not None:
-            to = None if resample == "median" else resample
+        to = None if resample == "median" else resample
+        if resample is None and digits is not None:
+            try:
+                t = check_time(t, place, lambda: digits()[piece.rows])
+            except InputError:
+                if (uneven := unevenness(t)) is None:
+                    raise
+                to, mended = uneven.rate, True
+                said = f"{said}, {uneven}"
+        if resample is not None or mended:
             even, u, y, rows = resample_rows(t, u, y, rows, to, table.path, place)
             t, beside = even, beside.at(even, t)
-        elif rate is None:
-            t = check_time(t, place, lambda: _digits(table, roles)[piece.rows])
     unit_u = table.columns[roles.input].unit
     unit_y = "" if roles.output is None else table.columns[roles.output].unit
     made = Dataset(t, u, y, _stem(table.path), table.path, rows, unit_u, unit_y, covariates=beside)
-    lines = None if table.lines is None or resample is not None else table.lines[piece.rows]
+    lines = None if table.lines is None or resample is not None or mended else table.lines[piece.rows]
     titles = (_title(table, roles.input), "" if roles.output is None else _title(table, roles.output))
-    return made.from_file(_line(table, roles, rate, lag), lines, titles).aligned(lag)
+    return made.from_file(_line(table, roles, said, lag), lines, titles).aligned(lag)
 
 
 def _title(table: Table, k: int) -> str:
@@ -201,52 +262,30 @@ def _covariates(piece: _Piece) -> Covariates:
     return Covariates(tuple(names), tuple(c.unit for c in columns), piece.numbers[:, first : first + len(names)].copy())
 
 
-def table_in(path: str | Path, decimal: str | None, most: int) -> Table:
-    """Read a file as a table, whatever its format.
+def table_in(path: str | Path | Frame, decimal: str | None, most: int) -> Table:
+    """Read a file as a table, whatever its format, or a data frame.
 
     Raises
     ------
     InputError
         One line with file, line, rule and value.
     """
+    if not isinstance(path, (str, os.PathLike)):
+        return frame(path, most)
     content, packed = content_of(path, most)
-    if is_hdf5(content):  # first: a MAT file of version 7.3 is one behind a header of MATLAB
-        return hdf5(content, path, most)
+    if form := format_of(content, path):  # first: a MAT file of version 7.3 is HDF5 behind a header of MATLAB
+        return confined(content, form, path, decimal, most)
     if is_matlab(content):
         return matlab(content, path, most)
-    if content.startswith(ZIP):
-        raise InputError(f"{path}: The file must be text, MAT or HDF5. Got a zip archive: save a workbook as CSV.")
     return delimited(content, path, decimal, packed)
 
 
-def _seconds(table: Table, roles: Roles, t: Array) -> Array:
-    """Convert the time to s."""
-    column = table.columns[roles.time or 0]
-    if column.unit and column.unit not in TIME:
-        where = f"{table.path}: {table.named_in}: " if table.named_in else f"{table.path}: "
-        raise InputError(
-            f"{where}The {column.name!r} column must be a time in {', '.join(TIME)}. Got [{column.unit}] instead: give "
-            "the sample rate in Hz (--rate)."
-        )
-    per_second, seconds = TIME[column.unit or "s"]
-    return t / per_second * seconds
-
-
-def _digits(table: Table, roles: Roles) -> Array:
-    per_second, seconds = TIME[table.columns[roles.time or 0].unit or "s"]
-    return table.digits(roles.time or 0) / per_second * seconds
-
-
-def _line(table: Table, roles: Roles, rate: float | None, lag: int) -> str:
-    """Say in one line what was assumed."""
-    parts = []
-    if rate is not None:
-        parts.append(f"{rate:g} Hz")
-    else:
-        unit = table.columns[roles.time or 0].unit or "s (no unit of measure is stated)"
-        parts.append(f"time {_label(table, roles.time or 0, False)} in {unit}")
+def _line(table: Table, roles: Roles, said: str, lag: int) -> str:
+    """Say in one line what was assumed; what is in doubt comes first."""
+    parts = [said if roles.time is None else f"time {_label(table, roles.time, False)} {said}"]
     parts.append(f"input {_label(table, roles.input)}")
     parts.append("no output" if roles.output is None else f"output {_label(table, roles.output)}")
+    parts[-1] += ", by their order" if roles.by_order else ""
     for k in roles.covariates:
         name = identifier(table.columns[k].name, f"column_{k + 1}")
         parts.append(f"covariate {_label(table, k)}" + (f" as {name}" if name != table.columns[k].name else ""))

@@ -15,6 +15,8 @@ NAMES = {  # in small letters, best first
     "time": (
         ("t",),
         ("time", "zeit", "temps", "tiempo", "tempo", "x_value", "timestamp", "time stamp", "elapsed time"),
+        ("datetime", "zeitstempel", "uhrzeit", "clock", "epoch", "unixtime", "unix time"),
+        ("index",),
     ),
     "input": (
         ("u",),
@@ -41,20 +43,27 @@ QUANTITIES = {  # a sensor has them the other way round: see `chosen`
 }
 
 
+_MATRIX = re.compile(r"|.*\(:,\d+\)")  # columns without names
+_NUMBERED = re.compile(
+    rf"{_MATRIX.pattern}|(?:ch|chan|channel|kanal|ai|c)?[ _]?\d+|(?:ch|channel|kanal) ?[a-h]", re.IGNORECASE
+)  # tells no role
+
+
 @dataclass(frozen=True)
 class Roles:
-    """Numbers of the chosen columns, from 0; None where there is none."""
+    """Numbers of the chosen columns, from 0; None where there is none; whether they were chosen by their order."""
 
     time: int | None
     input: int
     output: int | None
     record: int | None
     covariates: tuple[int, ...] = ()
+    by_order: bool = False
 
     @property
     def order(self) -> list[int]:
-        """The columns of numbers to read: input, output, covariates, time, as far as there are any."""
-        return [k for k in (self.input, self.output, *self.covariates, self.time) if k is not None]
+        """The columns of signals to read: input, output, covariates, as far as there are any."""
+        return [k for k in (self.input, self.output, *self.covariates) if k is not None]
 
 
 def chosen(
@@ -90,27 +99,33 @@ def chosen(
     found = {role: _named(table, key, role) for role, key in given.items() if key not in ("", None)}
     if "output" in found and found["output"] == found.get("input"):
         raise InputError(
-            f"{_where(table)}The output must be a column of its own. Got {table.title(found['output'])}, the input."
+            f"{table.where}The output must be a column of its own. Got {table.title(found['output'])}, the input."
         )
     beside = tuple(_named(table, key, "covariate") for key in covariates)
     taken: set[int | None] = {*found.values(), marked} - {None}
     for k in beside:
         if k in taken:
             raise InputError(
-                f"{_where(table)}A covariate must be a column of its own. Got {table.title(k)}, which has another role."
+                f"{table.where}A covariate must be a column of its own. Got {table.title(k)}, which has another role."
             )
         taken.add(k)
     if rate is not None and time == "" and (clock := _recognised(table, "time", taken)) is not None:
         taken.add(clock)  # not the input
     if rate is None and time == "":
         place = _recognised(table, "time", taken)
-        if place is None:
+        left = _free(table, taken)
+        if place is None and len(left) == 3 and all(_MATRIX.fullmatch(table.columns[k].name) for k in left):
+            place = left[0]
+        if place is None and not table.step:
             raise InputError(
-                f"{_where(table)}The columns must include a time. Got {_listed(table)} instead. Name it with --time "
+                f"{table.where}The columns must include a time. Got {_listed(table)} instead. Name it with --time "
                 "(by its number from 1 where it has none), or give the sample rate in Hz (--rate)."
             )
-        found["time"] = place
-        taken.add(place)
+        if place is not None:
+            found["time"] = place
+            taken.add(place)
+    if input == output == "" and (pair := _pair(table, taken)):
+        return Roles(found.get("time"), *pair, marked, beside, True)
     for role in ("input", "output"):
         if given[role] != "":
             continue
@@ -119,24 +134,33 @@ def chosen(
             found[role] = place
             taken.add(place)
     missing = [role for role in ("input", "output") if given[role] == "" and role not in found]
-    left, known = _left(table, taken), {"input", "output"} & found.keys()
+    left, known = _free(table, taken), {"input", "output"} & found.keys()
     if known and len(missing) == len(left) == 1:  # the only one that is neither time nor the other
         found[missing[0]] = left[0]
         taken.add(left[0])
     if "input" not in found or (output == "" and "output" not in found and _left(table, taken)):
         role = "output" if "input" in found else "input"
         raise InputError(
-            f"{_where(table)}The {role} must be one of the columns. Got {_listed(table)}, of which none is known as "
+            f"{table.where}The {role} must be one of the columns. Got {_listed(table)}, of which none is known as "
             f"{role}: name or number it, e.g. --{role} 2."
         )
     by_unit = input == "" and output == "" and "output" in found
     if by_unit and found["output"] < found["input"] and not _is_named(table.columns[found["input"]], "input"):
         raise InputError(
-            f"{_where(table)}The input must be clear. Got {_listed(table)}: an actuator driven by "
+            f"{table.where}The input must be clear. Got {_listed(table)}: an actuator driven by "
             f"{table.title(found['input'])} or a sensor of {table.title(found['output'])}? Name them with --input and "
             "--output."
         )
     return Roles(found.get("time"), found["input"], found.get("output"), marked, beside)
+
+
+def _pair(table: Table, taken: Collection[int | None]) -> tuple[int, int] | None:
+    """Return the two columns left if nothing but their order tells input and output apart."""
+    left = _free(table, taken)
+    if len(left) != 2 or not all(_NUMBERED.fullmatch(table.columns[k].name) for k in left):
+        return None
+    first, second = (table.columns[k].unit for k in left)
+    return (left[0], left[1]) if first == second or not (first and second) else None
 
 
 def _named(table: Table, key: str | int | None, role: str) -> int:
@@ -148,8 +172,7 @@ def _named(table: Table, key: str | int | None, role: str) -> int:
         if len(same) > 1:
             numbers = " and ".join(str(k + 1) for k in same[:2])
             raise InputError(
-                f"{_where(table)}The column {text!r} must occur once. Got two in {_listed(table)}: number it, "
-                f"{numbers}."
+                f"{table.where}The column {text!r} must occur once. Got two in {_listed(table)}: number it, {numbers}."
             )
         if same:
             return same[0]
@@ -159,28 +182,30 @@ def _named(table: Table, key: str | int | None, role: str) -> int:
     if re.fullmatch(r"\d{1,6}", text):
         if not 1 <= int(text) <= len(columns):
             raise InputError(
-                f"{_where(table)}The number of the {role} column must be from 1 to {len(columns)}. Got {text} instead."
+                f"{table.where}The number of the {role} column must be from 1 to {len(columns)}. Got {text} instead."
             )
         return int(text) - 1
     hint = " Name the columns with --time, --input, --output, or number them from 1."
     hint = hint.replace("--output,", "--output, --covariate,") if role == "covariate" else hint
     hint += " Without a time column give the sample rate in Hz (--rate)." if role == "time" else ""
-    raise InputError(f"{_where(table)}The columns must include {text!r}. Got {_listed(table)} instead.{hint}")
+    raise InputError(f"{table.where}The columns must include {text!r}. Got {_listed(table)} instead.{hint}")
 
 
 def _recognised(table: Table, role: str, taken: Collection[int | None]) -> int | None:
     """Find the column of a role by its name, then by its unit of measure; None if there is none."""
-    free = [(k, c) for k, c in enumerate(table.columns) if k not in taken]
+    fitting = ("number", "text", "clock") if role == "time" else ("number",)
+    free = [(k, c) for k, c in enumerate(table.columns) if k not in taken and c.kind in fitting]
     tests = [[k for k, c in free if _last(c) in names] for names in NAMES[role]]
     tests.append([k for k, c in free if c.unit in UNITS[role]])
     tests.append([k for k, c in free if _last(c) in QUANTITIES[role] and not c.unit])
+    tests.append([k for k, c in free if role == "time" and c.kind == "clock"])
     for hits in tests:
         if len(hits) == 1:
             return hits[0]
         if hits:
             labels = " and ".join(repr(table.columns[k].label) for k in hits[:3])
             raise InputError(
-                f"{_where(table)}The {role} must be one of the columns. Got {labels}, which both suit: name it with "
+                f"{table.where}The {role} must be one of the columns. Got {labels}, which both suit: name it with "
                 f"--{role} {table.columns[hits[0]].label!r} or --{role} {hits[0] + 1}."
             )
     return None
@@ -191,15 +216,16 @@ def _is_named(column: Column, role: str) -> bool:
 
 
 def _last(column: Column) -> str:
-    return column.name.rpartition("/")[2].lower()
+    *above, last = column.name.lower().split("/")
+    return above[-1] if above and last in ("data", "value", "values") else last
+
+
+def _free(table: Table, taken: Collection[int | None]) -> list[int]:
+    return [k for k, c in enumerate(table.columns) if c.kind == "number" and k not in taken]
 
 
 def _left(table: Table, taken: Collection[int | None]) -> list[int]:
-    return [k for k, c in enumerate(table.columns) if c.label and k not in taken]
-
-
-def _where(table: Table) -> str:
-    return f"{table.path}: {table.named_in}: " if table.named_in else f"{table.path}: "
+    return [k for k in _free(table, taken) if table.columns[k].label]
 
 
 def _listed(table: Table) -> str:

@@ -6,6 +6,8 @@ import csv
 import io
 import re
 from collections.abc import Iterator, Sequence
+from decimal import Decimal, InvalidOperation
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,9 @@ from hystfmu.base.errors import InputError
 from hystfmu.data.reader.cells import is_comment, shown, split
 from hystfmu.data.reader.decimals import COMMA, POINT, column_sign, decimal_sign, plain
 from hystfmu.data.reader.layout import Layout
+from hystfmu.data.reader.stamps import stamps
+from hystfmu.data.reader.table import Stamps
+from hystfmu.data.record_rows import line_of
 
 _NO_ROW = re.compile(r"^[ \t]*(?:$|#|%|//|!)", re.MULTILINE)
 _EDGES = re.compile(r"^[ \t]+|[ \t]+$", re.MULTILINE)
@@ -92,15 +97,30 @@ class Rows:
             "with parted thousands: say which with --decimal , or --decimal ."
         )
 
-    def cells(self, k: int) -> list[str]:
+    def words(self, k: int) -> list[str]:
         """Return the cells of column `k` as text."""
         return [line.split(self.separator)[k].strip() for line in self._body.split("\n")]
 
     def digits(self, k: int) -> Array:
         """Return the value of one count in the last printed digit of column `k`."""
         sign = self.decimal or POINT
-        mantissas = (plain(c, sign).lower().partition("e")[::2] for c in self.cells(k))
+        mantissas = (plain(c, sign).lower().partition("e")[::2] for c in self.words(k))
         return np.array([10.0 ** (int(e or 0) - len(m.partition(".")[2])) for m, e in mantissas])
+
+    def since(self, k: int) -> Array:
+        """Return column `k` minus its first value, from its digits."""
+        cells = self.words(k)
+        sign = self.decimal or column_sign("\n".join(cells)) or POINT
+        try:
+            exact = [Decimal(plain(c, sign)) for c in cells]
+        except InvalidOperation:
+            self._raise_first_bad([k])
+            raise
+        return np.array([float(v - exact[0]) for v in exact])
+
+    def stamps(self, k: int) -> Stamps:
+        """Return the times of column `k`, clocks."""
+        return stamps(self.words(k), partial(line_of, str(self._path), self.lines))
 
     def numbers(self, order: Sequence[int]) -> Array:
         """Return the columns `order` as numbers, shape (n, len(order)).
@@ -147,7 +167,7 @@ class Rows:
 
     def _converted(self, k: int) -> Array:
         """Convert a column in which commas and points occur."""
-        cells = self.cells(k)
+        cells = self.words(k)
         sign = self.decimal or column_sign("\n".join(cells))
         if sign is None:
             unclear = ((n, c) for n, c in zip(self.lines, cells, strict=True) if COMMA in c or POINT in c)
@@ -168,8 +188,8 @@ class Rows:
 
     def _bad(self, line: int, k: int, cell: str) -> str:
         hint = ""
-        if re.match(r"\d{1,4}[-./:]\d{1,2}[-./:]", cell):
-            hint = " A time of day is not read: give the sample rate in Hz (--rate)."
+        if re.match(r"\d{1,4}[-./:]\d{1,2}", cell):
+            hint = " A date needs a clock, 10:15:00.125: give the sample rate in Hz (--rate)."
         where = f"{self._path}: line {line}"
         return f"{where}: The {self._titles[k]} column must hold numbers. Got {cell[:40]!r} instead.{hint}"
 

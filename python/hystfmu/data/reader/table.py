@@ -2,12 +2,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal, NamedTuple, Protocol
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.printable import printable
 from hystfmu.data.reader.measures import split_name
+
+Kind = Literal["number", "clock", "text", "empty"]
+"""What the cells of a column hold; a clock is a time of day, with or without a date."""
+
+
+class Stamps(NamedTuple):
+    """Times since the first row.
+
+    Parameters
+    ----------
+    t : array, shape (n,)
+        Times (s), the first 0.
+    digits : array, shape (n,)
+        Value (s) of one count of the last digit.
+    first : str
+        The first stamp, as the file writes it.
+    """
+
+    t: Array
+    digits: Array
+    first: str
+
+
+class Source(Protocol):
+    """Cells of a file.  A column `k` counts from 0; all errors are InputError with line and column."""
+
+    def numbers(self, order: Sequence[int]) -> Array:
+        """Return the numbers of some columns, shape (n, len(order))."""
+
+    def words(self, k: int) -> list[str]:
+        """Return the cells as text."""
+
+    def digits(self, k: int) -> Array:
+        """Return the value (n,) of one count of the last digit in which the file prints a column."""
+
+    def since(self, k: int) -> Array:
+        """Return a column minus its first value, without the rounding of large numbers."""
+
+    def stamps(self, k: int) -> Stamps:
+        """Return the times of a column of clocks."""
 
 
 @dataclass(frozen=True)
@@ -22,21 +63,24 @@ class Column:
         The label without its unit of measure.
     unit : str
         Unit of measure, in the spelling of the package; empty if none is stated.
+    kind : {"number", "clock", "text", "empty"}
+        What its cells hold.
     """
 
     label: str
     name: str
     unit: str
+    kind: Kind = "number"
 
     def __post_init__(self) -> None:
         for key in ("label", "name", "unit"):  # a heading goes on to terminals, models and FMUs
             object.__setattr__(self, key, printable(getattr(self, key)))
 
     @classmethod
-    def of(cls, label: str, unit: str = "") -> Column:
+    def of(cls, label: str, unit: str = "", kind: Kind = "number") -> Column:
         """Split a label into name and unit of measure; a `unit` stated elsewhere counts first."""
         name, found = split_name(label)
-        return cls(label, name, unit or found)
+        return cls(label, name, unit or found, kind)
 
 
 @dataclass(frozen=True)
@@ -53,24 +97,26 @@ class Table:
         Where the headings stand, for messages.
     assumed : tuple of str
         What the reader found or assumed, in a few words each.
-    numbers : function
-        Returns the numbers of some columns, shape (n, number of columns); raises InputError by line and column.
-    words : function
-        Returns the cells of a column as text, for a column that marks records.
-    digits : function
-        Returns the value of one count of the last digit (n,) in which the file prints a column.
+    source : Source
+        The cells.
     lines : sequence of int, optional
         The line of each row as an editor counts it; None for files without lines.
+    step : float
+        Sample step (s) that the file states beside its columns; 0 if it states none.
     """
 
     path: str
     columns: tuple[Column, ...]
     named_in: str
     assumed: tuple[str, ...]
-    numbers: Callable[[Sequence[int]], Array]
-    words: Callable[[int], list[str]]
-    digits: Callable[[int], Array]
+    source: Source
     lines: Sequence[int] | None = None
+    step: float = 0.0
+
+    @property
+    def where(self) -> str:
+        """Begin of a message about the headings."""
+        return f"{self.path}: {self.named_in}: " if self.named_in else f"{self.path}: "
 
     def title(self, k: int) -> str:
         """Name a column for a message: by its name, or by its number from 1."""

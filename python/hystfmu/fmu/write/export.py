@@ -7,9 +7,9 @@ import re
 from pathlib import Path
 from typing import Literal
 
+from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_bytes
-from hystfmu.base.package_files import PACKAGE
 from hystfmu.fmu.archive.zip_file import Deflated, zip_file
 from hystfmu.fmu.write.about import description_of, name_of
 from hystfmu.fmu.write.description import Fmi, model_description

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
-from hystfmu.base.package_files import PACKAGE
 from hystfmu.fmu.archive.zip_file import Deflated
 from hystfmu.fmu.write.description import Fmi
 

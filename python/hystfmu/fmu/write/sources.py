@@ -11,7 +11,7 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 
-from hystfmu.base.package_files import PACKAGE
+from hystfmu.base import PACKAGE
 from hystfmu.fmu.archive.xml_file import xml_file
 from hystfmu.fmu.write.description import Fmi
 from hystfmu.graph import Graph

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.identify.estimate.objective import Objective
@@ -43,7 +44,7 @@ class Determined:
     labels: tuple[str, ...]
     values: Array
     errors: Array
-    bound: Array
+    bound: NDArray[np.bool_]
     condition: float
     together: tuple[tuple[str, ...], ...]
 
@@ -83,18 +84,20 @@ def determined(objective: Objective, p: Array) -> Determined:
     _, columns = objective.columns(p)
     jacobian = np.column_stack([objective.sensitivities(p), columns]) / objective.size
     held = np.concatenate([c.at_bounds(p), objective.positive & (weights <= 0)])
-    here = np.concatenate([p, weights])
 
-    def read(x: Array) -> Array:
-        return np.concatenate([np.zeros(0), *objective.values(x[:n], x[n:]).values()])
+    found = objective.values(p, weights)
+    none = {name: np.zeros(len(v)) for name, v in found.items()}
 
-    values = read(here)
-    steps = np.concatenate([objective.steps(p), np.maximum(np.abs(weights), 1.0)])
-    steps[steps == 0] = 1e-300  # a coordinate that cannot move
-    turn = np.column_stack([(read(here + s * e) - values) / s for s, e in zip(steps, np.eye(len(here)), strict=True)])
+    def read(values: Mapping[str, Array]) -> Array:
+        return np.concatenate([np.zeros(0), *{**none, **values}.values()])
+
+    values = read(found)
+    turn: Array = np.column_stack(
+        [read(change) for change in [*objective.turns(p, weights), *objective.weighed(found)]]
+    )
     some = np.flatnonzero(turn.any(axis=1))
     turn, values = turn[some], values[some]
-    labels = tuple(np.array(_labels(objective.values(p, weights)))[some].tolist())
+    labels = tuple(np.array(_labels(found))[some].tolist())
 
     free = np.flatnonzero(~held)
     length = np.linalg.norm(jacobian[:, free], axis=0)
@@ -118,7 +121,7 @@ def determined(objective: Objective, p: Array) -> Determined:
             names = np.flatnonzero(moves[:, i])
             errors[names] = np.inf
             of.append(tuple(labels[j] for j in names))
-    bound = moves[:, held].any(axis=1) & ~moves[:, free].any(axis=1)
+    bound = np.asarray(moves[:, held].any(axis=1) & ~moves[:, free].any(axis=1), dtype=bool)
     least = float(s.min(initial=1.0))
     return Determined(labels, values, errors, bound, float(s.max(initial=1.0)) / max(least, 1e-300), tuple(of))
 

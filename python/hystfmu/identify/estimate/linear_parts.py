@@ -17,8 +17,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.identify.estimate.free import Free
-from hystfmu.identify.estimate.lanes import Lanes
 from hystfmu.identify.estimate.objective import Linear
+from hystfmu.identify.estimate.runs import Runs
 from hystfmu.model.inputs import rows_of
 
 ROWS = 1000  # of the record that the runs take, at most
@@ -44,12 +44,12 @@ def linear_parts(graph: Graph, frees: Sequence[Free], data: Dataset, seed: int =
     rng = np.random.default_rng(seed)
     stride = max(1, data.train.stop // ROWS)  # the runs need turning points, not dynamics
     rows = rows_of(graph, data).reshape(len(data.u), -1)[: data.train.stop : stride][:ROWS]
-    lanes = Lanes(graph)
+    runs = Runs(graph)
 
     def run(values: Mapping[str, Array]) -> Array | None:
         with suppress(InputError):
-            lanes.put(0, values)
-            y = lanes.run(rows, data.h)[:, 0]
+            runs.put(values)
+            y = runs.run(rows, data.h)
             return y if np.isfinite(y).all() else None
         return None
 

@@ -9,8 +9,7 @@ order in the residuals is left out.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,11 +20,11 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.identify.estimate.coordinates import Coordinates
-from hystfmu.identify.estimate.lanes import Lanes, batches
+from hystfmu.identify.estimate.runs import DIFFERENCE, Runs
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model.inputs import rows_of
 
-DIFFERENCE = 1e-6  # step of a derivative, relative to the scale of its coordinate
+TURN = 1e-5  # step of the derivative of values by a coordinate, relative to its scale
 FARTHEST = 1e3  # size of a residual relative to the misfit of no output at all: a trial may diverge or be refused
 DEPENDENT = 1e-10  # singular value of the columns, each of length 1, that counts as 0
 MOST = 1e100  # largest output: squares of larger ones overflow
@@ -101,14 +100,12 @@ class Objective:
         self.rows = np.arange(len(data.u))[data.counted] if rows is None else rows
         self.y = data.y[self.rows]
         self.size = data.span * np.sqrt(len(self.y)) if size is None else size
-        inputs, stop = (
-            rows_of(self.structure(coordinates.inside(np.zeros(len(coordinates.lo)))), data).reshape(len(data.u), -1),
-            int(self.rows[-1]) + 1,
-        )
-        self._inputs = [inputs[r.start : min(r.stop, stop)] for r in data.records if r.start < stop]
+        inputs = rows_of(self.structure(coordinates.inside(np.zeros(len(coordinates.lo)))), data)
+        inputs = inputs.reshape(len(data.u), -1)
+        cuts = [(r.start, self.rows[(r.start <= self.rows) & (self.rows < r.stop)]) for r in data.records]
+        self._parts = [(inputs[first : rows[-1] + 1], rows - first) for first, rows in cuts if len(rows)]
         self.positive = np.array([part.positive for part in linear for _ in part.elements], dtype=bool)
-        self._columns: dict[Graph, list[tuple[range, Lanes]]] = {}
-        self._moved: dict[tuple[Graph, tuple[frozenset[str], ...]], list[tuple[range, Lanes]]] = {}
+        self._runs: dict[Graph, Runs] = {}
         self._point: tuple[bytes | None, Array, Array, Array] = None, np.zeros(0), np.zeros(0), np.zeros(0)
         self._slopes: tuple[bytes | None, Array] = None, np.zeros(0)
         self.best: tuple[float, Array] = np.inf, np.zeros(0)
@@ -136,15 +133,25 @@ class Objective:
         return graph
 
     # ---- runs -------------------------------------------------------------------------------------------------------
-    def _run(self, lanes: Lanes) -> Array:
-        """Run over the records; the outputs at the rows that count, shape (rows, lanes)."""
+    def _run(
+        self,
+        graph: Graph,
+        values: Mapping[str, Array],
+        changes: Sequence[Mapping[str, Array]],
+        step: float = DIFFERENCE,
+    ) -> tuple[Array, Array]:
+        """Run over the records; output (rows,) and its derivatives (rows, changes) at the rows that count."""
         if self.best[0] < np.inf and time.monotonic() > self.until:
             raise OutOfTime
-        parts = [lanes.run(rows, self.h) for rows in self._inputs]
-        found: Array = (parts[0] if len(parts) == 1 else np.concatenate(parts))[self.rows]
-        if not np.abs(found).max() < MOST:
+        if graph not in self._runs:
+            self._runs[graph] = Runs(graph)
+        runs = self._runs[graph]
+        runs.put(values)
+        parts = [runs.sensitivities(u, self.h, changes, rows, step) for u, rows in self._parts]
+        y, dy = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+        if not np.abs(y).max() < MOST:
             raise InputError(f"The output must be below {MOST:g}. Got one that grows.")
-        return found
+        return y, dy
 
     def columns(self, p: Array) -> tuple[Array, Array]:
         """Return the output without the linear part, (rows,), and what a weight of 1 of each adds, (rows, weights).
@@ -154,21 +161,10 @@ class Objective:
         InputError
             The core refuses the values, or the output is not finite.
         """
-        graph, values = self.structure(p), self.values(p, np.zeros(len(self.positive)))
-        places = [(part, element) for part in self.linear for element in part.elements]
-        if graph not in self._columns:
-            self._columns[graph] = batches(graph, [{part.node} for part, _ in places])
-        base, found = np.zeros(0), np.empty((len(self.y), len(places)))
-        for part_of, lanes in self._columns[graph]:
-            for lane in range(lanes.n):
-                lanes.put(lane, values)
-            for lane, k in enumerate(part_of, 1):
-                part, element = places[k]
-                one = values[part.name].copy()
-                one[element] = 1.0
-                lanes.put(lane, {part.name: one})
-            y = self._run(lanes)
-            base, found[:, part_of.start : part_of.stop] = y[:, 0], y[:, 1:] - y[:, :1]
+        values = self.values(p, np.zeros(len(self.positive)))
+        base, found = self._run(self.structure(p), values, self.weighed(values), 1.0)
+        if not np.abs(found).max(initial=0.0) < MOST:
+            raise InputError(f"The output must be below {MOST:g}. Got one that grows.")
         return base, found
 
     def project(self, p: Array) -> tuple[Array, Array, Array]:
@@ -212,58 +208,36 @@ class Objective:
     def sensitivities(self, p: Array) -> Array:
         """Return the derivatives of the output by the coordinates with the weights held, shape (rows, n).
 
-        Differences of whole runs, of which only what a coordinate changes is run again.  A coordinate that can move in
-        neither direction has a derivative of 0.
+        A coordinate that can move in neither direction has a derivative of 0.
         """
         if self._slopes[0] != (key := p.tobytes()):
-            self._slopes = key, self._differences(p)
+            weights, scale = self.project(p)[1], self.coordinates.scale
+            changes = [{k: x * scale[i] for k, x in change.items()} for i, change in enumerate(self.turns(p, weights))]
+            try:
+                found = self._run(self.structure(p), self.values(p, weights), changes)[1] / scale
+            except InputError:
+                found = np.zeros((len(self.y), len(p)))
+            self._slopes = key, np.where(np.isfinite(found), found, 0.0)
         return self._slopes[1]
 
-    def _differences(self, p: Array) -> Array:
-        weights, n = self.project(p)[1], len(p)
-        graph, base = self.structure(p), self.values(p, weights)
-        steps, moved = self.steps(p), []
-        for k, unit in enumerate(np.eye(n)):
-            values = self.values(p + steps[k] * unit, weights)
-            moved.append({name: v for name, v in values.items() if not np.array_equal(v, base[name])})
-        steps[steps == 0] = 1.0
-        touched = tuple(frozenset(name.partition(".")[0] for name in values) for values in moved)
-        if (graph, touched) not in self._moved:
-            self._moved = {(graph, touched): batches(graph, touched)}
-        found = np.zeros((len(self.y), n))
-        for part_of, lanes in self._moved[graph, touched]:
+    def weighed(self, values: Mapping[str, Array]) -> list[dict[str, Array]]:
+        """Return the derivatives of the values by each weight of a linear parameter."""
+        return [
+            {part.name: np.eye(len(values[part.name]))[element]} for part in self.linear for element in part.elements
+        ]
 
-            def changes(chosen: Collection[int], part_of: range = part_of, lanes: Lanes = lanes) -> Array:
-                lanes.put(0, base)
-                for lane, k in enumerate(part_of, 1):
-                    lanes.put(lane, {**base, **moved[k]} if k in chosen else base)
-                y = self._run(lanes)
-                return y[:, 1:] - y[:, :1]
-
-            try:
-                found[:, part_of.start : part_of.stop] = changes(part_of) / steps[part_of.start : part_of.stop]
-            except InputError:  # a step leaves what the core takes: each alone, in both directions
-                for k in part_of:
-                    for step in (steps[k], -steps[k]):
-                        point = p + step * np.eye(n)[k]
-                        if self.structure(point) is not graph:
-                            continue
-                        moved[k] = self.values(point, weights)
-                        with suppress(InputError):
-                            found[:, k] = changes({k})[:, k - part_of.start] / step
-                            break
-        return found
-
-    def steps(self, p: Array) -> Array:
-        """Return steps for differences, inside the bounds and within the structure of a point; 0 where none is."""
-        c, graph = self.coordinates, self.structure(p)
-        found = np.zeros(len(p))
+    def turns(self, p: Array, weights: Array) -> list[dict[str, Array]]:
+        """Return the derivatives of the values by each coordinate, inside the bounds and within the structure of p."""
+        c, graph, here = self.coordinates, self.structure(p), self.values(p, weights)
+        found: list[dict[str, Array]] = []
         for k, unit in enumerate(np.eye(len(p))):
-            for step in (DIFFERENCE * c.scale[k], -DIFFERENCE * c.scale[k]):
-                inside = c.lo[k] <= p[k] + step <= c.hi[k]
-                if inside and self.structure(p + step * unit) is graph:
-                    found[k] = step
-                    break
+            ends = []
+            for step in (TURN * c.scale[k], -TURN * c.scale[k]):
+                inside = c.lo[k] <= p[k] + step <= c.hi[k] and self.structure(p + step * unit) is graph
+                ends.append((step, self.values(p + step * unit, weights)) if inside else (0.0, here))
+            (up, above), (down, below) = ends
+            apart = (up - down) or 1.0
+            found.append({name: (above[name] - below[name]) / apart for name in here})
         return found
 
     def jacobian(self, p: Array) -> Array:

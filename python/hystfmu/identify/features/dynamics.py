@@ -245,6 +245,21 @@ def unknown(g: Dynamics, spread: Array, data: Dataset, options: Mapping[str, Any
     return found
 
 
+def errors(g: Dynamics, spread: Array, data: Dataset, options: Mapping[str, Any]) -> dict[str, float]:
+    """Return entries of `Model.fit`: standard errors ``f_n_se`` (Hz) and ``zeta_se`` of what the record determines.
+
+    Parameters
+    ----------
+    g, spread, data, options
+        As `unknown`; a value at a bound of the search, or without effect on the residuals, has no entry.
+    """
+    lo, hi = bounds(data, options)
+    p, room = g.point(data.h), 1e-3
+    named = {"f_n_se": g.f_n, "zeta_se": g.zeta}
+    inside = (lo + room < p) & (p < hi - room) & np.isfinite(spread)
+    return {key: float(value * spread[k]) for k, (key, value) in enumerate(named.items()) if inside[k]}
+
+
 def hysteresis(model: Model) -> Model:
     """Return the model without G0 and delay: the static part, which `hystfmu.inverse.inverse` inverts.
 

@@ -33,7 +33,7 @@ from hystfmu.identify.candidate import ANY, Candidate, Memory
 from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_chain import chain
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Problem
-from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, search, uncertainty, unknown
+from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, errors, search, uncertainty, unknown
 from hystfmu.identify.features.following import LEVELS, Following
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
 from hystfmu.identify.features.relay_sum import RelaySum
@@ -195,8 +195,9 @@ def build(
     told: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
     if parts.g:
         residuals = f.residuals(replace(best, fit=fitted), f.all)
-        warned += unknown(parts.g, uncertainty(residuals, parts.g, data, options), data, options)
-        told |= parts.g.told
+        spread = uncertainty(residuals, parts.g, data, options)
+        warned += unknown(parts.g, spread, data, options)
+        told |= parts.g.told | errors(parts.g, spread, data, options)
     told |= {"warnings": warned} if warned else {}
     count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (parts.g.parameters if parts.g else 0)
     count += Following(f.theta, parts.levels).parameters(parts.degree + 1)

@@ -22,9 +22,10 @@ from scipy.optimize import least_squares
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
+from hystfmu.data.reversals import reversals
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.candidate import OPENS, Candidate, Memory
-from hystfmu.identify.excitation.minor_loops import examine
+from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.features.bent_sum import lagged
 from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
@@ -69,7 +70,7 @@ class _Fitting:
     """Columns and rows of a fit."""
 
     def __init__(self, data: Dataset, options: Mapping[str, Any]) -> None:
-        seen = data.u[data.train]
+        seen = data.u[data.counted]  # a curve of high degree knows nothing beyond the rows that it is fitted to
         self.middle, self.half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
         self.data, self.x = data, (data.u[: data.train.stop] - self.middle) / self.half
         every = np.arange(data.train.stop)[data.counted]
@@ -128,7 +129,7 @@ def build(
     first = int(options["degree"] or DEGREES[-2])
     best = min((f.tried(Parts(first, T, p)) for p in starts), key=lambda t: t[0])
     progress(0.4)
-    if options["rate"] is None and examine(data).several_speeds:  # else lags and loop explain each other
+    if options["rate"] is None and _several_durations(data):  # else lags and loop explain each other
         more = min((f.tried(Parts(first, every, p)) for p in (best[1].p, starts[0])), key=lambda t: t[0])
         best = more if more[0] < BETTER * best[0] else best
     if options["degree"] is None:
@@ -144,6 +145,13 @@ def build(
     c = f.project(parts, f.all)[1]
     told = {"parts": _named(parts), "bounded": searched(parts.p, f.lo, f.hi)}
     return _graph(f, parts, c), len(c) + 4, told
+
+
+def _several_durations(data: Dataset) -> bool:
+    """Whether half cycles differ twofold in duration; a decaying sine has many speeds and one frequency."""
+    lasting = np.diff(reversals(data.longest().u[data.longest().train]))
+    long, short = np.percentile(lasting, [90, 10]) if len(lasting) else (1.0, 1.0)
+    return bool(long > SPEEDS * short)
 
 
 def _named(parts: Parts) -> str:

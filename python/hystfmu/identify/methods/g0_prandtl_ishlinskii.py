@@ -26,7 +26,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.candidate import LAGS, Candidate, Memory
-from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, search, uncertainty, unknown
+from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, errors, search, uncertainty, unknown
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
@@ -84,8 +84,9 @@ def build(
         g = search(lambda g: project(g, columns)[0], data, options, lambda f: None, g)  # noqa: B023 - called at once
         progress(0.5 + 0.5 * (i + 1) / ROUNDS)
     _, w, offset = project(g, columns)
-    warned = unknown(g, uncertainty(lambda g: project(g, columns)[0], g, data, options), data, options)
-    told = {**g.told, **({"warnings": warned} if warned else {})}
+    spread = uncertainty(lambda g: project(g, columns)[0], g, data, options)
+    warned = unknown(g, spread, data, options)
+    told = {**g.told, **errors(g, spread, data, options), **({"warnings": warned} if warned else {})}
     return graph(g, w, r, x0, (middle, half, offset), hold, data), len(r) + 5, told
 
 

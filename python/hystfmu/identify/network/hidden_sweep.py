@@ -19,8 +19,8 @@ from typing import IO, Any
 
 import numpy as np
 
+from hystfmu.base import PACKAGE
 from hystfmu.base.arrays import Array
-from hystfmu.base.package_files import PACKAGE
 from hystfmu.identify.network.readout import centre_and_gain
 from hystfmu.identify.network.trainers import TRAINERS
 from hystfmu.identify.network.training import decay_for, train

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from hystfmu.modelica.actuator.write import ACTUATOR, actuator_files
+from hystfmu.modelica.actuator.write import ACTUATOR, actuator_files, actuator_told
 
-__all__ = ["ACTUATOR", "actuator_files"]
+__all__ = ["ACTUATOR", "actuator_files", "actuator_told"]

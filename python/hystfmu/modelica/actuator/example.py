@@ -8,7 +8,8 @@ from hystfmu.modelica.actuator.made import Made
 from hystfmu.modelica.layout import placed
 from hystfmu.modelica.literals import number
 
-RESONANCE = 3000.0  # Hz, about, of the load on the actuator
+RESONANCE = 3000.0  # Hz, about, of the load on an actuator without a mass
+FREQUENCY = 50.0  # Hz of the command, at most a tenth of the resonance
 
 
 def actuator_example(a: Made, name: str, within: str, of: str) -> str:
@@ -23,23 +24,28 @@ def actuator_example(a: Made, name: str, within: str, of: str) -> str:
     """
     p = a.mechanics
     middle, half = (a.high + a.low) / 2, (a.high - a.low) / 2
-    frequency = 50.0
+    frequency = min(FREQUENCY, (p.f_n or RESONANCE) / 10)
     limits = f"gain = 1, v_min = {number(a.low)}, v_max = {number(a.high)}, v_start = {number(a.v_start)}"
     signal = f"amplitude = {number(half)}, offset = {number(middle)}, frequency = {frequency}, decay = {frequency / 2}"
     w = 2 * np.pi * RESONANCE
-    load = f"m = {number(p.k / w**2)}, c = {number(0.2 * p.k / w)}, k = {number(0.02 * p.k)}"
+    if p.m is None:
+        load = f"m = {number(p.k / w**2)}, c = {number(0.2 * p.k / w)}, k = {number(0.02 * p.k)}, fixedStart = true"
+        moved = "The actuator has no mass, because its mode is not known: that of the load is the only one."
+    else:
+        load = f"m = {number(p.m)}, c = 0.0, k = {number(0.02 * p.k)}"
+        moved = "The load is as heavy as what moves in the actuator, and is joined rigidly to it."
+    period = f"StopTime = {number(2 / frequency)}, Interval = {number(0.01 / frequency)}"
     lines = [
         f"  HystFMU.Sources.DecayingSine command({signal}) annotation ({placed(-90, 0)});",
         f"  HystFMU.Actuators.VoltageDrive drive({limits}) annotation ({placed(-50, 0)});",
-        f"  {of} actuator(withMass = false) annotation ({placed(20, 0)});",
+        f"  {of} actuator annotation ({placed(20, 0)});",
         f"  HystFMU.Plants.Ground ground annotation ({placed(-10, -60)});",
         f"  HystFMU.Plants.Fixed fixed annotation ({placed(-50, -80)});",
         f"  HystFMU.Plants.SpringMassLoad load({load}) annotation ({placed(70, 0)});",
         "equation",
         *(_joined(*row) for row in _JOINED),
-        '  annotation (experiment(StopTime = 0.04, Interval = 2e-4, Tolerance = 1e-9), Documentation(info = "<html>',
-        "<p>A voltage drive, the actuator, and a mass on a spring. The load is joined rigidly, so that its mass stands "
-        "for that of the actuator: <code>withMass = false</code>.</p>",
+        f'  annotation (experiment({period}, Tolerance = 1e-9), Documentation(info = "<html>',
+        f"<p>A voltage drive, the actuator, and a mass on a spring. {moved}</p>",
         f'<p><b>See also:</b> <a href=\\"modelica://{within}.{of}\\">{of}</a>.</p>',
         '</html>"));',
         f"end {name};\n",

@@ -6,13 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
-from hystfmu.modelica.actuator.sheet import Mechanics, Sheet, mechanics
-from hystfmu.modelica.actuator.slot import Slot, slot
+from hystfmu.modelica.actuator.fold import fold, why_not
+from hystfmu.modelica.actuator.mechanics import Mechanics, Mode, mechanics
+from hystfmu.modelica.actuator.sheet import Sheet
+from hystfmu.modelica.actuator.slot import Slot
 from hystfmu.modelica.measures import si
 from hystfmu.modelica.span import span
 
 ROWS, HELD = 400, 100  # of the ramp that shows the stroke; rows that each end is held
+SMALL = 1e-3  # amplitude of a small vibration, of the range
+FOREVER = 1e9
 
 
 @dataclass(frozen=True)
@@ -42,27 +47,51 @@ def refusal(model: Model) -> str:
         got = " to ".join(u or "none" for u in units) if any(units) else "no units of measure"
         wanted = "map a voltage to a length by the units of measure of its data, such as columns 'u [V]' and 'y [um]'"
         return f"the model must {wanted}. Got {got} instead"
-    found = slot(graph)
+    found = fold(graph, model.step or 1.0)
     if found is not None and found.least_slope <= 0:
         return (
             "the output of its operator must rise with the input on every branch. Got a slope of "
             f"{found.least_slope:.3g} after a reversal, against {found.first_slope:.3g} on the first branch"
         )
     if found is None:
-        return f"HystFMU.Actuators.Hysteresis has no class for a model of kind {model.key!r} with these blocks"
+        return why_not(graph)
     return ""
 
 
 def made(model: Model, sheet: Sheet) -> Made:
     """Fold a model that `refusal` does not refuse."""
-    found = slot(model.graph)
+    found = fold(model.graph, model.step or 1.0)
     assert found is not None
     volt, metre = si(model.graph.inputs[0].unit)[1], si(model.graph.outputs[0].unit)[1]
     low, high = span(model) or (-1.0, 1.0)
     ramp = np.concatenate([np.full(HELD, low), np.linspace(low, high, ROWS), np.full(HELD, high)])
-    y = model.predict(ramp)
+    static, h = _static(model.graph), model.step or 1.0
+    y = static.run(ramp, h)
     stroke = abs(float(y[-1] - y[HELD - 1])) * metre
-    f_n, zeta = (model.fit.get(k) for k in ("f_n", "zeta"))
-    dynamics = any(n.type == "transfer_function" for n in model.graph.nodes)
-    known = (f_n, zeta) if dynamics else (None, None)
-    return Made(found, volt, metre, low * volt, high * volt, mechanics(sheet, (high - low) * volt, stroke, *known))
+    rest = (found.rest - found.shift) / found.gain
+    swing = rest + SMALL * (high - low) * np.array([0.0, 1.0, -1.0, 1.0, -1.0])
+    y = _held(static).run(swing, h)
+    slope = float(y[-2] - y[-1]) * metre / (2 * SMALL * (high - low) * volt)
+    mode = Mode.of(model.fit if _dynamics(model.graph) else {})
+    parts = mechanics(sheet, (high - low) * volt, stroke, max(slope, 0.0), mode)
+    return Made(found, volt, metre, low * volt, high * volt, parts)
+
+
+def _held(graph: Graph) -> Graph:
+    """The graph with lags that stay: a vibration is too fast for creep."""
+    for n in graph.nodes:
+        if n.type == "creep":
+            graph = graph.replace(n.with_values(T=n.value("T") * FOREVER))
+    return graph
+
+
+def _dynamics(graph: Graph) -> list[Node]:
+    return [n for n in graph.nodes if n.type in ("transfer_function", "delay")]
+
+
+def _static(graph: Graph) -> Graph:
+    """The graph without linear dynamics and delay, which the mechanics of an actuator replace."""
+    for n in _dynamics(graph):
+        gain = float(n.value("b")[-1] / n.value("a")[-1]) if n.type == "transfer_function" else 1.0
+        graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))
+    return graph

@@ -38,12 +38,18 @@ def actuator_files(model: Model, within: str, told: str, values: Mapping[str, fl
         raise InputError(f"a data sheet makes an actuator, and {why}")
     if why:
         return {}
-    sheet = Sheet.of(values or {})
-    a, (part, shown) = made(model, sheet), ACTUATOR
-    return {part: actuator(model, a, part, within, sheet, told), shown: actuator_example(a, shown, within, part)}
+    a, (part, shown) = made(model, Sheet.of(values or {})), ACTUATOR
+    return {part: actuator(model, a, part, within, told), shown: actuator_example(a, shown, within, part)}
 
 
-def actuator(model: Model, a: Made, name: str, within: str, sheet: Sheet, history: str = "") -> str:
+def actuator_told(model: Model, values: Mapping[str, float] | None) -> list[str]:
+    """What mass, stiffness and capacitance of the actuator come from, or why the model has none; a line each."""
+    if why := refusal(model):
+        return [f"no actuator: {why}"]
+    return list(made(model, Sheet.of(values or {})).mechanics.told)
+
+
+def actuator(model: Model, a: Made, name: str, within: str, history: str = "") -> str:
     """The file of the actuator, without its mark.
 
     Parameters
@@ -54,8 +60,6 @@ def actuator(model: Model, a: Made, name: str, within: str, sheet: Sheet, histor
         Its actuator.
     name, within : str
         Name of the class and of its package.
-    sheet : Sheet
-        Data sheet; what it does not say is assumed, and the documentation says so.
     history : str
         Fit quality and provenance as HTML.
     """
@@ -67,8 +71,10 @@ def actuator(model: Model, a: Made, name: str, within: str, sheet: Sheet, histor
         "offset": s.offset * a.metre,
     }
     own = [f"{k} = {v}" for k, v in s.values.items()] + [f"{k} = {number(v)}" for k, v in scaling.items()]
-    values = {k: number(getattr(p, k)) for k in ("v_max", "stroke", "C", "k", "m", "c", "share")}
-    values |= {"withMass": "false" if p.f_n is None else "true", "v_start": number(a.v_start)}
+    rows = ("v_max", "stroke", "C", "k", "c", "share", "resistance", "tau")
+    values = {k: number(getattr(p, k)) for k in rows}
+    values |= {"withMass": "false"} if p.m is None else {"m": number(p.m)}
+    values["v_start"] = number(a.v_start)
     given = [f"{k} = {v}" for k, v in values.items()]
     own.insert(0, f"u_start = {values['v_start']}")
     given.append(f"redeclare HystFMU.Actuators.Hysteresis.{s.name} hysteresis({', '.join(own)})")
@@ -77,29 +83,25 @@ def actuator(model: Model, a: Made, name: str, within: str, sheet: Sheet, histor
 model {name} "Piezo actuator with the identified hysteresis, in SI units"
   extends HystFMU.Actuators.BaseClasses.Piezo(
     {modifiers});
-  annotation (Documentation(info = {string(_documentation(model, a, sheet, within, history))}));
+  annotation (Documentation(info = {string(_documentation(model, a, within, history))}));
 end {name};
 """
 
 
-def _documentation(model: Model, a: Made, sheet: Sheet, within: str, history: str) -> str:
+def _documentation(model: Model, a: Made, within: str, history: str) -> str:
     p = a.mechanics
-    assumed = []
-    if sheet.stroke is None:
-        assumed.append("a stiffness of 2e7 N/m in short circuit")
-    if sheet.capacitance is None:
-        assumed.append(
-            "a capacitance that makes the square of the coupling factor 0.5, as d33, s33 and eps33 of PIC255 do"
-        )
-    if p.f_n is None:
-        assumed.append("no moving mass")
     limits = [f"identified from {a.low:g} to {a.high:g} V"]
     limits += [f"{text} is left out" for text in a.slot.left_out]
-    limits += [f"assumed, because neither data nor data sheet say it: {text}" for text in assumed]
+    limits += p.told
+    if p.f_n is not None and p.lowest is not None:
+        limits.append(
+            f"the resonance is {p.f_n:.4g} Hz for small vibrations about {a.v_start:.4g} V, and falls towards "
+            f"{p.lowest:.4g} Hz over the whole range, where the polarisation follows the force"
+        )
     return (
         f"<html><p><b>Equation:</b> that of HystFMU.Actuators.BaseClasses.Piezo; in its slot "
         f"HystFMU.Actuators.Hysteresis.{a.slot.name}.</p>{history}"
-        f"<p><b>Source:</b> a model of kind {escape(model.key)}; the rest from the data sheet.</p>"
+        f"<p><b>Source:</b> a model of kind {escape(model.key)}; the rest as the limitations say.</p>"
         f"<p><b>Limitations:</b> {'; '.join(limits)}.</p>"
         f'<p><b>Example:</b> <a href="modelica://{within}.ActuatorExample">ActuatorExample</a>.</p>'
         f'<p><b>See also:</b> <a href="modelica://HystFMU.Actuators.BaseClasses.Piezo">HystFMU.Actuators.BaseClasses.Piezo'

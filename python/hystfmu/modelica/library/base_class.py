@@ -12,6 +12,11 @@ from hystfmu.modelica.library.shelf import Shelf, mark
 from hystfmu.modelica.literals import sentence
 from hystfmu.modelica.places import class_names, lacks, package_of
 
+# a slot of a loop takes the blocks of a package that have its inputs and its output: partial classes of Interfaces
+_SLOTS = {
+    "Control": ("Controller", {"y_d", "y", "u_ff"}, "u"),
+}
+
 
 @dataclass(frozen=True)
 class BaseClass:
@@ -51,20 +56,20 @@ class BaseClass:
         """The file."""
         block = self.block
         left_out = lacks(block, self.name)
+        slot, inherited = self._slot
         rated = any("usesRate" in shelf.texts[c] for c in shelf.classes(self.name))
-        inputs = ports(block, "input", left_out)
         declared = [
             *(dim(d) for d in block.dims if d.name not in left_out),
             *(parameter(block, v, shelf) for v in block.parameters if v.name not in left_out),
-            *inputs,
+            *ports(block, "input", left_out, inherited),
             *([rate_port(block.of("input")[0])] if rated else []),
-            *ports(block, "output", left_out),
+            *ports(block, "output", left_out, inherited),
         ]
         lines = [
             mark(f"the table of {self.source}"),
             f"within HystFMU.{self.package}.BaseClasses;",
             f"partial block {self.name} {sentence(f'{block.text}: parameters and ports')}",
-            f"  extends Icons.{self._icon};",
+            f"  extends {f'Interfaces.{slot}' if slot else f'Icons.{self._icon}'};",
             *(f"  {d}" for d in declared),
             *(["protected", '  constant Boolean usesRate = false "Is there an input for the rate?";'] if rated else []),
             f"  annotation (Documentation(info = {information(*self._paragraphs(shelf))}));",
@@ -76,6 +81,13 @@ class BaseClass:
     def source(self) -> str:
         """The C file of the table."""
         return f"fmu_build/core/blocks/{self.block.family}/{self.block.name}.c"
+
+    @property
+    def _slot(self) -> tuple[str, frozenset[str]]:
+        """The slot of a loop that takes the block, and the ports that come from there; "" if none does."""
+        slot, inputs, output = _SLOTS.get(self.package, ("", set(), ""))
+        fits = {v.name for v in self.block.of("input")} == inputs
+        return (slot, frozenset({*inputs, output})) if slot and fits else ("", frozenset())
 
     @property
     def _icon(self) -> str:

@@ -97,11 +97,13 @@ def _dialog(place: str) -> str:
     return f' annotation (Dialog(group = "{place}"))'
 
 
-def ports(block: BlockType, kind: str, lacks: frozenset[str]) -> list[str]:
-    """The declarations of the inputs or outputs."""
+def ports(block: BlockType, kind: str, lacks: frozenset[str], inherited: frozenset[str]) -> list[str]:
+    """The declarations of the inputs or outputs but those `inherited`, which take a place, too."""
     rows = [v for v in block.of(kind) if v.name not in lacks]
     found = []
     for i, v in enumerate(rows):
+        if v.name in inherited:
+            continue
         shape = f"[{size(v)}]" if v.size != "1" else ""
         unit = f'({"each " if shape else ""}unit = "{v.unit}")' if v.unit != "1" else ""
         where = port_placed(kind == "input", i, len(rows))

@@ -16,6 +16,7 @@ _FIRST = (
         "Actuators",
         "Plants",
         "Control",
+        "Loops",
         "Sources",
         "Functions",
     ),

@@ -16,7 +16,7 @@ _WIDTH, _HEIGHT, _EDGE = 480, 320, 40
 _EXTENT = r"extent = \{\{(-?[\d.]+), (-?[\d.]+)\}, \{(-?[\d.]+), (-?[\d.]+)\}\}"
 _PART = re.compile(rf"^  (?:replaceable )?([A-Z][\w.]*) (\w+)\b[^\n]*?Placement\(transformation\({_EXTENT}", re.M)
 _WIRE = re.compile(r"Line\(points = \{(.*?)\}, color = \{(\d+), (\d+), (\d+)\}\)")
-_SHOWN = ("Examples.StackMovesMass", "Examples.Pid")  # whose diagrams the guide has
+_SHOWN = ("Examples.StackMovesMass", "Loops.Tracking")  # whose diagrams the guide has
 
 
 def pictures(texts: Mapping[str, str]) -> dict[PurePath, str]:

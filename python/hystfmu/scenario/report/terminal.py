@@ -94,7 +94,7 @@ def _cells(v: Verdict | None) -> list[str]:
     if v is None:
         return ["stopped", "", ""]
     percent = " %" if v.kind.endswith("_percent") else ""
-    return [f"{v.metric}{percent}", f"{v.value:.4g}", "" if v.limit is None else f"{v.limit:g}"]
+    return [f"{v.metric}{percent}", f"{v.value:.4g}", "" if v.limit is None else f"{v.limit:.4g}"]
 
 
 def _worst(results: Sequence[Result]) -> list[str]:

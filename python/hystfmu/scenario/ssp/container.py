@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import hystfmu
+from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes
-from hystfmu.base.package_files import PACKAGE
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED
 from hystfmu.fmu.archive.xml_file import xml_file
 from hystfmu.fmu.archive.zip_file import zip_file

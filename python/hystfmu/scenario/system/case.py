@@ -47,6 +47,7 @@ class Case:
     tolerance: float
     overrides: dict[str, Any]
     """From the command line: apply where the unit and the parameter exist."""
+    guard: float | None = None
     tube: TubeSpec | None = None
     final_states: bool = False
     origin: str = ""
@@ -232,6 +233,7 @@ class Scenario:
             loops=tuple((a, b) for a, b in s.loops),
             delay=s.delay,
             tolerance=s.tolerance,
+            guard=s.guard,
             tube=s.tube,
             final_states=s.final_states,
             origin=self.origin,

@@ -5,13 +5,15 @@ Tables merge key by key; numbers, texts and lists replace.  Three rules keep the
 - A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole.
 - Of several files in a list, a later one is on top of those before it.
 - A case states what differs from the case of the same name below.  A file that lists cases runs these, in its order;
-  one that lists none runs those of the file that it extends.
+  one that lists none runs those of the file that it extends.  A name with ``*`` or ``?`` stands for all of these that
+  match and that the file does not name elsewhere.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -39,13 +41,15 @@ def read_scenario(file: Path) -> ScenarioSpec:
     """
     layers = _chain(file)
     try:
-        merged = layers[-1][1]
-        for path, own in reversed(layers[:-1]):
+        merged, run = layers[-1][1], _length(layers[-1][1])
+        for k, (path, own) in reversed(list(enumerate(layers[:-1]))):
             _names_once(merged.get("case"), path)
+            if isinstance(own.get("case"), list):
+                own = own | {"case": _chosen(merged.get("case"), run, own["case"], path)}
+                layers[k], run = (path, own), _length(own)
             merged = _merge(merged, own)
-        listed = next((own["case"] for _, own in layers if "case" in own), None)
-        if isinstance(listed, list):
-            merged["case"] = merged["case"][: len(listed)]  # those that only give what others state come after
+        if isinstance(merged.get("case"), list):
+            merged["case"] = merged["case"][:run]  # those that only give what others state come after
     except RecursionError:
         raise InputError(f"{file}: tables are nested too deep") from None
     return with_conditions(check(merged, ScenarioSpec, lambda key: _origin(layers, merged, key)), file)
@@ -100,6 +104,28 @@ def _merge_cases(below: list[Any], own: list[Any]) -> list[Any]:
     names = [c["name"] for c in own if _is_named(c)]
     merged = [_merge(base.get(c["name"], {}), c) if _is_named(c) else c for c in own]
     return merged + [c for name, c in base.items() if name not in names]
+
+
+def _chosen(below: Any, run: int, own: list[Any], path: Path) -> list[Any]:
+    """`own` with the first `run` cases of `below` in the place of the patterns that they match."""
+    patterns = [c for c in own if _is_named(c) and set(c["name"]) & set("*?")]
+    taken = {c["name"] for c in own if _is_named(c)}
+    found: list[Any] = []
+    for case in own:
+        if not any(case is p for p in patterns):
+            found.append(case)
+            continue
+        free = [c["name"] for c in below[:run] if _is_named(c)] if isinstance(below, list) else []
+        names = [name for name in free if name not in taken and fnmatchcase(name, case["name"])]
+        if not names:
+            raise InputError(f"{path}: case {case['name']}: no other case of the file that it extends has such a name")
+        taken.update(names)
+        found += [case | {"name": name} for name in names]
+    return found
+
+
+def _length(table: Table) -> int:
+    return len(table["case"]) if isinstance(table.get("case"), list) else 0
 
 
 def _is_named(case: Any) -> bool:

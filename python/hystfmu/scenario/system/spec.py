@@ -224,6 +224,9 @@ class ScenarioSpec(pydantic.BaseModel):
     tolerance: Annotated[float, Field(ge=0, le=1)] = Field(
         1e-6, description="largest change of a metric or a recorded signal against the baseline, relative"
     )
+    guard: Annotated[float, Field(ge=1, allow_inf_nan=False)] | None = Field(
+        None, description="largest multiple of its recorded value that a metric may reach, beside its limit"
+    )
     tube: TubeSpec | None = Field(None, description="room for recorded signals instead of `tolerance`")
     final_states: bool = Field(False, description="the final states of all units must have the bits of the baseline")
     memory: Annotated[None, renamed(FINAL_STATES)] = Field(None, exclude=True, repr=False)

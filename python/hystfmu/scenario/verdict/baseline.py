@@ -7,16 +7,17 @@ around the baseline, for a run has all its rows and a baseline a few.
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import pydantic
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import MOST_BYTES, read_toml, write_text, write_toml
+from hystfmu.base.files import MOST_BYTES, read_toml, write_text
 from hystfmu.base.replacing import own
 from hystfmu.data.csv_file import read_header
 from hystfmu.scenario.outcome.excerpt import Excerpt
@@ -132,15 +133,20 @@ class Kept:
 
 def save_baseline(folder: Path, signals: tuple[str, ...], runs: dict[str, Record]) -> None:
     """Write baseline.toml and baseline.csv, each as a whole; only ever called for an explicit `--record`."""
-    heading = "generated from scenario.toml by 'hystfmu run --record' - do not edit"
-    data: dict[str, Any] = {"case": {}}
+    cases = ["# generated from scenario.toml by 'hystfmu run --record' - do not edit", "[case]"]
     lines = [",".join(["case", "t", *signals])]
     for name, r in runs.items():
-        data["case"][name] = {"metrics": r.metrics} | ({"final_states": r.final_states} if r.final_states else {})
+        tables = [("metrics", r.metrics)] + ([("final_states", r.final_states)] if r.final_states else [])
+        cases += [f"{name if '.' not in name else json.dumps(name)}.{key} = {_inline(table)}" for key, table in tables]
         lines += [",".join([name, *[repr(float(v)) for v in row]]) for row in r.rows]
     own(folder / "baseline.csv", folder / "baseline.toml")
     write_text(folder / "baseline.csv", "\n".join(lines) + "\n")
-    write_toml(folder / "baseline.toml", data, heading)
+    write_text(folder / "baseline.toml", "\n".join(cases) + "\n")
+
+
+def _inline(table: dict[str, float] | dict[str, str]) -> str:
+    """Return a table as one line of TOML."""
+    return f"{{ {', '.join(f'{name} = {json.dumps(value)}' for name, value in table.items())} }}"
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ class Verdict:
     value : float
         In the unit of its kind.
     limit, baseline : float, optional
-        The largest value allowed, and the value recorded; None: none is stated.
+        The largest value allowed, the smaller of limit and guard, and the value recorded; None: none is stated.
     within : bool
         Finite and not above the limit.
     same : bool, optional
@@ -57,14 +57,15 @@ def judge(
             value = measured[name].value()
         except InputError as e:
             raise InputError(f"{case.where}: metrics.{name}: {e}") from None
-        within = bool(np.isfinite(value)) and (m.limit is None or value <= m.limit)
         old = known.get(name) if known is not None else None
+        limit, stated = _allowed(case.guard, m.limit, old)
+        within = bool(np.isfinite(value)) and (limit is None or value <= limit)
         same = None
         if old is not None:
             same = abs(value - old) <= max(case.tolerance * max(abs(old), m.limit or 0.0), ROUNDING)
-        verdicts.append(Verdict(name, m.kind, value, m.limit, old, within, same))
+        verdicts.append(Verdict(name, m.kind, value, limit, old, within, same))
         if not within:
-            rule = "is not finite" if m.limit is None else f"exceeds the limit {m.limit:g}"
+            rule = "is not finite" if limit is None else f"exceeds the limit {limit:.6g}{stated}"
             failures.append(f"{case.title}: {name} ({m.kind} of {m.signal}) = {value:.6g} {rule}")
         if same is False:
             advice = "; if that is meant, run with --record" if strict else ""
@@ -76,3 +77,11 @@ def judge(
     elif strict:
         changed.append(f"{case.title}: no baseline: run with --record")
     return (verdicts, failures + changed, []) if strict else (verdicts, failures, changed)
+
+
+def _allowed(guard: float | None, limit: float | None, recorded: float | None) -> tuple[float | None, str]:
+    """Return the largest value allowed, and where it comes from if the guard of the scenario is what holds."""
+    if guard is None or recorded is None:
+        return limit, ""
+    most = max(guard * abs(recorded), ROUNDING)
+    return (limit, "") if limit is not None and limit <= most else (most, f", {guard:g} times the recorded value")

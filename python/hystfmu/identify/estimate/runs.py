@@ -1,0 +1,139 @@
+"""Runs of a graph with its sensitivities: values of parameters by name, derivatives by changes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.core.executor import SEED, Executor
+from hystfmu.graph import Graph
+
+Values = Mapping[str, ArrayLike]
+"""Values of parameters by name, ``node.parameter``; each a number or an array with all elements."""
+DIFFERENCE = 1e-6  # of a change, by which blocks without a sensitivity are moved
+
+
+class Runs:
+    """A graph with one output, loaded into the core.
+
+    Parameters
+    ----------
+    graph : Graph
+    """
+
+    def __init__(self, graph: Graph) -> None:
+        self._executor = Executor(graph.to_bytes())
+        self._ports = {
+            f"{graph.nodes[p.node].name}.{p.var.name}": (p.node, p.reference, p.size)
+            for p in graph.ports
+            if p.is_parameter
+        }
+        self._last: dict[str, Array] = {}
+        self._implicit = any(node.block.trial for node in graph.nodes)
+
+    def put(self, values: Values) -> None:
+        """Set values.
+
+        Raises
+        ------
+        InputError
+            A value is out of range.
+        """
+        for name, given in values.items():
+            if np.array_equal(given, self._last.get(name, ())):
+                continue
+            _, reference, size = self._ports[name]
+            self._last.pop(name, None)
+            for k, value in enumerate(np.broadcast_to(np.ravel(given), (size,)).tolist(), reference):
+                self._executor.set(k, value)
+            self._last[name] = np.array(given)
+
+    def run(self, inputs: Array, h: float) -> Array:
+        """Run over the input rows (n, n_inputs) from a fresh start; shape (n,).
+
+        Raises
+        ------
+        InputError
+            The core refuses the values.
+        """
+        return self._executor.run(inputs, 1, h)[:, 0]
+
+    def sensitivities(
+        self,
+        inputs: Array,
+        h: float,
+        changes: Sequence[Mapping[str, Array]],
+        rows: NDArray[np.intp],
+        step: float = DIFFERENCE,
+    ) -> tuple[Array, Array]:
+        """Run with the derivatives of the output by changes of values.
+
+        Parameters
+        ----------
+        inputs : array, shape (n, n_inputs)
+        h : float
+            Time between rows (s).
+        changes : sequence of mapping of str to array
+            By how much the elements of parameters change, for each derivative.
+        rows : array of int, shape (k,)
+            Rows to return, rising.
+        step : float
+            Part of a change by which blocks without a sensitivity are moved; 1 for what enters linearly.
+
+        Returns
+        -------
+        y : array, shape (k,)
+        dy : array, shape (k, len(changes))
+            0 for a change of nothing.
+
+        Raises
+        ------
+        InputError
+            The core refuses the values.
+        """
+        if self._implicit:
+            return self._differences(inputs, h, changes, rows, step)
+        found: list[tuple[int, bool, int, list[tuple[int, int, float]]]] = []
+        for column, change in enumerate(changes):
+            seeds = [
+                (node, reference + int(k), float(sizes[k]))
+                for name, sizes in change.items()
+                for node, reference, _ in (self._ports[name],)
+                for k in np.flatnonzero(sizes)
+            ]
+            if seeds:
+                found.append((min(seeds)[0], len(seeds) == 1, column, sorted(seeds)))
+        found.sort(key=lambda one: one[:3])
+        listed = [(reference, k, size) for k, one in enumerate(found) for _, reference, size in one[3]]
+        y, dy = self._executor.sensitivities(inputs, 1, h, np.array(listed, dtype=SEED), rows, step)
+        order = [one[2] for one in found]
+        if order == list(range(len(changes))):
+            return y[:, 0], dy[:, 0]
+        whole = np.zeros((len(y), len(changes)))
+        whole[:, order] = dy[:, 0]
+        return y[:, 0], whole
+
+    def _differences(
+        self, inputs: Array, h: float, changes: Sequence[Mapping[str, Array]], rows: NDArray[np.intp], step: float
+    ) -> tuple[Array, Array]:
+        """Do the same by whole runs: the core has no sensitivities for an implicit inverse."""
+        y, before = self.run(inputs, h)[rows], dict(self._last)
+        dy = np.zeros((len(y), len(changes)))
+        for column, change in enumerate(changes):
+            for part in (step, -step):
+                with suppress(InputError):
+                    self.put(
+                        {
+                            name: before[name] + part * np.reshape(x, np.shape(before[name]))
+                            for name, x in change.items()
+                        }
+                    )
+                    dy[:, column] = (self.run(inputs, h)[rows] - y) / part
+                    break
+            self.put(before)
+        return y, dy

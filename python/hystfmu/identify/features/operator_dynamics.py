@@ -1,0 +1,206 @@
+"""Rate-independent operator followed by linear dynamics with delay: y = c + e^(-s tau) G0(s) sum_i k_i x_i.
+
+The x_i are outputs of the operator and of the scaling in front of it.  Offset and gains enter linearly and are
+eliminated (variable projection, Golub & Pereyra 1973).  The search has f_n, zeta, tau and the shape of the operator.
+
+The search starts with the dynamics alone: a bank of responses of fixed shapes, filtered by G0 and delayed, is combined
+by least squares.  The bank represents a loop of any shape to about a percent, so that the dynamics do not compensate
+for the loop, as they do with a sum of plays (f_n 3176 Hz instead of 500 Hz).  Then the shape is searched with these
+dynamics, then all parameters together on all rows.  A delay that the data do not support is left out (Bayesian
+information criterion): it trades against f_n, whose standard error it multiplies by three.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.estimate.coordinates import Coordinates
+from hystfmu.identify.estimate.determined import determined
+from hystfmu.identify.estimate.objective import Linear, Objective
+from hystfmu.identify.estimate.search import best_of, refined
+from hystfmu.identify.features.dynamics import Dynamics, bounds, errors, search, unknown
+from hystfmu.identify.features.identifiable import correlation_time, standard_errors
+
+MOST_ROWS = 5000  # more rows are thinned evenly for the starts, after filtering at the full rate
+ENOUGH = 3e-3  # misfit, relative to the span, below which no other start is tried
+DELAY = 2  # index of the delay among the parameters
+TOLERANCE = 1e-12  # relative change that ends the search of all parameters
+EVALUATIONS = (15, 60)  # limit on evaluations of residuals and Jacobian: per start, for all parameters together
+
+
+@dataclass(frozen=True)
+class Operator:
+    """A class of operators with a searched shape.
+
+    Parameters
+    ----------
+    nodes : function
+        Returns the blocks ``input``, which scales u, ``operator`` and more behind it for a record.
+    shape : function
+        Returns the values of these blocks, by ``node.parameter``, at a point (n,) of the search.
+    lo, hi, scale : array, shape (n,)
+        Bounds and scale of the points.
+    columns : tuple of str
+        Ports whose weighted sum enters the dynamics.
+    starts, bank : tuple of array, shape (n,)
+        Points of the search, the likeliest first, and those of the bank.
+    searched : function
+        Returns the parameters with their bounds at (p, lo, hi), as ``bounded`` of the fit.
+    wires : tuple of (str, str)
+        From the operator to the blocks behind it.
+    """
+
+    nodes: Callable[[Dataset], list[Node]]
+    shape: Callable[[Array], dict[str, float]]
+    lo: Array
+    hi: Array
+    scale: Array
+    columns: tuple[str, ...]
+    starts: tuple[Array, ...]
+    bank: tuple[Array, ...]
+    searched: Callable[[Array, Array, Array], dict[str, tuple[float, float, float]]]
+    wires: tuple[tuple[str, str], ...] = ()
+
+
+def build(
+    operator: Operator, data: Dataset, options: Mapping[str, Any], progress: Callable[[float], None]
+) -> tuple[Graph, int, dict[str, Any]]:
+    """Build the graph ``scaling -> operator -> sum -> transfer_function [-> delay] -> scaling``.
+
+    It returns the graph, the number of its parameters, and f_n (Hz), zeta, delay (s), with a warning for each of these
+    that the data do not determine.
+    """
+    h, hold = data.h, options["hold"]
+    rows = np.arange(len(data.u))[data.counted]
+    some = rows[:: -(-len(rows) // MOST_ROWS)]
+    least, most = bounds(data, options)
+    lo, hi = np.concatenate([least, operator.lo]), np.concatenate([most, operator.hi])
+    scale = np.concatenate([[0.1, 0.1, 0.3], operator.scale])
+    chains = _Chains(operator, data, hold)
+    everything = Coordinates(lo, hi, scale, chains.values)
+    linear = (Linear("hysteresis.k", tuple(range(len(operator.columns)))), Linear("readout.offset"))
+
+    def objective(moved: NDArray[np.bool_], p: Array, rows: NDArray[np.intp]) -> Objective:
+        def structure(q: Array) -> Graph:
+            return chains.at(Coordinates.joined(moved, p, q))
+
+        return Objective(data, structure, everything.only(moved, p), linear, rows=rows)
+
+    g = search(_Bank(operator, data, some, hold).residuals, data, options, lambda f: progress(0.5 * f))
+    shapes = np.arange(len(lo)) > DELAY
+    points = [np.array([*g.point(h), *start]) for start in operator.starts]
+    p = everything.inside(points[0])
+    first = objective(shapes, p, some)
+    shaped = best_of(first, [q[shapes] for q in points], EVALUATIONS[0], lambda f: progress(0.5 + 0.3 * f), ENOUGH)
+    p = Coordinates.joined(shapes, p, shaped.p)
+    progress(0.8)
+    fitted = objective(np.ones(len(lo), dtype=bool), p, rows)
+    found = refined(fitted, p, EVALUATIONS[1], TOLERANCE)
+    progress(0.9)
+    best, p, q, parameters = fitted, found.p, found.p, len(lo) + len(operator.columns) + 1
+    spread = standard_errors(fitted.residuals(p), fitted.jacobian(p), ~everything.at_bounds(p))
+    if p[DELAY] > 0:
+        e = fitted.residuals(p)
+        independent = len(e) / correlation_time(e)
+        prompt = np.arange(len(lo)) != DELAY
+        p_0 = np.where(prompt, p, 0.0)
+        without = objective(prompt, p_0, rows)
+        again = refined(without, p_0[prompt], EVALUATIONS[1], TOLERANCE)
+        if independent * np.log(again.cost / found.cost) <= np.log(independent):
+            best, p, q, parameters = without, Coordinates.joined(prompt, p_0, again.p), again.p, parameters - 1
+    g = Dynamics.at(p, h)
+    warned = unknown(g, spread[:3], data, options)  # the standard errors are those with the delay searched
+    limited = operator.searched(p[3:], operator.lo, operator.hi)
+    told = {**g.told, **errors(g, spread[:3], data, options), "bounded": limited, "free": determined(best, q).table}
+    return chains.finished(best.graph(q)), parameters, {**told, **({"warnings": warned} if warned else {})}
+
+
+class _Bank:
+    """Responses of fixed shapes behind the dynamics, for the search of the dynamics alone."""
+
+    def __init__(self, operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) -> None:
+        self.rows, self.y, self.h, self.hold = rows, data.y[rows], data.h, hold
+        front, columns = operator.nodes(data), []
+        for point in operator.bank:
+            given = [(*name.partition(".")[::2], value) for name, value in operator.shape(point).items()]
+            nodes = [n.with_values(**{k: v for node, k, v in given if node == n.name}) for n in front]
+            columns.append(_run(operator, nodes, data.u))
+        self.columns = np.column_stack([columns[0][:, 0], *(c[:, 1:] for c in columns)])
+
+    def residuals(self, g: Dynamics) -> Array:
+        """Return the residuals of a linear combination of 1 and of the filtered responses."""
+        filtered = g.filter(self.columns, self.h, self.hold)[self.rows]
+        columns = np.column_stack([np.ones(len(self.rows)), filtered])
+        size = np.linalg.norm(columns, axis=0)
+        c = np.linalg.lstsq(columns / size, self.y, rcond=1e-10)[0] / size
+        return np.asarray(columns @ c - self.y)
+
+
+class _Chains:
+    """Graphs by the whole samples of the delay and by whether there is a rest.
+
+    In a search the delay stands in front of the hysteresis, which commutes with it: what it gives before its first
+    input does then not depend on the gains.
+    """
+
+    def __init__(self, operator: Operator, data: Dataset, hold: str) -> None:
+        self.operator, self.data, self.hold = operator, data, hold
+        self.made: dict[tuple[int, int], Graph] = {}
+
+    def values(self, p: Array) -> dict[str, ArrayLike]:
+        """Return the values at p = (ln f_n, ln zeta, delay in samples, and those of the shape)."""
+        g0, *late = Dynamics.at(p, self.data.h).nodes(self.data.h, self.hold)
+        shape: dict[str, float] = self.operator.shape(p[3:])
+        if late and "input.offset" in shape:  # before its first input the delay gives the first row
+            gain = float(self.operator.nodes(self.data)[0].value("gain")[0])
+            shape["delay.y0"] = gain * float(self.data.u[0]) + shape["input.offset"]
+        return {"g0.b": g0.value("b"), "g0.a": g0.value("a"), **shape}
+
+    def at(self, p: Array) -> Graph:
+        """Return the graph of the structure at a point."""
+        dynamics = Dynamics.at(p, self.data.h).nodes(self.data.h, self.hold)
+        key = dynamics[0].dims["na"], dynamics[1].dims["n"] if len(dynamics) > 1 else 0
+        if key not in self.made:
+            scaling, *operator = self.operator.nodes(self.data)
+            x_0 = float((scaling.value("gain") * self.data.u[0] + scaling.value("offset"))[0])
+            late = [n.with_values(y0=x_0) for n in dynamics[1:]]
+            total = Node("hysteresis", "sum", {"n": len(self.operator.columns)})
+            tail = [total, dynamics[0], Node("readout", "scaling", {"n": 1})]
+            self.made[key] = self._chain([scaling, *late], operator, tail)
+        return self.made[key]
+
+    def finished(self, graph: Graph) -> Graph:
+        """Return the graph with the delay behind the dynamics; it gives their steady output first."""
+        delays = [n for n in graph.nodes if n.name == "delay"]
+        scaling, *operator, total, g0, readout = (n for n in graph.nodes if n.name != "delay")
+        if not delays:
+            return graph
+        start = _run(self.operator, [scaling, *operator], self.data.u[:1])[0]
+        rest = float(total.value("k") @ start)
+        return self._chain([scaling], operator, [total, g0, delays[0].with_values(y0=rest), readout])
+
+    def _chain(self, front: list[Node], operator: list[Node], tail: list[Node]) -> Graph:
+        end = f"{front[-1].name}.y"
+        into = [end if column == "input.y" else column for column in self.operator.columns]
+        wires = [(end, "operator.u"), *self.operator.wires]
+        wires += [(port, f"{tail[0].name}.u[{i}]") for i, port in enumerate(into, 1)]
+        wires += [(f"{a.name}.y", f"{b.name}.u") for nodes in (front, tail) for a, b in pairwise(nodes)]
+        inputs = [Input("u", (f"{front[0].name}.u",), self.data.unit_u, float(self.data.u[0]))]
+        outputs = [Output("y", f"{tail[-1].name}.y", self.data.unit_y)]
+        return Graph([*front, *operator, *tail], wires, inputs, outputs)
+
+
+def _run(operator: Operator, nodes: list[Node], u: Array) -> Array:
+    """Return what the operator gives to the sum for rows of u, shape (n, columns)."""
+    outputs = [Output(f"x{i}", column) for i, column in enumerate(operator.columns)]
+    wires = [("input.y", "operator.u"), *operator.wires]
+    return Graph(nodes, wires, [Input("u", ("input.u",))], outputs).run(u)

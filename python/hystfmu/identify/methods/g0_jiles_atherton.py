@@ -1,0 +1,77 @@
+"""Jiles-Atherton hysteresis followed by linear dynamics with delay: a magnetostrictive or magnetic device.
+
+  y = c + e^(-s tau) G0(s) (b_1 x + b_2 M + b_3 M^2),   M = M[x; a, k, c, alpha],   x = (u - bias) / scale
+
+M is the magnetisation for Ms = 1, whose scale goes into b (Jiles & Atherton 1986); it starts from the demagnetised
+state.  Strain of a magnetostrictive rod has the part with M^2 (option `strain`; Jiles 1995, J. Phys. D 28, 1537).
+Loops are symmetric about the bias, a field that a magnet or a mean current adds to that of u.  Eddy currents delay M as
+a first-order lag, which is G0 with a large damping ratio.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.candidate import LATE, Candidate, Memory
+from hystfmu.identify.features import operator_dynamics
+from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS
+from hystfmu.identify.options import Option
+
+TEXT = "Jiles-Atherton hysteresis about a bias, then G0(s) with delay, variable projection"
+MEMORY = Memory(1000.0)
+NAMES = ("ln a", "ln k", "c", "alpha Ms / (3 a)", "bias")  # of a point, in units of the half range of u
+LO, HI = np.array([-4.0, -5.0, 0.0, -0.5, -2.0]), np.array([1.0, 1.0, 0.95, 0.95, 2.0])
+SCALE = np.array([0.2, 0.2, 0.1, 0.1, 0.05])
+STARTS = ((0.25, 0.2, 0.2, 0.2), (0.1, 0.05, 0.2, 0.2), (0.7, 0.5, 0.2, 0.2))  # a, k, c, share of alpha
+BANK = tuple((a, k, 0.1, 0.2) for a in (0.1, 0.3, 0.9) for k in (0.03, 0.12, 0.5))
+
+CANDIDATES = (Candidate(LATE, 0.5, 1.0), Candidate(LATE, 0.5, 1.2, options={"strain": "yes"}))
+OPTIONS = (
+    Option("strain", "no", choices=("no", "yes"), text="a part of y with M^2, as of magnetostriction"),
+    *DYNAMICS_OPTIONS,
+)
+
+
+def build(
+    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
+) -> tuple[Graph, int, dict[str, Any]]:
+    """Build the graph; result as of `operator_dynamics.build`."""
+    seen = data.u[: data.train.stop]  # later rows do not affect the training rows
+    middle, half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
+
+    strain = options["strain"] == "yes"
+
+    def nodes(data: Dataset) -> list[Node]:
+        scaling = Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half})
+        square = [Node("square", "product", {"n": 2, "m": 0})] if strain else []
+        return [scaling, Node("operator", "jiles_atherton", {}, {"Ms": 1.0}), *square]
+
+    def shape(p: Array) -> dict[str, float]:
+        a, k = float(np.exp(p[0])), float(np.exp(p[1]))
+        values = {"a": a, "k": k, "c": float(p[2]), "alpha": 3 * a * float(p[3])}
+        offset = -middle / half - float(p[4])
+        return {"input.offset": offset, **{f"operator.{name}": value for name, value in values.items()}}
+
+    def point(a: float, k: float, c: float, share: float) -> Array:
+        # a bias of the device itself is unknown; that of a generator is the mean of u, and most sources have none
+        return np.array([np.log(a), np.log(k), c, share, 0.0 if abs(middle) > half / 2 else -middle / half])
+
+    operator = operator_dynamics.Operator(
+        nodes,
+        shape,
+        LO,
+        HI,
+        SCALE,
+        ("input.y", "operator.y", "square.y") if strain else ("input.y", "operator.y"),
+        tuple(point(*start) for start in STARTS),
+        tuple(point(*start) for start in BANK),
+        lambda p, lo, hi: {n: (float(v), float(a), float(b)) for n, v, a, b in zip(NAMES, p, lo, hi, strict=True)},
+        (("operator.y", "square.u[1]"), ("operator.y", "square.u[2]")) if strain else (),
+    )
+    return operator_dynamics.build(operator, data, options, progress)

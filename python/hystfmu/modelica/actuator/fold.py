@@ -1,0 +1,37 @@
+"""The graph of an identified model as one class of the slot of an actuator: values folded, in volts and metres."""
+
+from __future__ import annotations
+
+from hystfmu.graph import Graph
+from hystfmu.modelica import classes
+from hystfmu.modelica.actuator.chain import chain
+from hystfmu.modelica.actuator.networks import network
+from hystfmu.modelica.actuator.operators import operator
+from hystfmu.modelica.actuator.parallel import bouc_wen, preisach
+from hystfmu.modelica.actuator.slot import Slot
+
+LINEAR = ("transfer_function", "delay")  # what the mechanics stand for
+
+
+def fold(graph: Graph, h: float) -> Slot | None:
+    """The slot of a model, or None if the library has no class for it.
+
+    Parameters
+    ----------
+    graph : Graph
+        Of an identified model.
+    h : float
+        Its step (s).
+    """
+    beside = preisach(graph, h) or bouc_wen(graph, h)
+    return beside or next((found for of in (chain, operator, network) if (found := of(graph))), None)
+
+
+def why_not(graph: Graph) -> str:
+    """Why a graph without a slot has none, as the end of a sentence."""
+    for n in graph.nodes:
+        if n.block.family != "operators" and n.type not in LINEAR and n.block.of("state"):
+            return f"the slot takes static models, and its block {n.type} has dynamics of its own"
+        if any(v.name == "memory" for v in n.block.parameters) and classes.word(n, "memory") == "last":
+            return f"memory = last of its {n.type} drifts, so that HystFMU.Actuators.Hysteresis has no class for it"
+    return "HystFMU.Actuators.Hysteresis has no class for these blocks: " + ", ".join(n.type for n in graph.nodes)

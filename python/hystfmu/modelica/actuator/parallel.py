@@ -1,0 +1,126 @@
+"""An operator beside a curve and lags of its input in the slot: Preisach and Bouc-Wen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hystfmu.graph import Graph, Node
+from hystfmu.modelica.actuator.chain import CREEP, relays, rest_of_relays
+from hystfmu.modelica.actuator.slot import Slot, lags, left_out, value, zones
+from hystfmu.modelica.literals import number
+
+CURVE, OF_X = ("m_x", "c0", "knots_x", "curve"), ("lags_x", "creep_x", "T_x")
+FASTEST = 3  # steps: time constant of a lag that does not act at once
+INSIDE = 0.999999  # of the bound of z: the class refuses a start beyond it
+PREISACH = {
+    "hysteresis": "preisach",
+    "creep": "creep",
+    "lag": "creep",
+    "middle": "scaling",
+    "bend_of_lag": "dead_zones",
+    "readout": "sum",
+}
+
+
+def preisach(graph: Graph, h: float) -> Slot | None:
+    """The slot of a Preisach operator beside creep and a bent lag of the input."""
+    if {n.name: n.type for n in graph.nodes} != PREISACH:
+        return None
+    operator, creep, lag, middle, bend, readout = (graph.node(n) for n in PREISACH)
+    wired = {"hysteresis.y": "readout.u[1]", "creep.y": "readout.u[2]", "bend_of_lag.y": "readout.u[3]"}
+    wired |= {"lag.y": "middle.u", "middle.y": "bend_of_lag.u"}
+    if set(graph.wires) != set(wired.items()) or lag.dims["n"] != 1 or value(middle, "gain") != 1:
+        return None
+    k = readout.value("k")
+    slow, at_once = lags(creep, OF_X, float(k[1]), FASTEST * h)
+    values = {"n": str(operator.dims["n"]), "b0": number(k[0]), "c0": number(at_once)} | relays(operator) | slow
+    more, at_0 = zones(bend, ("m_lag", "c_lag", "knots_lag", "widening"), float(k[2] * lag.value("w")[0]))
+    if value(bend, "w0") or value(lag, "w0") or lag.value("w")[0] != 1:
+        return None
+    del more["c_lag"]
+    values |= more | {"T_lag": number(lag.value("T")[0]), "middle": number(-value(middle, "offset"))}
+    offset = float(k[0] * value(operator, "offset")) + at_0 + value(readout, "offset")
+    return Slot("Preisach", values, rest_of_relays(operator), offset=offset)
+
+
+def bouc_wen(graph: Graph, h: float) -> Slot | None:
+    """The slot of a Bouc-Wen operator beside its input, or beside a curve and lags, then dynamics and a readout."""
+    nodes = {n.name: n for n in graph.nodes}
+    operators = [n for n in graph.nodes if n.type == "bouc_wen"]
+    if len(operators) != 1 or graph.nodes[0].type != "scaling" or len(graph.outputs) != 1:
+        return None
+    first, operator = graph.nodes[0], operators[0]
+    totals = [n for n in graph.nodes if n.type == "sum"]
+    if len(totals) != 1:
+        return None
+    total, x, z = totals[0], f"{first.name}.y", f"{operator.name}.z"
+    behind = list(graph.nodes[graph.nodes.index(total) + 1 :])
+    places = iter(["transfer_function", "delay", "scaling"])
+    if not all(n.type in places for n in behind) or (x, f"{operator.name}.u") not in graph.wires:
+        return None
+    beside = _beside(graph, nodes, total, (x, z), FASTEST * h)
+    if beside is None:
+        return None
+    w0, w, values, at_0, curve = beside
+    at = {n.type: n for n in behind}
+    dynamics, readout = at.get("transfer_function"), at.get("scaling")
+    scale = value(readout, "gain") if readout else 1.0
+    if dynamics is not None:
+        scale *= float(dynamics.value("b")[-1] / dynamics.value("a")[-1])
+    A, beta, gamma, n, z0 = (value(operator, k) for k in ("A", "beta", "gamma", "n", "z0"))
+    bound = (A / (beta + gamma)) ** (1 / n)
+    values |= {k: number(v) for k, v in (("A", A), ("beta", beta), ("gamma", gamma), ("knee", n), ("w0", w0), ("w", w))}
+    values["z0"] = number(float(np.clip(z0, -INSIDE * bound, INSIDE * bound)))
+    slopes = [w0 + w * s for s in (A, 0.0, 2 * A * beta / (beta + gamma))]
+    return Slot(
+        "BoucWen",
+        values,
+        value(operator, "u0"),
+        value(first, "gain"),
+        value(first, "offset"),
+        scale,
+        scale * (value(total, "offset") + at_0) + (value(readout, "offset") if readout else 0.0),
+        [left_out(at["delay"])] if "delay" in at else [],
+        scale * (slopes[0] + curve),
+        scale * (min(slopes) + curve),
+    )
+
+
+def _beside(
+    graph: Graph, nodes: dict[str, Node], total: Node, ends: tuple[str, str], fastest: float
+) -> tuple[float, float, dict[str, str], float, float] | None:
+    """Weights of input and z, values of what stands beside them, its value at 0, the least slope of the curve."""
+    source = {to: origin for origin, to in graph.wires}
+    weights = {source.get(f"{total.name}.u[{i + 1}]", ""): float(k) for i, k in enumerate(total.value("k"))}
+    (x, z), at_0, least, late = ends, 0.0, 0.0, None
+    w0, w = weights.pop(x, 0.0), weights.pop(z, 0.0)
+    values: dict[str, str] = {}
+    for end, k in weights.items():
+        node = nodes.get(end.partition(".")[0])
+        origin = source.get(f"{node.name}.u") if node else None
+        if node and node.type == "dead_zones" and origin == x:
+            more, at_0 = zones(node, CURVE, k)
+            least = _least_slope(node, k)
+        elif node and node.type == "creep" and origin == x:
+            more, at_once = lags(node, OF_X, k, fastest)
+            w0 += at_once
+        elif node and node.type == "creep" and origin == z:
+            more, late = {}, (node, k)
+            w += lags(node, CREEP, k, fastest)[1]
+        else:
+            return None
+        values |= more
+    if late is not None:  # the creep of the class follows w0 x + w z: x goes into the curve
+        if not w:
+            return None
+        values |= lags(late[0], CREEP, late[1] / w, fastest)[0]
+        values["c0"] = number(float(values.get("c0", "0")) + w0)
+        w0, least = 0.0, least + w0
+    return w0, w, values, at_0, least
+
+
+def _least_slope(node: Node, k: float) -> float:
+    """Least slope of a sum of dead zones, times k."""
+    w0, r, w = value(node, "w0"), node.value("r"), node.value("w")
+    ends = [0.0, *np.nextafter(r, np.where(r > 0, np.inf, -np.inf))]
+    return min(k * float(w0 + w[((r > 0) & (x > r)) | ((r < 0) & (x < r))].sum()) for x in ends)

@@ -1,0 +1,92 @@
+"""Branches of an operator: where two of them meet, and how far apart the outputs of the hysteresis are there.
+
+Lemma 1 and theorems 1 and 2 of Zhao & Tan 2008, and the theorem of the IPMC paper, say that input and operator together
+determine the output.  That is false as soon as two branches that are not neighbours cross at different outputs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+
+LEAST = 1e-4  # of the range of h: a smaller gap is that of the straight lines between samples
+END = 0.02  # of the common range: neighbours meet at their extremum, which is no crossing
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Samples between two extrema of the input, with a rising input: x, operator h and output y (n,)."""
+
+    number: int
+    rising: bool
+    x: Array
+    h: Array
+    y: Array
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Crossings inside the common range of two branches.
+
+    Parameters
+    ----------
+    neighbours, others : int
+        Number of crossings of branches that share an extremum, and of all others.
+    difference : float
+        Largest difference of the outputs at a crossing, as y is measured.
+    """
+
+    neighbours: int
+    others: int
+    difference: float
+
+
+def branches(x: Array, h: Array, y: Array) -> list[Branch]:
+    """Part the samples (n,) at the extrema of x."""
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(x))) != 0) + 1
+    ends = [0, *turns.tolist(), len(x) - 1]
+    found = []
+    for number, (a, b) in enumerate(pairwise(ends)):
+        rising = bool(x[b] > x[a])
+        rows = slice(a, b + 1)
+        found.append(Branch(number, rising, *(v[rows][:: 1 if rising else -1] for v in (x, h, y))))
+    return found
+
+
+def crossings(x: Array, h: Array, y: Array) -> Crossings:
+    """Find every crossing of two branches of h over x, both linear between samples."""
+    counts, difference = [0, 0], 0.0
+    for a, b in combinations(branches(x, h, y), 2):
+        lo, hi = max(a.x[0], b.x[0]), min(a.x[-1], b.x[-1])
+        margin = END * (hi - lo)
+        if hi - lo <= END:
+            continue
+        at = np.linspace(lo + margin, hi - margin, 400)
+        gap = np.interp(at, a.x, a.h) - np.interp(at, b.x, b.h)
+        seen = np.abs(gap) > LEAST * np.ptp(h)
+        at, gap = at[seen], gap[seen]
+        for k in np.flatnonzero(gap[1:] * gap[:-1] < 0):
+            where = at[k] + (at[k + 1] - at[k]) * gap[k] / (gap[k] - gap[k + 1])
+            counts[min(b.number - a.number, 2) - 1] += 1
+            difference = max(difference, abs(float(np.interp(where, a.x, a.y) - np.interp(where, b.x, b.y))))
+    return Crossings(counts[0], counts[1], difference)
+
+
+def least_slope(x: Array, h: Array, near: float) -> float:
+    """Return the least dh/dx on any branch, farther than `near` from the extremum where it begins."""
+    slopes = []
+    for b in branches(x, h, x):
+        far = (b.x - b.x[0] if b.rising else b.x[-1] - b.x) > near
+        slope = np.diff(b.h) / np.diff(b.x)
+        slopes.append(slope[far[1:] & far[:-1]])
+    return float(np.concatenate(slopes).min())
+
+
+def area(x: Array, y: Array) -> float:
+    """Return the signed area of a closed loop over that of its box, positive if it turns counterclockwise."""
+    enclosed = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2
+    return enclosed / float(np.ptp(x) * np.ptp(y))

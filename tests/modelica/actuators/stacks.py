@@ -1,0 +1,66 @@
+"""Models of the built-in piezo stack of every kind that an actuator of the Modelica library takes."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import exported
+import library
+import numpy as np
+import simulate
+
+import hystfmu as hy
+from hystfmu.graph import Graph, Input, Node, Output
+
+TRAINED: dict[str, Any] = {"starts": 1, "iterations": 100, "hidden": 4}
+OPTIONS: dict[str, dict[str, Any]] = {
+    "actuator": {"N": 10},
+    "actuator, relays": {"operator": "relays", "dynamics": "no"},
+    "prandtl_ishlinskii": {"N": 10},
+    "g0_prandtl_ishlinskii": {"N": 10},
+    "preisach": {"n": 8, "widths": 6, "means": 3, "rate": "yes"},
+    "preisach, static": {"n": 8, "widths": 6, "means": 3, "rate": "no"},
+    "krasnoselskii_pokrovskii": {"levels": 6},
+    "duhem": {},
+    "play_bank_mlp": exported.OPTIONS["play_bank_mlp"],
+    "zhao_tan_mlp": TRAINED,
+    "constraint_factor_mlp": TRAINED,
+    "fitted_operator_mlp": {**TRAINED, "N": 8},
+    "g0_bouc_wen": {},
+    "bouc_wen_parallel": {},
+    "knee": {},
+}
+SHEET = {"stroke": 40e-6, "blocking_force": 800.0, "capacitance": 4e-6, "resonance": 2000.0}
+
+
+def knee(weight: float = -5.0, beta: float = 2.0, gamma: float = 1.0, n: float = 2.0) -> hy.Model:
+    """A Bouc-Wen operator whose loop rises on every branch, unless its weight is large."""
+    nodes = [
+        Node("input", "scaling", {"n": 1}, {"gain": [0.02], "offset": [-1.0]}),
+        Node("operator", "bouc_wen", {}, {"A": 1.0, "beta": beta, "gamma": gamma, "n": n}),
+        Node("readout", "sum", {"n": 2}, {"k": [20.0, weight], "offset": 20.0}),
+    ]
+    wires = [("input.y", "operator.u"), ("input.y", "readout.u[1]"), ("operator.z", "readout.u[2]")]
+    ports = [Input("u", ("input.u",), unit="V")], [Output("y", "readout.y", unit="um")]
+    return hy.Model("bouc_wen", Graph(nodes, wires, *ports), 1e-3, provenance={"span_u": [0.0, 100.0]})
+
+
+@cache
+def demo(key: str) -> hy.Model:
+    """A model of the built-in piezo stack, from 0..100 V to micrometres; the knee is one made by hand."""
+    if key == "knee":
+        return knee()
+    return hy.fit(hy.synthetic.piezo(60, 1000.0), key.partition(",")[0], **OPTIONS[key])
+
+
+def as_it_comes(package: Path, tmp_path: Path) -> dict[str, np.ndarray]:
+    """The example of an actuator at its own settings."""
+    file, out = package / "ActuatorExample.mo", tmp_path / "example.npz"
+    e = library.experiment_of(file.read_text())
+    settings = (repr(e[k]) for k in ("StopTime", "Interval", "Tolerance"))
+    said = simulate.rumoca(file, "Piezo.ActuatorExample", *settings, out, packages=(library.ROOT, package))
+    assert not said, said
+    with np.load(out) as found:
+        return {k: found[k] for k in found.files}
