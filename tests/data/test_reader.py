@@ -260,7 +260,7 @@ REFUSED = {
     "a date in either order": (
         text(["Time;u;y"], [f"0{k}/02/2026 12:00:00;{k};1" for k in range(1, 9)]), {}, ["date must be clear", "--rate"],
     ),
-    "a stamp that is none": (
+    "an invalid stamp": (
         text(["Time;u;y"], [f"12:00:0{k if k != 4 else 'x'};{k};1" for k in range(9)]), {}, ["line 6", "'12:00:0x'"],
     ),
     "stamps of another size than their unit": (

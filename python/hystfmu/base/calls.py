@@ -123,7 +123,7 @@ def _resolved(function: Callable[..., Any], annotation: Any) -> Any:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Whether a value may be of a type; true where that cannot be told."""
+    """Return whether a value may be of a type; true if this is unknown."""
     origin, inside = typing.get_origin(hint), typing.get_args(hint)
     if hint is Any:
         return True

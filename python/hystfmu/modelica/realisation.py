@@ -50,7 +50,7 @@ def left_out(graph: Graph) -> dict[str, str]:
 
 
 def missing(graph: Graph, kind: str) -> str:
-    """Why a graph has no realisation `kind`, or ""."""
+    """Reason why a graph has no realisation `kind`, or ""."""
     for node in graph.nodes:
         found = class_in(node, kind)
         if not found:
@@ -63,7 +63,7 @@ def missing(graph: Graph, kind: str) -> str:
 
 
 def _lacking(node: Node, kind: str) -> str:
-    """Why a block has no class in a realisation, and which one to take, as the end of a sentence."""
+    """Reason why a block has no class in a realisation, and which one to use, as the end of a sentence."""
     other = next((k for k in CONTINUOUS if k != kind and class_in(node, k)), "")
     if other == "Smooth":
         return "has no closed form from one reversal to the next; take Smooth"
@@ -89,22 +89,22 @@ def class_in(node: Node, kind: str) -> str:
 
 
 def takes_rate(class_name: str) -> bool:
-    """Whether a class has an input for the rate of its input."""
+    """Return whether a class has an input for the rate of its input."""
     return "usesRate = true" in _text(class_name)
 
 
 def has_reach(class_name: str) -> bool:
-    """Whether a class stands for a branch by a polygon of a length that it has to be told."""
+    """Return whether a class stands for a branch by a polygon of a length that it has to be told."""
     return "parameter Real reach" in _text(class_name)
 
 
 def starts_in_chain(class_name: str) -> bool:
-    """Whether a class can start from an operator with events in front of it, which an export without loops allows."""
+    """True if a class can start from an operator with events in front of it, which an export without loops allows."""
     return "extends Interfaces.InChain" in _text(class_name)
 
 
 def rate_of(graph: Graph, node: Node) -> Rate | None:
-    """Where the rate of the first input of a node comes from: ports, through scalings and sums."""
+    """Source of the rate of the first input of a node: ports, through scalings and sums."""
     terms = _terms(graph, {f"{node.name}.{node.block.of('input')[0].name}"})
     return None if terms is None else Rate(terms)
 

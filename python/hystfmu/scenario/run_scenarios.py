@@ -41,7 +41,7 @@ def run_scenarios(
     paths : sequence of path or Scenario
         Folders that hold a scenario.toml, folders of these, the files themselves, or scenarios that were read or built.
     record : bool
-        Write baseline.toml and baseline.csv beside every scenario whose limits are all met; a guard is held against
+        Write baseline.toml and baseline.csv beside every scenario whose limits are all met; a guard is compared with
         the old baseline, so that a larger value is recorded only once that file is deleted.
     report_dir : path, optional
         Write report.html and report.json there.

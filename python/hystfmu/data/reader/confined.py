@@ -48,7 +48,7 @@ _XLSX, _NPZ = Format("xlsx", "xlsx", "openpyxl"), Format("npz", "numpy_files", "
 
 
 class _Damaged(ValueError):
-    """What the parser says, or that it said nothing."""
+    """Message of the parser, or the note that it gave none."""
 
 
 def format_of(content: bytes, path: str | Path) -> Format | None:

@@ -28,15 +28,15 @@ class DataFrame(Protocol):
 
 
 Frame: TypeAlias = DataFrame | Mapping[str, ArrayLike] | NDArray[Any]
-"""What has columns: of an array (n, 3) without names they are time, input and output."""
+"""Data with columns: those of an array (n, 3) without names are time, input and output."""
 
 
 Columns: TypeAlias = DataFrame | Mapping[str, ArrayLike]
-"""What has columns with names."""
+"""Data with named columns."""
 
 
 def is_frame(given: object) -> bool:
-    """Whether `given` has columns."""
+    """Return whether `given` has columns."""
     return isinstance(given, (Mapping, np.ndarray)) or hasattr(given, "column_names") or hasattr(given, "columns")
 
 

@@ -1,4 +1,4 @@
-"""What the lines above the rows state: sample rate or interval, units of measure.
+"""Data in the lines above the rows: sample rate or interval, units of measure.
 
 ``Abtastrate [Hz];2000``, ``# fs = 2 kHz``, ``Sample Interval,4e-07,s`` of an oscilloscope, ``Delta_X`` of LabVIEW.
 """

@@ -22,7 +22,7 @@ _DAY = 86400.0
 
 
 def is_stamp(cell: str) -> bool:
-    """Whether a cell is a time of day, with or without a date."""
+    """Return whether a cell is a time of day, with or without a date."""
     return _STAMP.fullmatch(cell) is not None
 
 

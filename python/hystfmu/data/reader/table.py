@@ -11,7 +11,7 @@ from hystfmu.base.printable import printable
 from hystfmu.data.reader.measures import split_name
 
 Kind = Literal["number", "clock", "text", "empty"]
-"""What the cells of a column hold; a clock is a time of day, with or without a date."""
+"""Content of the cells of a column; a clock is a time of day, with or without a date."""
 
 
 class Stamps(NamedTuple):

@@ -148,7 +148,7 @@ def build(
 
 
 def _several_durations(data: Dataset) -> bool:
-    """Whether half cycles differ twofold in duration; a decaying sine has many speeds and one frequency."""
+    """Return whether half cycles differ twofold in duration; a decaying sine has many speeds and one frequency."""
     lasting = np.diff(reversals(data.longest().u[data.longest().train]))
     long, short = np.percentile(lasting, [90, 10]) if len(lasting) else (1.0, 1.0)
     return bool(long > SPEEDS * short)

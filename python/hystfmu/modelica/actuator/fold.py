@@ -28,7 +28,7 @@ def fold(graph: Graph, h: float) -> Slot | None:
 
 
 def why_not(graph: Graph) -> str:
-    """Why a graph without a slot has none, as the end of a sentence."""
+    """Reason why a graph has no slot, as the end of a sentence."""
     for n in graph.nodes:
         if n.block.family != "operators" and n.type not in LINEAR and n.block.of("state"):
             return f"the slot takes static models, and its block {n.type} has dynamics of its own"

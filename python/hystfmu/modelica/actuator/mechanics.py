@@ -34,7 +34,7 @@ SETTLING = 1e4  # Hz: without a mass, the damping of the ceramic settles within 
 
 @dataclass(frozen=True)
 class Mode:
-    """What a model says about its mode.
+    """Data of a model on its mode.
 
     Attributes
     ----------

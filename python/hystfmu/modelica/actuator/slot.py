@@ -62,7 +62,7 @@ def limits(node: Node) -> dict[str, str]:
 
 
 def left_out(delay: Node) -> str:
-    """What a delay is called that the actuator has not."""
+    """Name of a delay that the actuator lacks."""
     return f"the delay of {delay.dims['n']} samples"
 
 

@@ -43,7 +43,7 @@ def actuator_files(model: Model, within: str, told: str, values: Mapping[str, fl
 
 
 def actuator_told(model: Model, values: Mapping[str, float] | None) -> list[str]:
-    """What mass, stiffness and capacitance of the actuator come from, or why the model has none; a line each."""
+    """Sources of mass, stiffness and capacitance of the actuator, or why the model has none; a line each."""
     if why := refusal(model):
         return [f"no actuator: {why}"]
     return list(made(model, Sheet.of(values or {})).mechanics.told)
