@@ -160,9 +160,9 @@ def page(store, cells):
 devices with random parameters and forms of data, on signals of other forms than the data. The first families are static
 plants of the classes of the kit; the others are devices of the literature with solvers of their own (`foreign` in the
 tests), with dynamics, covariates and noise. Every seed draws devices and data anew; no default was tuned to them.
-Errors below 0.05 %FS, or twice the noise, count as equal. A refusal counts where the best kind errs by more than
-{POOR:g} %FS; another one would stand as an infinite ratio. Wanted in every cell: median at most {MEDIAN:g}, worst at
-most {WORST:g}.
+Errors below 0.05 %FS, or twice the noise, count as equal. A refusal is right if the best kind errs by more than
+{POOR:g} %FS; any other refusal gives an infinite ratio. Goal in every cell: median at most {MEDIAN:g}, worst at most
+{WORST:g}.
 
 {textwrap.fill(found, 120)}
 """
