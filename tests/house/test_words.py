@@ -58,7 +58,7 @@ RIDDLES: dict[str, tuple[str, str]] = {
     r"\b(a|an|the) \w+ that is none\b": ("invalid; no number", "A name that is none is refused."),
     r"\bso is the\b": ("repeat the verb", "If it is wrong, so is the set."),
 }
-ASKING = re.compile(r'"""(what|whether|where|why)\b')
+ASKING = re.compile(r'"""(what|whether|where|why|how|which)\b')
 ASKING_STILL = (*(f"identify/{name}.py" for name in ("auto", "race", "short_record")), "start/")
 
 

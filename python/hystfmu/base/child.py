@@ -110,7 +110,7 @@ class Child:
 
     @property
     def ending(self) -> str:
-        """How it ended, in words: "crashed (SIGSEGV)" or "ended with status 1"."""
+        """Text on the end of the process: "crashed (SIGSEGV)" or "ended with status 1"."""
         return f"crashed ({_signal_name(-self.status)})" if self.status < 0 else f"ended with status {self.status}"
 
     def finish(self, seconds: float, look: Callable[[], bool] = lambda: False) -> tuple[list[str], bool]:

@@ -54,7 +54,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Memory:
-    """How much memory a fit takes, as measured; a kind whose module states no ``MEMORY`` takes the least.
+    """Measured memory of a fit; a kind whose module states no ``MEMORY`` takes the least.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class Rate:
 
     @property
     def gain(self) -> float:
-        """How far the input moves at most where every port moves by 1."""
+        """Largest change of the input if every port changes by 1."""
         return sum(float(np.prod([abs(n.value(FACTOR[n.type])[i - 1]) for n, i in way])) for _, way in self.terms)
 
 

@@ -35,7 +35,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Layout:
-    """How a file is written.
+    """Layout of a file.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ SCALES = ("linear", "log")
 _NAME = re.compile(r"([A-Za-z][A-Za-z0-9_]*)\.([A-Za-z][A-Za-z0-9_]*)(?:\[(\d+)\])?\Z")
 
 Spec = bool | Sequence[float] | Mapping[str, Any]
-"""How a free parameter is given."""
+"""Value that makes a parameter free."""
 
 
 @dataclass(frozen=True)

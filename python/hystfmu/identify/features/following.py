@@ -1,4 +1,4 @@
-"""How a bend follows covariates: offset, gain, or every coefficient, linear in each of them.
+"""Dependence of a bend on covariates: offset, gain, or every coefficient, linear in each of them.
 
   b(v, theta) = (1 + g' theta) b(v) + sum_j theta_j b_j(v)
 

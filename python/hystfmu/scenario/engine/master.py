@@ -203,7 +203,7 @@ def _coupling(system: System, values: Array, sweeps: Sweeps) -> Callable[[Sequen
 
 
 def _relaxation(last: float, before: Array, now: Array) -> float:
-    """How much of the residual is added to the guess: Aitken's relaxation of a vector (Irons & Tuck 1969).
+    """Factor of the residual in the next guess: Aitken's relaxation of a vector (Irons & Tuck 1969).
 
     For one value it is the secant method, so that a loop of any gain but one converges.  Summed in a stated order: the
     C core has the same bits.

@@ -163,7 +163,7 @@ def _origin(layers: Sequence[tuple[Path, Table]], merged: Table, key: Sequence[s
     """The file that states a key of the merged table; the first one for a key that none states."""
 
     def known(table: Any) -> int:
-        """How many parts of the key a file states."""
+        """Number of parts of the key that a file states."""
         for depth, part in enumerate(key):
             if depth == 1 and key[0] == "case" and isinstance(table, list):
                 table = {i: own for i, case in enumerate(merged["case"]) for own in table if _are_same(own, case)}

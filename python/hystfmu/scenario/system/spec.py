@@ -116,7 +116,7 @@ Scheme = Literal["gauss_seidel", "jacobi", "iterative"]
 
 
 class CouplingSpec(pydantic.BaseModel):
-    """How units that step at the same time exchange values."""
+    """Exchange of values between units that step at the same time."""
 
     model_config = STRICT
     scheme: Scheme = Field(

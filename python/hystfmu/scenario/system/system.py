@@ -96,7 +96,7 @@ class System:
     n_values: int
     columns: dict[str, int] = field(default_factory=dict)
     overridden: frozenset[str] = frozenset()
-    """Which of the case's overrides found their parameter."""
+    """Overrides of the case that found their parameter."""
     begins: tuple[float, ...] = ()
     """Values before the units are initialised, instead of the start values of their outputs."""
 

@@ -229,7 +229,7 @@ def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
 
 
 def _outside(tube: TubeSpec, kept: Kept, signal: str, at: Array, was: Array, room: float) -> Array:
-    """How far each baseline value lies outside the tube around the signal of this run; 0 and below: inside.
+    """Distance of each baseline value from the tube around the signal of this run; 0 and below: inside.
 
     Beyond its ends the signal goes on as its point reflection: a late signal has not reached its last value yet.
     """
