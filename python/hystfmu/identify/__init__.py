@@ -89,6 +89,10 @@ def fit(
     started = time.perf_counter()
     choice = auto.choose(data, seed, report, inverses, only_invertible)
     model = fit_one(data, choice.method, seed, lambda fraction: None, choice.options)
+    while only_invertible and inverses is not None and (fault := inverses.fault(model)):
+        # the race saw fits to other rows
+        choice = choice.without(fault)
+        model = fit_one(data, choice.method, seed, lambda fraction: None, choice.options)
     warned = [*choice.fit["warnings"], *model.fit.get("warnings", [])]
     found = {**model.fit, **choice.fit, "warnings": warned, "seconds": round(time.perf_counter() - started, 4)}
     return _examined(replace(model, fit=found, provenance={**model.provenance, **choice.provenance}), data)

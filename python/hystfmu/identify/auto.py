@@ -29,6 +29,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -86,12 +87,15 @@ class Choice:
         ``auto_parameters``, their numbers of parameters; ``auto_inverse``, their inverses; ``auto_left_out``, the
         reasons of the others, and ``auto_not_tried``, the names of those among them without any fit; ``auto_rows``, the
         number of rows that raced, where it is not that of the record.
+    without : function
+        Returns the choice without this kind, whose fit to all rows has the given fault; raises as `choose`.
     """
 
     method: str
     options: dict[str, Any]
     fit: dict[str, Any]
     provenance: dict[str, Any]
+    without: Callable[[str], Choice]
 
 
 def choose(
@@ -159,12 +163,9 @@ def choose(
         done += spent
         progress(min(done / total, 1.0))
     rate = _rate(race, seen)
-    best = _preferred(race, rate == "seen", inverses, only_invertible)
-    if isinstance(best, dict):
-        raise refusal(where, _rule(only_invertible), race, seen, best)
     ranked = sorted(race.trials.values(), key=race.excess)
     told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "rate": rate}
-    why: dict[str, Any] = {"auto": {t.name: 100 * rms(t.errors) / raced.span for t in ranked}, "auto_choice": best.name}
+    why: dict[str, Any] = {"auto": {t.name: 100 * rms(t.errors) / raced.span for t in ranked}}
     why["auto_blocks"] = {t.name: [100 * e / raced.span for e in t.by_block] for t in ranked}
     why["auto_parameters"] = {t.name: t.parameters for t in ranked}
     if inverses is not None:
@@ -174,8 +175,17 @@ def choose(
     if raced is not data:
         why["auto_rows"] = raced.train.stop - raced.train.start
     u0 = race.rest if raced is data else rest(data)
-    options = {**remembered(best.key, u0, data), **best.candidate.options}
-    return Choice(best.key, options, {**told, "warnings": _warnings(best, seen)}, why)
+
+    def chosen(faults: dict[str, str]) -> Choice:
+        best = _preferred(race, rate == "seen", inverses, only_invertible, faults)
+        if isinstance(best, dict):
+            raise refusal(where, _rule(only_invertible), race, seen, best)
+        options = {**remembered(best.key, u0, data), **best.candidate.options}
+        found = {**told, "warnings": _warnings(best, seen)}
+        because = {**why, "auto_choice": best.name}
+        return Choice(best.key, options, found, because, lambda fault: chosen({**faults, best.name: fault}))
+
+    return chosen({})
 
 
 def _rising(progress: Callable[[float], None]) -> Callable[[float], None]:
@@ -217,15 +227,21 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]
     return reasons
 
 
-def _preferred(race: Race, rate: bool, inverses: Inverses | None, only_invertible: bool) -> Trial | dict[str, str]:
+def _preferred(
+    race: Race,
+    rate: bool,
+    inverses: Inverses | None,
+    only_invertible: bool,
+    known: Mapping[str, str] = MappingProxyType({}),
+) -> Trial | dict[str, str]:
     """Return the best that holds elsewhere; of those as good the one with an exact inverse and fewest parameters.
 
     Static kinds that lost to a rate-dependent one stay where a `rate` is not seen.  If no kind follows the data, or
-    none of those has an inverse where only these compete, the faults are returned.
+    none of those has an inverse where only these compete, the faults are returned.  Faults of some kinds may be known.
     """
-    follow = [t for t in race.trials.values() if race.follows(t, REFUSED)]
+    follow = [t for t in race.trials.values() if race.follows(t, REFUSED) and t.name not in known]
     able = follow if rate else [t for t in follow if t.candidate.memory != LAGS] or follow
-    faults: dict[str, str] = {}
+    faults = dict(known)
     while able:
         trial = _best(race, able, inverses)
         if not (only_invertible and inverses is not None and (fault := inverses.fault(trial.model))):
