@@ -15,6 +15,7 @@ import hystfmu as hy
 CALLS = (
     "of_block",
     "from_torch",
+    "predict",
     "score",
     "plot",
     "inverse",
