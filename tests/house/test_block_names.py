@@ -16,6 +16,8 @@ STATIC = "expressions of this block for the Modelica inverse of a network of blo
 # file or folder -> name of a block -> the method and why it needs this name; EVERY: a folder that builds graphs
 ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
+    "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
+    "identify/estimate/operator_dynamics.py": {EVERY: "build(): the chain of an operator and dynamics"},
     "papers": {EVERY: "table(): a paper names the models and blocks that it compares"},
     "identify/features/dead_band.py": {"play_bank": "in_front(): the dead band is one play"},
     "identify/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},

@@ -15,7 +15,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.identify.candidate import LATE, Candidate, Memory
-from hystfmu.identify.features import operator_dynamics
+from hystfmu.identify.estimate import operator_dynamics
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS
 from hystfmu.identify.methods import bouc_wen
 from hystfmu.identify.options import Option

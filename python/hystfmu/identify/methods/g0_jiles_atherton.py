@@ -19,7 +19,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.candidate import LATE, Candidate, Memory
-from hystfmu.identify.features import operator_dynamics
+from hystfmu.identify.estimate import operator_dynamics
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS
 from hystfmu.identify.options import Option
 
