@@ -34,6 +34,7 @@ EXAMPLES = {
     "StackMovesMass": ["stack.v", "stack.hysteresis.y", "load.s"],
     "AmplifiedStack": ["stack.v", "stack.flange_b.s", "load.s"],
     "Bender": ["bender.v", "bender.hysteresis.y", "bender.flange_b.s"],
+    "MagnetostrictiveRod": ["rod.e", "rod.hysteresis.y", "load.s"],
     "ChargeDrive": ["command.r", "underVoltage.flange_b.s", "underCharge.flange_b.s"],
     "Cascade": ["reference.r", "inverse.u", "plant.y"],
     "SlidingMode": ["reference.r", "controller.u", "plant.y"],
