@@ -35,6 +35,7 @@ EXAMPLES = {
     "AmplifiedStack": ["stack.v", "stack.flange_b.s", "load.s"],
     "Bender": ["bender.v", "bender.hysteresis.y", "bender.flange_b.s"],
     "MagnetostrictiveRod": ["rod.e", "rod.hysteresis.y", "load.s"],
+    "StackInLoop": ["reference.r", "delay.y", "load.s"],
     "ChargeDrive": ["command.r", "underVoltage.flange_b.s", "underCharge.flange_b.s"],
     "Cascade": ["reference.r", "inverse.u", "plant.y"],
     "SlidingMode": ["reference.r", "controller.u", "plant.y"],
