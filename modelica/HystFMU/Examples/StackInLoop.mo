@@ -5,7 +5,7 @@ model StackInLoop "A stack with its amplifier, a load and a sensor under PID con
   parameter Data.BacklashIdentified identified "Hysteresis as identified" annotation (Dialog(group = "Parameters"), Placement(transformation(extent = {{-100, 60}, {-80, 80}})));
   Sources.Sine reference(frequency = 10, lead = 1.5*Ts) "In parts of the stroke" annotation (Placement(transformation(extent = {{-150, -10}, {-130, 10}})));
   Control.Pid controller(Kp = 0.05, Ki = 1500, Ts = Ts) annotation (Placement(transformation(extent = {{-110, -10}, {-90, 10}})));
-  Loops.IdentifiedInverse inverse(identified = identified, Ts = Ts) annotation (Placement(transformation(extent = {{-70, -10}, {-50, 10}})));
+  Loops.IdentifiedInverse inverse(Ts = Ts) annotation (Placement(transformation(extent = {{-70, -10}, {-50, 10}})));
   Dynamics.Delay delay(n = 1, Ts = Ts) "One sample between command and amplifier" annotation (Placement(transformation(extent = {{-40, -10}, {-20, 10}})));
   Actuators.VoltageDrive drive(gain = 100, v_min = -130) annotation (Placement(transformation(extent = {{-10, -10}, {10, 10}})));
   Actuators.Stack stack(withMass = false, redeclare Actuators.Hysteresis.PrandtlIshlinskii hysteresis(n = identified.hysteresis_n, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w)) annotation (Placement(transformation(extent = {{40, -10}, {60, 10}})));

@@ -38,6 +38,7 @@ EXAMPLES = {
     "StackInLoop": ["reference.r", "delay.y", "load.s"],
     "ChargeDrive": ["command.r", "underVoltage.flange_b.s", "underCharge.flange_b.s"],
     "Cascade": ["reference.r", "inverse.u", "plant.y"],
+    "BoucWen": ["reference.r", "controller.u", "plant.y"],
     "ZhaoTan": ["reference.r", "inverse.u", "plant.y"],
     "SlidingMode": ["reference.r", "controller.u", "plant.y"],
     "SuperTwisting": ["reference.r", "controller.u", "plant.y"],

@@ -16,6 +16,7 @@ REPOSITORY = library.ROOT.parents[1]
 SOURCES = {
     "BacklashIdentified": "scenarios/models/backlash_identified.model.toml",
     "BacklashZhaoTanInverse": "scenarios/models/backlash_zhao_tan_inverse.model.toml",
+    "BoucWenIdentified": "scenarios/models/bouc_wen_identified.model.toml",
 }
 
 
