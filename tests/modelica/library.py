@@ -183,10 +183,15 @@ def evaluate(e: Any, scope: Mapping[str, Any]) -> Any:
 def parameters(c: Class) -> dict[str, Any]:
     """Public parameters of a class with their default values, in the order of declaration."""
     scope: dict[str, Any] = {}
+    fields: dict[str, Any] = {}  # of records among the components
+    for name, s in components(c).items():
+        typed = find(str(s.type), c.name)
+        if typed is not None and typed.tree.type == "record":
+            fields |= {f"{name}.{k}": v for k, v in parameters(typed).items()}
     for name, s in components(c).items():
         binding = modifiers(s.class_modification).get("value")
         if binding is not None and "parameter" in s.prefixes and s.visibility.name == "PUBLIC":
-            scope[name] = evaluate(binding, scope)
+            scope[name] = evaluate(binding, fields | scope)
     return scope
 
 

@@ -160,27 +160,32 @@ def test_example_agrees_with_the_units_of_the_scenario(
     assert tracking <= limit
 
 
-OF_10_HZ = [(example, name) for example, name, _, f, *_ in LOOPS if f == 10.0]
+# example, scenario, case
+FIGURES = [(example, name, "sine_10") for example, name, _, f, *_ in LOOPS if f == 10.0]
+FIGURES += [("ZhaoTan", "cascade_learned", "zhao_tan_sine_10"), ("BoucWen", "pid", "bouc_wen_10")]
+QUICK_FIGURES = ("ZhaoTan", "BoucWen")
 
 
 @pytest.mark.parametrize(
-    ("example", "name"), [pytest.param(*r, marks=pytest.mark.stress) if r[1] != "pid" else r for r in OF_10_HZ]
+    ("example", "name", "case"),
+    [r if r[0] in QUICK_FIGURES else pytest.param(*r, marks=pytest.mark.stress) for r in FIGURES],
 )
-def test_example_gives_the_figures_of_the_scenario(example: str, name: str, tmp_path: Path) -> None:
+def test_example_gives_the_figures_of_the_scenario(example: str, name: str, case: str, tmp_path: Path) -> None:
     """Rows and tracking error that the scenario has recorded, between samples, too."""
     c, out = library.classes()[f"HystFMU.Examples.{example}"], tmp_path / "r.npz"
     scenario = Scenario(SCENARIOS / name).spec.model_dump()
     fine = scenario["step"] / scenario["ripple"]
-    assert simulate.rumoca(c.file, c.name, repr(scenario["stop"]), repr(fine), "1e-10", out) == ""
+    stop = library.experiment(c)["StopTime"]
+    assert simulate.rumoca(c.file, c.name, repr(stop), repr(fine), "1e-10", out) == ""
     with np.load(out) as file:
         now = simulate.Trajectory({k: file[k] for k in ("time", "reference.r", "plant.y")}).instants()
     with (SCENARIOS / name / "baseline.csv").open() as text:
-        recorded = np.array([[r["t"], r["plant.y"]] for r in csv.DictReader(text) if r["case"] == "sine_10"], float)
+        recorded = np.array([[r["t"], r["plant.y"]] for r in csv.DictReader(text) if r["case"] == case], float)
     assert len(recorded) >= 20
     at = np.rint(recorded[:, 0] / fine).astype(int)
     assert np.abs(now["plant.y"][at] - recorded[:, 1]).max() <= 1e-8
     e = (now["plant.y"] - now["reference.r"])[now["time"] >= 0.1 - 1e-9]
-    figures = tomllib.loads((SCENARIOS / name / "baseline.toml").read_text())["case"]["sine_10"]["metrics"]
+    figures = tomllib.loads((SCENARIOS / name / "baseline.toml").read_text())["case"][case]["metrics"]
     assert 100 * np.sqrt(np.mean(e**2)) / 2 == pytest.approx(figures["tracking"], rel=1e-6)
 
 

@@ -7,5 +7,33 @@ package TutorialActuator "Tutorial: an actuator with physical ports"
 <p>The pins and flanges carry the quantities of those of the Modelica Standard Library and connect to them. Nothing is differentiated: the
 rate that the hysteresis needs is that of a state. The hysteresis is replaceable: choose another of <a href=\"modelica://HystFMU.Actuators.Hysteresis\">Actuators.Hysteresis</a>.
 Plot <code>stack.flange_b.s</code> over <code>stack.pin_p.v</code>.</p>
+<p><a href=\"modelica://HystFMU.Examples.StackInLoop\">Examples.StackInLoop</a> closes a loop around the stack, with a sensor, the inverse and a controller of the library;
+<a href=\"modelica://HystFMU.Examples.MagnetostrictiveRod\">Examples.MagnetostrictiveRod</a> has an actuator that a current drives. With blocks of the Modelica Standard Library, such a loop is</p>
+<pre>
+model WithStandardBlocks
+  HystFMU.Sources.Sine reference(frequency = 10) \"In parts of the stroke\";
+  Modelica.Blocks.Math.Feedback error;
+  Modelica.Blocks.Continuous.PI controller(k = 0.3, T = 2e-4, initType = Modelica.Blocks.Types.Init.InitialState);
+  HystFMU.Actuators.VoltageDrive drive(gain = 100, v_min = -130);
+  HystFMU.Actuators.Stack stack(withMass = false);
+  HystFMU.Plants.SpringMassLoad load(m = 0.2, c = 3000, k = 2e6);
+  HystFMU.Plants.PositionSensor sensor;
+  Modelica.Blocks.Math.Gain reading(k = 1.025/26e-6) \"From metres to parts of the stroke\";
+  HystFMU.Plants.Ground ground;
+  HystFMU.Plants.Fixed fixed;
+equation
+  connect(reference.r, error.u1);
+  connect(reading.y, error.u2);
+  connect(error.y, controller.u);
+  connect(controller.y, drive.u);
+  connect(drive.pin_p, stack.pin_p);
+  connect(drive.pin_n, stack.pin_n);
+  connect(drive.pin_n, ground.pin);
+  connect(fixed.flange, stack.flange_a);
+  connect(stack.flange_b, load.flange);
+  connect(stack.flange_b, sensor.flange);
+  connect(sensor.s, reading.u);
+end WithStandardBlocks;
+</pre>
 </html>"));
 end TutorialActuator;

@@ -13,7 +13,11 @@ from hystfmu.model import Model
 from hystfmu.modelica.record import record
 
 REPOSITORY = library.ROOT.parents[1]
-SOURCES = {"BacklashIdentified": "scenarios/models/backlash_identified.model.toml"}
+SOURCES = {
+    "BacklashIdentified": "scenarios/models/backlash_identified.model.toml",
+    "BacklashZhaoTanInverse": "scenarios/models/backlash_zhao_tan_inverse.model.toml",
+    "BoucWenIdentified": "scenarios/models/bouc_wen_identified.model.toml",
+}
 
 
 def records() -> dict[str, str]:

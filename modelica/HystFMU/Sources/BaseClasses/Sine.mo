@@ -16,6 +16,6 @@ partial block Sine "Reference signal, with derivatives and preview for a feed-fo
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014.</p>
 <p><b>Limitations:</b> those of the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Sine\">Sources.Sine</a>, <a href=\"modelica://HystFMU.Validation.Sine\">Validation.Sine</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Sine\">Sources.Sine</a>, <a href=\"modelica://HystFMU.Examples.StackInLoop\">Examples.StackInLoop</a>, <a href=\"modelica://HystFMU.Validation.Sine\">Validation.Sine</a>.</p>
 </html>"));
 end Sine;

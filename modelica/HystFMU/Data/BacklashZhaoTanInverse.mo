@@ -1,0 +1,30 @@
+// generated from scenarios/models/backlash_zhao_tan_inverse.model.toml by hystfmu export --modelica - do not edit
+within HystFMU.Data;
+record BacklashZhaoTanInverse "Zhao-Tan operator and a network on (x, h)"
+  extends HystFMU.Data.IdentifiedModel(key = "zhao_tan_mlp", Ts = 0.01, rms_percent = 0.9100599004259401, max_percent = 4.123173311978114);
+  parameter Integer input_n = 1 "Number of signals" annotation (Dialog(group = "input"));
+  parameter Real input_gain[1] = {0.36748051402920184} "Gain" annotation (Dialog(group = "input"));
+  parameter Real input_offset[1] = {-2.270035024388122e-05} "Offset, added after the gain" annotation (Dialog(group = "input"));
+  parameter Real input_lo[1] = {-1e+300} "Lower limit of the input (-1e300: none)" annotation (Dialog(group = "input"));
+  parameter Real input_hi[1] = {1e+300} "Upper limit of the input (1e300: none)" annotation (Dialog(group = "input"));
+  parameter Integer operator_depth = 16 "Extrema that the memory holds" annotation (Dialog(group = "operator"));
+  parameter Real operator_x0 = 0.0 "Initial memory: the operator rests at x = x0, h = 0" annotation (Dialog(group = "operator"));
+  parameter Integer features_n = 2 "Number of signals" annotation (Dialog(group = "features"));
+  parameter Real features_gain[2] = {2.0, 1.4815072867033898} "Gain" annotation (Dialog(group = "features"));
+  parameter Real features_offset[2] = {0.020621497428366553, 0.013984720834663438} "Offset, added after the gain" annotation (Dialog(group = "features"));
+  parameter Real features_lo[2] = {-0.5603107487141833, -0.7519265891114665} "Lower limit of the input (-1e300: none)" annotation (Dialog(group = "features"));
+  parameter Real features_hi[2] = {0.5396892512858167, 0.7330475448297716} "Upper limit of the input (1e300: none)" annotation (Dialog(group = "features"));
+  parameter Integer network_n_in = 2 "Number of inputs" annotation (Dialog(group = "network"));
+  parameter Integer network_n_hidden = 12 "Number of hidden neurons" annotation (Dialog(group = "network"));
+  parameter Integer network_n_out = 1 "Number of outputs" annotation (Dialog(group = "network"));
+  parameter Real network_W1[12, 2] = [11.266322407741955, -14.058593538725397; 1.4200515451860227, 3.600399365617356; -17.580029773203513, 11.837072670369817; 18.092513559574606, -8.0398196807573; -10.708887826289544, 4.425076283145739; -2.501541326704254, -0.8827931207148241; -10.089102093350217, 5.997605866943695; 5.952267797949206, -7.95635076529662; -17.527430165843366, 8.50583402321178; -1.1461529883309611, 6.908092550782976; -6.248813309644533, 7.189214223915355; -9.67068393342868, 6.137937416397548] "Hidden weights, one row per hidden neuron" annotation (Dialog(group = "network"));
+  parameter Real network_b1[12] = {1.6188205556916508, 4.035372193006642, 0.13912709631705605, -5.93268942518787, 1.0706637516431141, -3.0618916519518926, -1.4517873542545316, -4.02785347449086, 9.066521368254643, 4.414529557608123, 2.1510156401537857, -0.9754827224481533} "Hidden biases" annotation (Dialog(group = "network"));
+  parameter Real network_W2[1, 12] = [-0.19376626665441812, -1.638079080967899, -0.14077868294734555, 0.25567366342019576, -0.46435848475505487, -2.5577296792884434, -1.3064766045464948, 2.9335664053705024, -0.41175147235005094, 0.7306887654406319, 1.6069763202458682, 1.3396562353835797] "Output weights, one row per output" annotation (Dialog(group = "network"));
+  parameter Real network_b2[1] = {0.3784304951535114} "Output biases" annotation (Dialog(group = "network"));
+  parameter Integer readout_n = 1 "Number of signals" annotation (Dialog(group = "readout"));
+  parameter Real readout_gain[1] = {1.2577130083135466} "Gain" annotation (Dialog(group = "readout"));
+  parameter Real readout_offset[1] = {-0.021194772395019434} "Offset, added after the gain" annotation (Dialog(group = "readout"));
+  parameter Real readout_lo[1] = {-1e+300} "Lower limit of the input (-1e300: none)" annotation (Dialog(group = "readout"));
+  parameter Real readout_hi[1] = {1e+300} "Upper limit of the input (1e300: none)" annotation (Dialog(group = "readout"));
+  annotation (Documentation(info = "<html><p>Values of a model of kind <em>zhao_tan_mlp</em>: Zhao-Tan operator and a network on (x, h). A name is that of the block and that of its parameter, as in the FMU.</p><p><b>Source:</b> scenarios/models/backlash_zhao_tan_inverse.model.toml.</p><p><b>Limitations:</b> valid within the range of the identification data.</p></html>"));
+end BacklashZhaoTanInverse;
