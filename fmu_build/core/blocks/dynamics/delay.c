@@ -30,7 +30,16 @@ HYST_FEEDTHROUGH_FN(feedthrough) {
   HYST_OPEN_FEEDTHROUGH
   return 0;
 }
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  double *const taken = s_ring + hyst_stored(*oldest, n) * n_columns;
+  for (int64_t c = 0; c < n_columns; c++) taken[c] = s_u[c];
+  HYST_ADVANCE(update);
+  const double *const given = s_ring + hyst_stored(*oldest, n) * n_columns;
+  for (int64_t c = 0; c < n_columns; c++) t_y[c] = given[c];
+}
 HYST_BLOCK(delay,
            (.text = "Delay by a whole number of steps", .equation = "y_k = u_(k-n)",
-            .source = "definition of the shift operator", .family = "dynamics", .tolerance = "rounding"),
+            .source = "definition of the shift operator", .family = "dynamics", .tolerance = "rounding",
+            .sensitivity = sensitivity),
            .rate = HYST_SAMPLED, .init = init, .output = output, .update = update, .feedthrough = feedthrough)

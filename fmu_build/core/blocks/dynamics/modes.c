@@ -74,9 +74,33 @@ HYST_TANGENT_FN(tangent) {
   }
   *t_y = sum;
 }
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  for (int i = 0; i < n && dt > 0; i++) {
+    const double *const a = A + 4 * i, *const b = B + 2 * i;
+    double *const row_q = s_q + i * n_columns, *const row_v = s_v + i * n_columns;
+    for (int64_t c = 0; c < n_columns; c++) {
+      const double last = row_q[c];
+      row_q[c] = a[0] * last + a[1] * row_v[c] + b[0] * s_u[c];
+      row_v[c] = a[2] * last + a[3] * row_v[c] + b[1] * s_u[c];
+    }
+  }
+  for (; s_A < end_A && dt > 0; s_A++) {
+    const int i = s_A->element / 4, j = s_A->element % 4;
+    (j < 2 ? s_q : s_v)[i * n_columns + s_A->column] += s_A->size * (j % 2 ? v : q)[i];
+  }
+  for (; s_B < end_B && dt > 0; s_B++)
+    (s_B->element % 2 ? s_v : s_q)[s_B->element / 2 * n_columns + s_B->column] += s_B->size * *u;
+  HYST_ADVANCE(update);
+  for (int64_t c = 0; c < n_columns; c++) t_y[c] = 0;
+  for (int i = 0; i < n; i++)
+    for (int64_t c = 0; c < n_columns; c++) t_y[c] += k[i] * s_q[i * n_columns + c];
+  for (; s_k < end_k; s_k++) t_y[s_k->column] += s_k->size * q[s_k->element];
+}
 HYST_BLOCK(modes,
            (.text = "Second-order modes in parallel, discretised exactly",
             .equation = "y = sum_i k_i omega_i^2 / (s^2 + 2 zeta_i omega_i s + omega_i^2) u, omega_i = 2 pi f_n_i",
-            .source = "Preumont 2011, section 2.4", .family = "dynamics", .tolerance = "rounding"),
+            .source = "Preumont 2011, section 2.4", .family = "dynamics", .tolerance = "rounding",
+            .sensitivity = sensitivity, .derives = 1),
            .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
            .deriv = deriv, .update = update, .feedthrough = feedthrough)

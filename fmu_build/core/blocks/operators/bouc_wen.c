@@ -122,23 +122,20 @@ HYST_TANGENT_FN(tangent) {
   *t_z = (*A - (v > 0 ? *gamma + *beta : *gamma - *beta) * hyst_pow(hyst_fabs(v), *n)) * *s_u;
   *t_y = *k * (*alpha * *s_u + (1 - *alpha) * *t_z);
 }
-/* derivatives of v by A and by c at the same xi; n is left to differences */
+/* dv/dxi, and the derivatives of v by A and by c at the same xi; n is left to differences */
 typedef struct {
-  double A, c;
+  double rate, A, c;
 } by_law;
-static by_law at_by_law(const curve *c, double A, double n, double xi) {
+static by_law at_by_law(const curve *c, double A, double bend, double n, double xi) {
   const arm *a = xi < 0 ? c->back : c->away;
-  const double s = a->unit.s, t = hyst_fabs(xi) / a->u, x = hyst_isfinite(t) ? hyst_saturation_at(&a->unit, t) : 1;
-  const double q = hyst_pow(x, n), slope = 1 - s * q, path = slope > 0 && hyst_isfinite(t) ? slope * t : 0;
-  const double bend = s * hyst_pow(a->z, -n) * A; /* c */
+  const double t = hyst_fabs(xi) / a->u, x = hyst_isfinite(t) ? hyst_saturation_at(&a->unit, t) : 1;
+  const double q = hyst_pow(x, n), left = 1 - a->unit.s * q, slope = left > 0 ? left : 0,
+               path = slope > 0 ? slope * t : 0;
   /* for a small q the difference of x and the path is lost in rounding, and the first term of its series is exact */
   const double by_c =
       q < 1e-8 ? -hyst_pow(A * hyst_fabs(xi), n) * hyst_fabs(xi) / (n + 1) : -a->z / (n * bend) * (x - path);
-  const by_law found = {hyst_copysign(a->z / A * (x / n + path * (1 - 1 / n)), xi), xi < 0 ? -by_c : by_c};
+  const by_law found = {A * slope, hyst_copysign(a->z / A * (x / n + path * (1 - 1 / n)), xi), xi < 0 ? -by_c : by_c};
   return found;
-}
-static double rate(double A, double beta, double gamma, double n, double v) {
-  return A - (v > 0 ? gamma + beta : gamma - beta) * hyst_pow(hyst_fabs(v), n);
 }
 /* v = V(xi; A, beta, gamma), the curve, with xi = turn[2] + s (u - turn[1]); at a reversal xi follows from v = s z */
 HYST_SENSITIVITY_FN(sensitivity) {
@@ -147,31 +144,33 @@ HYST_SENSITIVITY_FN(sensitivity) {
   double *by_turn = s_turn + n_columns, *by_xi = s_turn + 2 * n_columns;
   if (*u != *u_last) {
     const reversal r = start(&c, A, turn, law, *u_last, *z_last, *u);
-    const double xi = r.xi + r.s * (*u - r.u), slope = rate(*A, *beta, *gamma, *n, at(&c, xi));
-    const int begins = r.s != turn[0];
-    const by_law now = at_by_law(&c, *A, *n, xi), then = at_by_law(&c, *A, *n, r.xi);
-    const double first = rate(*A, *beta, *gamma, *n, r.s * *z_last), side = xi < 0 ? -1 : 1, was = r.xi < 0 ? -1 : 1;
-    for (int64_t k = 0; k < n_columns && begins; k++) by_xi[k] = r.s * s_z_last[k], by_turn[k] = s_u_last[k];
-    for (const hyst_change *e = s_A; e < end_A && begins; e++) by_xi[e->column] -= e->size * then.A;
-    for (const hyst_change *e = s_beta; e < end_beta && begins; e++) by_xi[e->column] -= e->size * was * then.c;
-    for (const hyst_change *e = s_gamma; e < end_gamma && begins; e++) by_xi[e->column] -= e->size * then.c;
-    for (int64_t k = 0; k < n_columns && begins; k++) by_xi[k] = first > 0 ? by_xi[k] / first : 0;
-    for (int64_t k = 0; k < n_columns; k++) s_z_last[k] = slope * (r.s * by_xi[k] + s_u[k] - by_turn[k]);
+    const double xi = r.xi + r.s * (*u - r.u), side = xi < 0 ? -1 : 1;
+    const by_law now = at_by_law(&c, *A, *gamma + side * *beta, *n, xi);
+    if (r.s != turn[0]) {
+      const double was = r.xi < 0 ? -1 : 1;
+      const by_law then = at_by_law(&c, *A, *gamma + was * *beta, *n, r.xi);
+      for (int64_t j = 0; j < n_columns; j++) by_xi[j] = r.s * s_z_last[j], by_turn[j] = s_u_last[j];
+      for (const hyst_change *e = s_A; e < end_A; e++) by_xi[e->column] -= e->size * then.A;
+      for (const hyst_change *e = s_beta; e < end_beta; e++) by_xi[e->column] -= e->size * was * then.c;
+      for (const hyst_change *e = s_gamma; e < end_gamma; e++) by_xi[e->column] -= e->size * then.c;
+      for (int64_t j = 0; j < n_columns; j++) by_xi[j] = then.rate > 0 ? by_xi[j] / then.rate : 0;
+    }
+    for (int64_t k = 0; k < n_columns; k++) s_z_last[k] = now.rate * (r.s * by_xi[k] + s_u[k] - by_turn[k]);
     for (const hyst_change *e = s_A; e < end_A; e++) s_z_last[e->column] += e->size * r.s * now.A;
     for (const hyst_change *e = s_beta; e < end_beta; e++) s_z_last[e->column] += e->size * r.s * side * now.c;
     for (const hyst_change *e = s_gamma; e < end_gamma; e++) s_z_last[e->column] += e->size * r.s * now.c;
   } else {
-    for (int64_t k = 0; k < n_columns; k++) {
-      const double d = s_u[k] - s_u_last[k];
-      if (d != 0) s_z_last[k] += rate(*A, *beta, *gamma, *n, d > 0 ? *z_last : -*z_last) * d;
+    for (int64_t j = 0; j < n_columns; j++) {
+      const double d = s_u[j] - s_u_last[j], v = d > 0 ? *z_last : -*z_last;
+      if (d != 0) s_z_last[j] += (*A - (v > 0 ? *gamma + *beta : *gamma - *beta) * hyst_pow(hyst_fabs(v), *n)) * d;
     }
   }
   HYST_ADVANCE(update);
   for (int64_t k = 0; k < n_columns; k++) s_u_last[k] = s_u[k], t_z[k] = s_z_last[k];
-  const double now = hyst_clamp(*z_last, -*z_max, *z_max);
+  const double clamped = hyst_clamp(*z_last, -*z_max, *z_max);
   for (int64_t j = 0; j < n_columns; j++) t_y[j] = *k * (*alpha * s_u[j] + (1 - *alpha) * t_z[j]);
-  for (const hyst_change *e = s_k; e < end_k; e++) t_y[e->column] += e->size * (*alpha * *u + (1 - *alpha) * now);
-  for (const hyst_change *e = s_alpha; e < end_alpha; e++) t_y[e->column] += e->size * *k * (*u - now);
+  for (const hyst_change *e = s_k; e < end_k; e++) t_y[e->column] += e->size * (*alpha * *u + (1 - *alpha) * clamped);
+  for (const hyst_change *e = s_alpha; e < end_alpha; e++) t_y[e->column] += e->size * *k * (*u - clamped);
 }
 HYST_BLOCK(bouc_wen,
            (.text = "Bouc-Wen operator",

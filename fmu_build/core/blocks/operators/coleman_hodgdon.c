@@ -47,8 +47,25 @@ HYST_TANGENT_FN(tangent) {
   const double du = *u - *u_last, s = du > 0 || (du == 0 && *s_u > 0) ? 1 : -1;
   *t_y = (*k - s * *alpha * after(*alpha, *k - *b, *w_last, du)) * *s_u;
 }
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  const double du = *u - *u_last, path = hyst_fabs(du), left = 1 + hyst_expm1(-*alpha * path), done = 1 - left;
+  const double sum = hyst_copysign(done / *alpha, du), w = after(*alpha, *k - *b, *w_last, du);
+  const double by_alpha =
+      (du < 0 ? -1 : 1) * (path * left - done / *alpha) / *alpha * (*k - *b) - path * left * *w_last;
+  for (int64_t c = 0; c < n_columns; c++) {
+    const double d = s_u[c] - s_u_last[c], s = du > 0 || (du == 0 && d > 0) ? 1 : -1;
+    s_w_last[c] = left * s_w_last[c] + (*k - *b - s * *alpha * w) * d;
+  }
+  for (const hyst_change *e = s_alpha; e < end_alpha; e++) s_w_last[e->column] += e->size * by_alpha;
+  for (const hyst_change *e = s_k; e < end_k; e++) s_w_last[e->column] += e->size * sum;
+  for (const hyst_change *e = s_b; e < end_b; e++) s_w_last[e->column] -= e->size * sum;
+  HYST_ADVANCE(update);
+  for (int64_t c = 0; c < n_columns; c++) s_u_last[c] = s_u[c], t_y[c] = *b * s_u[c] + s_w_last[c];
+  for (const hyst_change *e = s_b; e < end_b; e++) t_y[e->column] += e->size * *u;
+}
 HYST_BLOCK(coleman_hodgdon,
            (.text = "Coleman-Hodgdon operator", .equation = "y' = alpha |u'| (b u - y) + k u'",
             .source = "Coleman & Hodgdon 1986, with f(u) = b u and g(u) = k", .family = "operators",
-            .tolerance = "rounding"),
+            .tolerance = "rounding", .sensitivity = sensitivity),
            .rate = HYST_HYSTERETIC, .init = init, .output = output, .tangent = tangent, .update = update)

@@ -51,9 +51,26 @@ HYST_TANGENT_FN(tangent) {
   }
   *t_y = sum + *w0 * *s_u;
 }
+HYST_SENSITIVITY_FN(sensitivity) {
+  HYST_OPEN_SENSITIVITY
+  const int steady = dt == 0 && *start == (double)STEADY;
+  for (int i = 0; i < n; i++) {
+    const double part = dt > 0 ? share[i] : steady ? 1 : 0;
+    double *const row = s_q + i * n_columns;
+    for (int64_t c = 0; c < n_columns; c++) row[c] += part * (s_u[c] - row[c]);
+  }
+  for (; s_share < end_share && dt > 0; s_share++)
+    s_q[s_share->element * n_columns + s_share->column] += s_share->size * (*u - q[s_share->element]);
+  HYST_ADVANCE(update);
+  for (int64_t c = 0; c < n_columns; c++) t_y[c] = *w0 * s_u[c];
+  for (int i = 0; i < n; i++)
+    for (int64_t c = 0; c < n_columns; c++) t_y[c] += w[i] * s_q[i * n_columns + c];
+  for (; s_w < end_w; s_w++) t_y[s_w->column] += s_w->size * q[s_w->element];
+  for (; s_w0 < end_w0; s_w0++) t_y[s_w0->column] += s_w0->size * *u;
+}
 HYST_BLOCK(creep,
            (.text = "Creep: weighted sum of the input and its first-order lags",
             .equation = "q_i' = (u - q_i)/T_i, y = w0 u + sum_i w_i q_i", .source = "Krejci & Kuhnen 2001",
-            .family = "operators", .tolerance = "rounding"),
+            .family = "operators", .tolerance = "rounding", .sensitivity = sensitivity, .derives = 1),
            .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
            .deriv = deriv, .update = update, .feedthrough = feedthrough)
