@@ -6,6 +6,7 @@ from pathlib import Path
 import hard_table
 import papers_table
 import stage_table
+import switching_table
 import tracking_table
 
 from hystfmu.base.errors import InputError
@@ -23,6 +24,7 @@ LOOPS = tracking_table.LOOPS | {"adaptive_pid": "PID beside the adaptive inverse
 PARTS = (
     (DOCS / "blocks.md", "from the C tables", lambda: listing.markdown("##")),
     (DOCS / "tracking.md", "from the baselines of the scenarios", tracking_table.markdown),
+    (DOCS / "tracking.md", "from scenarios/loops/switching.record.toml", switching_table.markdown),
     (stage_table.PAGE, "from the baselines of the scenarios", stage_table.markdown),
     (DOCS / "tracking.md", HARD, lambda: hard_table.markdown("loops", LOOPS)),
     (stage_table.PAGE, HARD, lambda: hard_table.markdown("stage", stage_table.CONTROLLERS)),

@@ -14,9 +14,9 @@ SCENARIOS = Path(__file__).parents[1] / "scenarios"
 LOOPS = {
     "open_loop": "open loop",
     "cascade": "inverse only",
-    "sliding_mode_2005": "law of 2005",
-    "super_twisting": "super-twisting",
-    "sliding_mode": "sliding mode with integral",
+    "sliding_mode_2005": "law of 2005 (PD)",
+    "super_twisting": "super-twisting (PID)",
+    "sliding_mode": "sliding mode with integral (PID)",
     "lead_lag": "lead-lag with observer",
     "pid": "PID",
     "pid_observer": "PID with observer",

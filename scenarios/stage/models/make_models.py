@@ -19,7 +19,8 @@ import numpy as np
 from hystfmu.data import Dataset
 from hystfmu.design import scan_feedforward
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify import fit
+from hystfmu.identify import fit, fit_graph
+from hystfmu.inverse import inverse
 from hystfmu.model import Model
 
 HERE = Path(__file__).parent
@@ -27,6 +28,8 @@ PLAYS = {"w0": 0.05, "r": np.linspace(2.5, 25, 10), "w": np.full(10, 0.016)}
 CHARGE = {**PLAYS, "w0": 0.194, "w": np.full(10, 0.0016)}  # a tenth of the hysteresis at the same slope
 BEND = [1.04, -0.002, 0.0]  # v, v^2 (1/um), constant
 CREEP = {"w0": 1.0, "w": [0.008, 0.008, 0.008], "T": [0.1, 1.0, 10.0]}
+BOUC_WEN = {"beta": 0.016, "gamma": -0.0032}  # 1/V
+READOUT = [0.24, -0.095]  # um/V of the command and of the Bouc-Wen state
 MODES = {"f_n": [500.0, 1600.0], "zeta": [0.02, 0.01], "k": [0.9, 0.1]}
 NOISE = 20e-6 * np.sqrt(5000)  # um: 20 pm/sqrt(Hz) up to half the rate of 10 kHz
 HYSTERESIS = "hysteresis"
@@ -48,13 +51,42 @@ def plant(dynamics: bool, plays: dict[str, object] = PLAYS, creep: float = 1.0) 
     return Graph(nodes, wires, inputs, [Output("y", end, text="position", unit="um")])
 
 
-def record() -> Dataset:
+def bouc_wen(dynamics: bool, hysteresis: dict[str, float] = BOUC_WEN) -> Graph:
+    """Amplifier -> linear term minus Bouc-Wen state -> creep -> two modes: the stage of another actuator."""
+    nodes = [
+        Node(HYSTERESIS, "bouc_wen", {}, hysteresis),
+        Node("readout", "sum", {"n": 2}, {"k": READOUT}),
+        Node("creep", "creep", {"n": 3}, {**CREEP, "start": "steady"}),
+    ]
+    wires = [(f"{HYSTERESIS}.z", "readout.u[2]"), ("readout.y", "creep.u")]
+    ends, end = (f"{HYSTERESIS}.u", "readout.u[1]"), "creep.y"
+    if dynamics:
+        nodes = [Node("amplifier", "amplifier"), *nodes, Node("g0", "modes", {"n": 2}, MODES)]
+        wires, end = [*(("amplifier.y", e) for e in ends), *wires, (end, "g0.u")], "g0.y"
+        ends = ("amplifier.u",)
+    inputs = [Input("u", ends, text="command of the amplifier", unit="V")]
+    return Graph(nodes, wires, inputs, [Output("y", end, text="position", unit="um")])
+
+
+def bouc_wen_inverse() -> Model:
+    """Identify the other actuator in its own class, with creep, and invert it at the rate of the loop."""
+    free = {
+        f"{HYSTERESIS}.beta": (0.004, 0.06),
+        f"{HYSTERESIS}.gamma": (-0.02, 0.02),
+        "readout.k": True,
+        "creep.w": True,
+    }
+    found = fit_graph(record(bouc_wen(False)), bouc_wen(False, {"beta": 0.01, "gamma": 0.0}), free)
+    return inverse(replace(found, step=H), "implicit", lo=-100.0, hi=250.0)
+
+
+def record(device: Graph | None = None) -> Dataset:
     """Three minutes of nested reversals between 0 and 125 V at 1 Hz, 50 rows a second."""
     h, n = 0.02, 9001
     values = {"shape": "random_reversals", "amplitude": 62.5, "offset": 62.5, "frequency": 1.0, "seed": 5}
     u = Graph.single(Node("reference", "reference", {"m": 400}, values)).run(np.zeros((n, 0)), h)[:, 0]
     u *= np.minimum(1, np.arange(n) * h)  # from rest
-    y = plant(False).run(u[:, None], h)
+    y = (device or plant(False)).run(u, h)
     noise = np.random.default_rng(1).standard_normal(n)
     return Dataset.from_signal(u, y + NOISE * noise, h, "stage: random reversals, noise of the sensor")
 
@@ -112,9 +144,7 @@ units.feedforward = {{ block = "reference", dims = {{ m = 1 }}, values = {{ shap
 def scan(f: float) -> dict[str, str]:
     """Return the settings of one scan."""
     nodes = [Node("amplifier", "amplifier"), Node("g0", "modes", {"n": 2}, MODES)]
-    dynamics = Graph(
-        nodes, [("amplifier.y", "g0.u")], [Input("u", ("amplifier.u",))], [Output("y", "g0.y")]
-    )
+    dynamics = Graph(nodes, [("amplifier.y", "g0.u")], [Input("u", ("amplifier.u",))], [Output("y", "g0.y")])
     highest = min(HIGHEST, 2 * TONES * f)
     tones = scan_feedforward(dynamics, f, H, turn=TURN, phase=-math.pi / 2, delay=DELAY, highest=highest)
     tones["ph"] = np.angle(np.exp(1j * tones["ph"]))
@@ -126,13 +156,33 @@ def write_scans() -> None:
     """Write scans.toml."""
     lines = [HEAD]
     for f, (stop, after) in SCANS.items():
-        lines += ["[[case]]", f'name = "scan_{f}"', f'text = "triangle at {f} Hz"', f"stop = {stop}", f"after = {after}"]
+        lines += [
+            "[[case]]",
+            f'name = "scan_{f}"',
+            f'text = "triangle at {f} Hz"',
+            f"stop = {stop}",
+            f"after = {after}",
+        ]
         settings = ", ".join(f'"{k}" = {v}' for k, v in scan(float(f)).items())
         lines += [f'set = {{ "reference.frequency" = {f}, {settings} }}', ""]
     tones = ", ".join(f'"{k}" = {v}' for k, v in scan(100.0).items())
     lines.append(OTHERS.format(tones=tones, levels=[2.0 * k for k in range(11)]))
     stop, after = SCANS[100]
-    lines += ["", "# of the cases in hard.toml", "[conditions.scan_100]", f"stop = {stop}", f"after = {after}"]
+    for name, more in (
+        ("scan", ""),
+        ("low", ', "bouc_wen_low"'),
+        ("high", ', "bouc_wen_high"'),
+        ("two_steps", ', "two_steps"'),
+    ):
+        lines += ["", "[[case]]", f'name = "bouc_wen_{name}_100"', f'conditions = ["scan_100", "bouc_wen"{more}]']
+    lines += [
+        "",
+        "# of the cases above and in hard.toml",
+        "[conditions.scan_100]",
+        'text = "triangle at 100 Hz"',
+        f"stop = {stop}",
+        f"after = {after}",
+    ]
     lines += [f"set = {{ {tones} }}", ""]
     (HERE.parent / "scans.toml").write_text("\n".join(lines))
 
@@ -152,8 +202,14 @@ def main() -> None:
     Model("plant", plant(True), None, f"stage: {plant.__doc__}").save(HERE / "plant.model.toml")
     text = "stage with a charge drive: a tenth of the hysteresis, three times the creep"
     Model("plant", plant(True, CHARGE, 3.0), None, text).save(HERE / "charge_plant.model.toml")
-    found = fit(record(), "actuator", dynamics="no")
-    replace(found, fit={k: v for k, v in found.fit.items() if k != "seconds"}).save(HERE / "actuator.model.toml")
+    Model("bouc_wen_plant", bouc_wen(True), None, f"stage: {bouc_wen.__doc__}").save(HERE / "bouc_wen_plant.model.toml")
+    save(bouc_wen_inverse(), "bouc_wen_inverse")
+    save(fit(record(), "actuator", dynamics="no"), "actuator")
+
+
+def save(model: Model, name: str) -> None:
+    """Write a model without the seconds that its fit took: the same run gives the same file."""
+    replace(model, fit={k: v for k, v in model.fit.items() if k != "seconds"}).save(HERE / f"{name}.model.toml")
 
 
 if __name__ == "__main__":

@@ -87,7 +87,7 @@ def main(names: list[str]) -> None:
         for f, (stop, after) in SCANS.items():
             text += CASE.format(f=f, stop=stop, after=after)
             text += UNIT.format(where="case.", n=round(RATE / f), active=1, **taps)
-        for case in ("scan_100", "low_100", "high_100", "two_steps_100", "staircase", "slow"):
+        for case in ("scan_100", "low_100", "high_100", "two_steps_100", "staircase", "slow", "bouc_wen_*"):
             text += f'\n[[case]]\nname = "{case}"\n'
             if case in ONCE:
                 text += UNIT.format(where="case.", n=round(RATE / 100), active=0, **taps)

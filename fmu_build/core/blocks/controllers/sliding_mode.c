@@ -1,8 +1,10 @@
 /* Sliding mode controller around a feed-forward, with integral action, limits and anti-windup.
  * With k_i = 0 this is the law of Yu & Alici 2005; it leaves a steady error under a plant mismatch, the integral
- * removes it.  With a large epsilon the switching term is a soft gain.  `saturation` is linear within the layer and
- * full outside, `smooth` reaches half of rho at its edge.  Without a width of its own the layer follows the gains, so
- * that a loop does not depend on the unit of measure of y: its slope is then ten times eta. */
+ * removes it.  Within the layer the law is linear: with k_i = 0 a PD, else a PID of Kd = eta + rho / epsilon,
+ * Kp = Kd lam, Ki = Kd k_i.  With a step of delay and 6 dB of Ms there is no room for more; python/docs/tracking.md has
+ * the figures.  `saturation` is linear within the layer and full outside, `smooth` reaches half of rho at its edge.
+ * Without a width of its own the layer follows the gains, so that a loop does not depend on the unit of measure of y:
+ * its slope is then ten times eta. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/elementary.h"
 #include "core/elementary/limit.h"

@@ -1,0 +1,51 @@
+"""Table of what switching is worth: sliding modes, their linear laws and the PID in the worst corner."""
+
+from __future__ import annotations
+
+import textwrap
+import tomllib
+
+from tracking_table import BOUC_WEN, CORNERS, LOOPS, SCENARIOS, SIGNALS, baseline
+
+RECORD = SCENARIOS / "loops" / "switching.record.toml"
+PLANTS = {"backlash": ("", "ten backlashes"), "bouc_wen": (BOUC_WEN, "Bouc-Wen")}
+
+
+def recorded() -> dict[str, dict[str, dict[str, float]]]:
+    """What scenarios/models/run_switching.py found."""
+    return tomllib.loads(RECORD.read_text())
+
+
+def worst(name: str, plant: str, signal: str) -> float:
+    """Largest recorded error of a shipped loop in the corners."""
+    found = baseline(name)
+    return max(found[f"{PLANTS[plant][0]}{corner}_{signal}"]["tracking"] for corner in CORNERS)
+
+
+def markdown() -> str:
+    """Each law, its linear law and the PID, by plant and signal."""
+    columns = [(p, s) for p in PLANTS for s in SIGNALS]
+    lines = [f"| worst corner, % of stroke | {' | '.join(f'{PLANTS[p][1]}, {SIGNALS[s]}' for p, s in columns)} |"]
+    lines.append("|" + "---|" * (len(columns) + 1))
+    found = recorded()
+    for law in [name for name in LOOPS if name in found]:
+        lines.append(_row(LOOPS[law], [worst(law, p, s) for p, s in columns]))
+        lines.append(_row("its linear law", [found[law][p][s] for p, s in columns]))
+    lines.append(_row("tuned PID", [worst("pid", p, s) for p, s in columns]))
+    parts = [
+        f"{text} {found[name]['smallest_ratio']:.2g}, median {found[name]['median_ratio']:.2g}, and "
+        f"{found[name]['smallest_to_both']:.2g} over the larger ratio to it and to the tuned loop "
+        f"({found[name]['draws']} draws)"
+        for name, text in (("drawn_pid", "without an observer"), ("drawn_pid_observer", "with a disturbance observer"))
+    ]
+    return "\n".join(
+        [
+            *lines,
+            "",
+            *textwrap.wrap(f"Smallest error of a drawn law over that of its linear law: {'; '.join(parts)}.", 120),
+        ]
+    )
+
+
+def _row(name: str, errors: list[float]) -> str:
+    return f"| {name} | {' | '.join(f'{e:.3g}' for e in errors)} |"
