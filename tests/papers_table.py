@@ -57,7 +57,7 @@ def markdown() -> str:
 
 def _paper(name: str, table: dict[str, Any]) -> str:
     report = Report(name, table["source"], tuple(map(row_of, table["rows"])))
-    rows = [r for r in report.rows if r.where == "paper"]
+    rows = [r for r in report.rows if r.place]
     answer = textwrap.fill(f"`hystfmu reproduce {name} --json`: {report.answer()}", 118, break_on_hyphens=False)
     lines = [f"## {PAPERS[name]}", "", answer, ""]
     lines += [f"| {' | '.join(COLUMNS)} |", "|" + "---|" * len(COLUMNS), *map(_row, rows), ""]

@@ -161,19 +161,21 @@ def ipmc_sensor() -> Graph:
 
 # ---- IPMC sensor in a loop: the network learns while it runs ----------------------------------------------------------
 LATE = 5  # samples between the two voltages of the network
-MONOMIALS = [(0,), (1,), (2,), (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]  # of voltage, voltage before, f
+MONOMIALS = [(0,), (1,), (2,), (0, 0), (0, 2), (2, 2)]  # of voltage, its change, f
 
 
 def ipmc_regressors() -> Graph:
-    """Voltage (mV) -> monomials up to order 2 of the voltage now and `LATE` samples ago and of f, and 1."""
+    """Voltage (mV) -> monomials up to order 2 of it and of f, its change in `LATE` samples, and 1."""
     nodes = [
         Node("input", "scaling"),
         Node("before", "delay", {"n": LATE}),
+        Node("change", "sum", {"n": 2}, {"k": np.array([10.0, -10.0])}),
         Node("f", "zhao_tan"),
         Node("one", "scaling", {}, {"gain": 0.0, "offset": 1.0}),
     ]
-    sources = ("input.y", "before.y", "f.h")
-    wires = [("input.y", "before.u"), ("input.y", "f.x"), ("input.y", "one.u")]
+    sources = ("input.y", "change.y", "f.h")
+    wires = [("input.y", "before.u"), ("input.y", "change.u[1]"), ("before.y", "change.u[2]")]
+    wires += [("input.y", "f.x"), ("input.y", "one.u")]
     ends = []
     for k, factors in enumerate(MONOMIALS, 1):
         source = sources[factors[0]]

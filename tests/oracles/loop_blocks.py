@@ -389,6 +389,20 @@ def adaptive_inverse(p, state, u, t, dt):
     return {"u": x, "theta": s.theta, "y_hat": s.y_hat, "gate": s.learned, "changes": s.count}, s
 
 
+def recursive_least_squares(p, state, u, t, dt):
+    """Eqs. 13 to 19 of the IPMC paper with P itself, e^2 in the place of sigma^2, nothing changed in the dead zone."""
+    theta, P, count = state or (p.theta0, p.eta * np.eye(p.n), 0.0)
+    phi = u["phi"]
+    before, e = theta, u["y"] - phi @ theta
+    if state is not None and abs(e) > p.r:
+        Pphi = P @ phi
+        gain, s = phi @ Pphi, p.share * (e**2 - p.r**2) / p.r**2
+        K = s * Pphi / ((1 + s) * gain)
+        theta, P, count = theta + K * e, (P - np.outer(K, Pphi)) / p.mu, count + 1
+        P = (P + P.T) / 2
+    return {"y_hat": phi @ before, "theta": theta, "learned": count}, (theta, P, count)
+
+
 def _second_order(p, y, rate, u, dt):
     """Position and velocity of 1 / (s^2 / w^2 + 2 zeta s / w + 1) over a step with a held input, for each input."""
     if p.f_n == 0:
@@ -475,6 +489,7 @@ BLOCKS = {
     "iterative_learning": iterative_learning,
     "repetitive": repetitive,
     "adaptive_inverse": adaptive_inverse,
+    "recursive_least_squares": recursive_least_squares,
     "disturbance": disturbance,
     "reference": reference,
 }

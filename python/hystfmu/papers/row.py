@@ -119,10 +119,10 @@ class Row:
             return ""
         if self.ours is None:
             return "not computed"
-        worst = self.ours
-        if self.sense == "equal" and self.ours_range is not None:
-            worst = max(self.ours_range, key=lambda v: abs(v - (self.printed or 0.0)))
-        verdict = "met" if self.printed_met else _missed(worst, self.printed, self.sense)
+        missing = self.ours
+        if self.sense == "equal" and self.ours_range and abs(self.ours - self.printed) <= SAME * abs(self.printed):
+            missing = max(self.ours_range, key=lambda v: abs(v - (self.printed or 0.0)))
+        verdict = "met" if self.printed_met else _missed(missing, self.printed, self.sense)
         return verdict if self.scanned is None else f"{verdict}; met on {_of(self.scanned)} scanned records"
 
 

@@ -20,7 +20,11 @@ SCENARIOS = Path(__file__).parents[3] / "scenarios"
 SHIPPED = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.rglob("scenario.toml"))
 FEW = ("pid", "adaptive", "papers/zhao_tan_2008", "papers/yu_alici_2005_smc", "example_tube")
 BOUND = 1e-9  # of the span
-REFUSED = {"example_hold": "has substeps or a hold", "example_substeps": "has substeps or a hold"}
+REFUSED = {
+    "example_hold": "has substeps or a hold",
+    "example_substeps": "has substeps or a hold",
+    "papers/ipmc_bfbnn_learning": "runs once in several steps",
+}
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in FEW else pytest.mark.stress, id=n) for n in SHIPPED])
