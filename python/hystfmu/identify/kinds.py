@@ -14,6 +14,7 @@ Kind = Literal[
     "duhem_oscillator",
     "fitted_operator_mlp",
     "g0_bouc_wen",
+    "g0_jiles_atherton",
     "g0_prandtl_ishlinskii",
     "krasnoselskii_pokrovskii",
     "narx_network",
