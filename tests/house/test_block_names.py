@@ -150,7 +150,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         "a class of the slot of an actuator stands for these blocks together",
     ),
     "modelica/library/pictures.py": {"prandtl_ishlinskii": "the loops that the guide shows"},
-    "modelica/realisation.py": {"scaling": "rate_of(): a gain through which the rate of a port reaches an operator"},
+    "modelica/realisation.py": dict.fromkeys(
+        ("scaling", "sum"), "rate_of(): gains through which the rates of ports reach an operator"
+    ),
     "modelica/wiring.py": {"sum": "sums_before_samples(): the block that one compiler reads too early"},
     "modelica/classes.py": {
         "polynomial_narx": "the class has a limit on the degree",
