@@ -52,9 +52,9 @@ def _rate(w: Wiring, rate: Rate, inner: Mapping[str, str]) -> str:
         found = inner[port]
         for node, index in reversed(through):
             k, u = f"values.{field(w.graph, node, FACTOR[node.type])}[{index}]", f"{w.parts[node.name]}.u[{index}]"
-            limits = []
-            for key, relation, none in (("lo", ">", -1e300), ("hi", "<", 1e300)) if node.type == "scaling" else ():
-                if node.value(key)[index - 1] != none:
+            limits, keys = [], {v.name for v in node.block.parameters}
+            for key, relation, none in (("lo", ">", -1e300), ("hi", "<", 1e300)):
+                if key in keys and node.value(key)[index - 1] != none:
                     limits.append(f"{u} {relation} values.{field(w.graph, node, key)}[{index}]")
             found = f"{k}*{found}" if not limits else f"(if {' and '.join(limits)} then {k}*{found} else 0)"
         terms.append(found)
