@@ -313,7 +313,7 @@ def test_table_with_one_seed_and_less_data(monkeypatch):
     monkeypatch.setattr(nested_loops, "fit", short)
     monkeypatch.setattr(zhao_tan_2008, "SEEDS", 1)
     monkeypatch.setattr(zhao_tan_2008, "REVERSALS", 30)
-    monkeypatch.setattr(zhao_tan_2008, "DECAYS", (0.03, 0.1))
+    monkeypatch.setattr(zhao_tan_2008, "DECAYS", (0.01, 0.02))
     monkeypatch.setattr(zhao_tan_2008, "SPLITS", (1200,))
     fractions = []
     report = reproduce("zhao_tan_2008", progress=fractions.append)
