@@ -16,23 +16,30 @@ package Icons "Icons"
       Documentation(info = "<html><p>Icon of a page of the guide.</p></html>"));
   end Information;
 
-  partial block Block "Icon of a block"
+  partial block Frame "Frame of the icon of a block"
     annotation (
       Icon(graphics = {
         Rectangle(extent = {{-100, -100}, {100, 100}}, lineColor = {0, 0, 127}, fillColor = {255, 255, 255}, fillPattern = FillPattern.Solid),
         Text(extent = {{-150, 140}, {150, 105}}, textString = "%name")}),
+      Documentation(info = "<html><p>Frame of the icon of a block.</p></html>"));
+  end Frame;
+
+  partial block Block "Icon of a block: the name of its class"
+    extends Frame;
+    annotation (
+      Icon(graphics = {Text(extent = {{-90, -30}, {90, 30}}, textString = "%class")}),
       Documentation(info = "<html><p>Icon of a block.</p></html>"));
   end Block;
 
   partial block Hysteresis "Icon of an operator with memory: a hysteresis loop"
-    extends Block;
+    extends Frame;
     annotation (
       Icon(graphics = {Polygon(points = {{-70, -60}, {10, -50}, {70, 60}, {-10, 50}, {-70, -60}}, lineColor = {0, 0, 127}, smooth = Smooth.Bezier)}),
       Documentation(info = "<html><p>Icon of an operator with memory.</p></html>"));
   end Hysteresis;
 
   partial block Inverse "Icon of an inverse: a clockwise loop"
-    extends Block;
+    extends Frame;
     annotation (
       Icon(graphics = {
         Polygon(points = {{-60, -70}, {-50, 10}, {60, 70}, {50, -10}, {-60, -70}}, lineColor = {0, 0, 127}, smooth = Smooth.Bezier),
@@ -59,7 +66,7 @@ package Icons "Icons"
   end Smooth;
 
   partial block Source "Icon of a source"
-    extends Block;
+    extends Frame;
     annotation (
       Icon(graphics = {Line(points = {{-80, 0}, {-40, 60}, {0, 0}, {40, -60}, {80, 0}}, color = {0, 0, 127}, smooth = Smooth.Bezier)}),
       Documentation(info = "<html><p>Icon of a source.</p></html>"));
@@ -81,7 +88,6 @@ package Icons "Icons"
     annotation (
       Icon(graphics = {
         Rectangle(extent = {{-80, -60}, {80, 60}}, lineColor = {64, 64, 64}, fillColor = {215, 215, 215}, fillPattern = FillPattern.Solid),
-        Line(points = {{-40, -60}, {-40, 60}}, color = {64, 64, 64}), Line(points = {{0, -60}, {0, 60}}, color = {64, 64, 64}), Line(points = {{40, -60}, {40, 60}}, color = {64, 64, 64}),
         Text(extent = {{-150, 110}, {150, 75}}, textString = "%name")}),
       Documentation(info = "<html><p>Icon of a physical component.</p></html>"));
   end Component;

@@ -14,7 +14,9 @@ equation
   der(q) = min(max((gain*u - q)/T, -i_max), i_max);
   pin_p.i = (pin_p.v - pin_n.v)/leak - der(q);
   pin_n.i = -pin_p.i;
-  annotation (Documentation(info = "<html>
+  annotation (
+    Icon(graphics = {Text(extent = {{-70, -40}, {70, 40}}, textString = "Q")}),
+    Documentation(info = "<html>
 <p><b>Equation:</b> q' = sat((gain u - q)/T), i = q' - v/leak.</p>
 <p><b>Source:</b> Comstock, US patent 4263527, 1981; Fleming &amp; Leang 2014, chapter 11.</p>
 <p><b>Limitations:</b> no limit of voltage; the charge of the leak is not measured, so that the load drifts with leak times C.</p>

@@ -18,7 +18,9 @@ equation
   flange_b.f = -F;
   flange_a.f = ratio*F + k_in*s_in;
   support.f = -(flange_a.f + flange_b.f);
-  annotation (Documentation(info = "<html>
+  annotation (
+    Icon(graphics = {Line(points = {{-60, -40}, {60, 40}}, color = {64, 64, 64}, thickness = 1), Ellipse(extent = {{-35, -30}, {-20, -15}}, lineColor = {64, 64, 64}, fillColor = {255, 255, 255}, fillPattern = FillPattern.Solid)}),
+    Documentation(info = "<html>
 <p><b>Equation:</b> F = k_out (ratio s_a - s_b) + c (ratio s_a - s_b)', f_a = ratio F + k_in s_a, against the support.</p>
 <p><b>Source:</b> Lobontiu, Compliant Mechanisms 2003, chapter 5: a lever with the compliance of its flexures.</p>
 <p><b>Limitations:</b> small strokes; no mass of its own; the torque on the frame is not modelled.</p>

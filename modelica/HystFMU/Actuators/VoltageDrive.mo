@@ -20,7 +20,9 @@ equation
   pin_n.i = i;
   der(v) = min(max((min(max(gain*u, v_min), v_max) - v)/T_v, -slew), slew);
   T_i*der(i) = min(max((v - (pin_p.v - pin_n.v))/resistance, -i_max), i_max) - i;
-  annotation (Documentation(info = "<html>
+  annotation (
+    Icon(graphics = {Text(extent = {{-70, -40}, {70, 40}}, textString = "V")}),
+    Documentation(info = "<html>
 <p><b>Equation:</b> v' = sat((sat(gain u) - v)/T_v), T_i i' = sat((v - v_pins)/R) - i.</p>
 <p><b>Source:</b> limits of a piezo amplifier: Fleming &amp; Leang, Design, Modeling and Control of Nanopositioning Systems 2014, chapter 14.</p>
 <p><b>Limitations:</b> the current is a state: no inductor in series with nothing beside it. No ground inside.</p>

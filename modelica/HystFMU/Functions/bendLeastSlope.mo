@@ -20,7 +20,7 @@ algorithm
 <p><b>Equation:</b> the least of the slopes at 0 and beyond each threshold.</p>
 <p><b>Source:</b> derivative of Operators.DeadZones.</p>
 <p><b>Limitations:</b> a dead zone with threshold 0 counts everywhere but in the slope at 0.</p>
-<p><b>Example:</b> <code>bendLeastSlope(b0, knots, b)</code> in <a href=\"modelica://HystFMU.Actuators.Hysteresis.BentPrandtlIshlinskii\">Actuators.Hysteresis.BentPrandtlIshlinskii</a>.</p>
+<p><b>Example:</b> <code>bendLeastSlope(b0, knots, b)</code> in <a href=\"modelica://HystFMU.Actuators.BaseClasses.Bent\">Actuators.BaseClasses.Bent</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Hysteresis.BentPrandtlIshlinskii\">Actuators.Hysteresis.BentPrandtlIshlinskii</a>, which uses it.</p>
 </html>"));
 end bendLeastSlope;

@@ -5,7 +5,9 @@ model Fixed "Flange that does not move"
   parameter Types.Position s0 = 0 "Where" annotation (Dialog(group = "Start"));
 equation
   flange.s = s0;
-  annotation (Documentation(info = "<html>
+  annotation (
+    Icon(graphics = {Line(points = {{-60, -40}, {-30, 40}}, color = {0, 127, 0}), Line(points = {{-30, -40}, {0, 40}}, color = {0, 127, 0}), Line(points = {{0, -40}, {30, 40}}, color = {0, 127, 0}), Line(points = {{30, -40}, {60, 40}}, color = {0, 127, 0})}),
+    Documentation(info = "<html>
 <p><b>Equation:</b> s = s0.</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>

@@ -12,7 +12,9 @@ equation
   flange.s = s;
   der(s) = v;
   m*der(v) = flange.f - c*v - k*s;
-  annotation (Documentation(info = "<html>
+  annotation (
+    Icon(graphics = {Rectangle(extent = {{-70, -40}, {-20, 40}}, lineColor = {64, 64, 64}, fillColor = {160, 160, 160}, fillPattern = FillPattern.Solid), Line(points = {{-20, 0}, {-7, 20}, {7, -20}, {20, 20}, {33, -20}, {47, 20}, {60, 0}}, color = {64, 64, 64}), Line(points = {{60, -50}, {60, 50}}, color = {64, 64, 64})}),
+    Documentation(info = "<html>
 <p><b>Equation:</b> m s'' + c s' + k s = f.</p>
 <p><b>Source:</b> Newton's second law.</p>
 <p><b>Limitations:</b> linear. Joined rigidly to an actuator with a mass, both move as one and start where the actuator does; where it is the only mass, set <code>fixedStart = true</code>.</p>

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from hystfmu.model import Model
 from hystfmu.modelica.layout import line, placed
 from hystfmu.modelica.literals import number
-from hystfmu.modelica.measures import per_second, si
+from hystfmu.modelica.measures import per_second, si, to_si
 from hystfmu.modelica.ports import rate_name
 from hystfmu.modelica.record import step
 from hystfmu.modelica.span import span
@@ -31,7 +31,7 @@ def example(model: Model, name: str, within: str, block_name: str, w: Wiring, ra
     """
     h = step(model)
     driven, held = _inputs(model, w)
-    low, high = (x * _factor(model, driven) for x in span(model) or (-1.0, 1.0))
+    low, high = (_at_port(model, driven, x) for x in span(model) or (-1.0, 1.0))
     frequency = 1 / (ROWS * h)
     signal = ", ".join(
         f"{k} = {number(v)}"
@@ -83,15 +83,15 @@ def _inputs(model: Model, w: Wiring) -> tuple[list[str], dict[str, float]]:
     for i in graph.inputs:
         n, port = sizes[i.name], w.ports[i.name]
         if i.name in model.provenance.get("span_covariates", {}):
-            held[port] = i.start * si(i.unit)[1]
+            held[port] = to_si(i.start, i.unit)
         else:
             driven += [port] if n == 1 else [f"{port}[{k + 1}]" for k in range(n)]
     return driven, held
 
 
-def _factor(model: Model, driven: list[str]) -> float:
+def _at_port(model: Model, driven: list[str], value: float) -> float:
     """From the unit of measure of the data to that of the ports."""
-    return si(model.graph.inputs[0].unit)[1] if driven else 1.0
+    return to_si(value, model.graph.inputs[0].unit) if driven else value
 
 
 def _rates(model: Model, w: Wiring, rated: Sequence[str]) -> tuple[list[str], list[str]]:

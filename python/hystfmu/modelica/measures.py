@@ -14,7 +14,9 @@ _SI = {
     **{"mN": ("N", 1e-3), "kN": ("N", 1e3), "MPa": ("Pa", 1e6), "mT": ("T", 1e-3)},
     **{"mrad": ("rad", 1e-3), "urad": ("rad", 1e-6), "deg": ("rad", math.pi / 180)},
     **{"kHz": ("Hz", 1e3), "ms": ("s", 1e-3)},
+    "degC": ("K", 1.0),
 }
+_ZERO = {"degC": 273.15}  # SI value where the unit of measure counts 0
 
 
 def si(unit: str) -> tuple[str, float]:
@@ -24,6 +26,24 @@ def si(unit: str) -> tuple[str, float]:
     ('m', 1e-06)
     """
     return _SI.get(unit, ("", 1.0))
+
+
+def zero(unit: str) -> float:
+    """SI value of 0 in a unit of measure.
+
+    >>> zero("degC")
+    273.15
+    """
+    return _ZERO.get(unit, 0.0)
+
+
+def to_si(value: float, unit: str) -> float:
+    """A value in SI units.
+
+    >>> to_si(20, "degC")
+    293.15
+    """
+    return value * si(unit)[1] + zero(unit)
 
 
 def per_second(unit: str) -> str:

@@ -8,8 +8,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Output
 from hystfmu.modelica.layout import placed, port_placed
 from hystfmu.modelica.literals import NAME, number, sentence, string, unique
-from hystfmu.modelica.measures import per_second, si
-from hystfmu.modelica.wiring import Wiring, unit_constant
+from hystfmu.modelica.measures import per_second, si, zero
+from hystfmu.modelica.wiring import Wiring, unit_constant, zero_constant
 
 RATE_PLACE, RATE_STEP = -90, 25  # of the ports of rates, the first below all others
 
@@ -28,7 +28,7 @@ def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]
             raise InputError(f"the port {p!r}: a name in Modelica is a letter followed by letters, digits or _")
     own = {"Ts", "values", "usesRate", *taken}
     ports = unique(outside, own)
-    made = {f(p) for p in ports.values() for f in (unit_constant, rate_name, inner_rate)}
+    made = {f(p) for p in ports.values() for f in (unit_constant, zero_constant, rate_name, inner_rate)}
     return ports, unique([n.name for n in graph.nodes], own | set(ports.values()) | made)
 
 
@@ -80,7 +80,7 @@ def ports_block(
         at = port_placed(False, i, len(graph.outputs), where.edge)
         lines.append(_port("Output", o, wiring.ports[o.name], wiring.shape(o.source), at))
     both: tuple[Input | Output, ...] = (*graph.inputs, *graph.outputs)
-    constants = [_constant(p, wiring.ports[p.name]) for p in both if si(p.unit)[0]]
+    constants = [c for p in both if si(p.unit)[0] for c in _constants(p, wiring.ports[p.name])]
     if rated:
         constants.insert(0, '  constant Boolean usesRate = false "Is there an input for the rate?";')
     if constants:
@@ -93,14 +93,19 @@ def ports_block(
 def _port(kind: str, p: Input | Output, name: str, shape: str, at: str) -> str:
     unit, factor = si(p.unit)
     text = p.text or kind
-    if (p.unit and factor != 1) or (p.unit and not unit):
+    converted = factor != 1 or zero(p.unit) != 0
+    if p.unit and (converted or not unit):
         text += f" ({p.unit} in the model)" if unit else f" ({p.unit})"
     each = "each " if shape else ""
-    shown = [f'{each}unit = "{unit}"'] + ([f'{each}displayUnit = "{p.unit}"'] if factor != 1 else []) if unit else []
+    shown = [f'{each}unit = "{unit}"'] + ([f'{each}displayUnit = "{p.unit}"'] if converted else []) if unit else []
     given = f"({', '.join(shown)})" if shown else ""
     return f"  HystFMU.Interfaces.Real{kind} {name}{shape}{given} {sentence(text)} annotation ({at});"
 
 
-def _constant(p: Input | Output, name: str) -> str:
+def _constants(p: Input | Output, name: str) -> list[str]:
     unit, factor = si(p.unit)
-    return f'  constant Real {unit_constant(name)}(unit = "{unit}") = {number(factor)} "One {p.unit}";'
+    found = [f'  constant Real {unit_constant(name)}(unit = "{unit}") = {number(factor)} "One {p.unit}";']
+    if above := zero(p.unit):
+        text = f"Where {p.unit} counts 0"
+        found.append(f'  constant Real {zero_constant(name)}(unit = "{unit}") = {number(above)} "{text}";')
+    return found

@@ -10,7 +10,7 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.modelica import classes
 from hystfmu.modelica.layout import Point, Spots, line, on_component, placed, port_at
 from hystfmu.modelica.literals import number
-from hystfmu.modelica.measures import si
+from hystfmu.modelica.measures import si, zero
 from hystfmu.modelica.record import field
 
 _END = re.compile(r"(\w+)\.(\w+)(?:\[(\d+)\])?\Z")
@@ -75,7 +75,7 @@ class Wiring:
             if to.split(".")[0] in self.sums:
                 continue
             end = self.end(to)
-            value = name + (f"/{self._scale(p, to)}" if si(p.unit)[0] else "")
+            value = counted(name, p.unit) + (f"/{self._scale(p, to)}" if si(p.unit)[0] else "")
             if value != name or end.endswith("]"):
                 found.append(f"  {end} = {value};")
             else:
@@ -87,7 +87,8 @@ class Wiring:
         """Connection from a component to the output `o`, the port i."""
         name = self.ports[o.name]
         if si(o.unit)[0]:
-            return f"  {name} = {self._scale(o, o.source)}*{self.end(o.source)};"
+            above = f"{zero_constant(name)} + " if zero(o.unit) else ""
+            return f"  {name} = {above}{self._scale(o, o.source)}*{self.end(o.source)};"
         at = port_at(False, i, len(self.graph.outputs), self.where.edge)
         return f"  connect({self.end(o.source)}, {name}) {line(self.point(o.source), at)};"
 
@@ -104,7 +105,8 @@ class Wiring:
                 terms.append(f"{k}[{i}]*{self.end(wire)}")
             elif port is not None:
                 own = self.ports[port.name]
-                terms.append(f"{k}[{i}]*{own}" + (f"/{unit_constant(own)}" if si(port.unit)[0] else ""))
+                scaled = f"/{unit_constant(own)}" if si(port.unit)[0] else ""
+                terms.append(f"{k}[{i}]*{counted(own, port.unit)}{scaled}")
         where = placed(*self.where.of[name])
         return (
             f'  HystFMU.Interfaces.RealOutput {part} "Weighted sum" annotation ({where});',
@@ -151,3 +153,13 @@ def sums_before_samples(graph: Graph) -> frozenset[str]:
 def unit_constant(port: str) -> str:
     """Name of the constant of a block for the unit of measure that a port has in the model."""
     return f"{port}_unit"
+
+
+def zero_constant(port: str) -> str:
+    """Name of the constant of a block for the SI value where the unit of measure of a port counts 0."""
+    return f"{port}_zero"
+
+
+def counted(port: str, unit: str) -> str:
+    """A port as an expression that is 0 where its unit of measure in the model counts 0."""
+    return f"({port} - {zero_constant(port)})" if zero(unit) else port

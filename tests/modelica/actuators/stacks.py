@@ -16,7 +16,7 @@ from hystfmu.graph import Graph, Input, Node, Output
 
 TRAINED: dict[str, Any] = {"starts": 1, "iterations": 100, "hidden": 4}
 OPTIONS: dict[str, dict[str, Any]] = {
-    "actuator": {"N": 10},
+    "actuator": {"N": 10, "dynamics": "no"},
     "actuator, relays": {"operator": "relays", "dynamics": "no"},
     "prandtl_ishlinskii": {"N": 10},
     "g0_prandtl_ishlinskii": {"N": 10},

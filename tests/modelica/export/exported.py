@@ -19,7 +19,7 @@ from hystfmu.graph import Graph, Node
 from hystfmu.identify import METHODS, fit
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
-from hystfmu.modelica.measures import si
+from hystfmu.modelica.measures import si, zero
 from hystfmu.modelica.package import CLASSES, package_name
 from hystfmu.modelica.ports import names
 from hystfmu.modelica.realisation import kinds
@@ -132,7 +132,7 @@ def columns(model: Model, rows: dict[str, Array]) -> list[Array]:
     """Inputs and first output of the block in an Example, in the units of measure of the model."""
     ports, _ = names(model.graph, set(CLASSES))
     found = (*model.graph.inputs, model.graph.outputs[0])
-    return [rows[f"tested.{ports[p.name]}"] / si(p.unit)[1] for p in found]
+    return [(rows[f"tested.{ports[p.name]}"] - zero(p.unit)) / si(p.unit)[1] for p in found]
 
 
 def compare_realisations(model: Model, name: str, folder: Path) -> list[Outcome]:

@@ -23,7 +23,9 @@ equation
   flange_a.f = -flange_b.f;
   rest = flange_a.s + n_parallel*k*stroke_start/(n_parallel*k/n_series + k_pre);
   stored = 0.5*n_series*n_parallel*F^2/k + 0.5*k_pre*s_rel^2;
-  annotation (Documentation(info = "<html>
+  annotation (
+    Icon(graphics = {Line(points = {{-70, 0}, {-52, 20}, {-35, -20}, {-18, 20}, {0, -20}, {18, 20}, {35, -20}, {52, 20}, {70, 0}}, color = {64, 64, 64})}),
+    Documentation(info = "<html>
 <p><b>Equation:</b> F = k (s_rel/n_series - stroke), f = n_parallel F + k_pre s_rel + c s_rel'.</p>
 <p><b>Source:</b> Hooke's law.</p>
 <p><b>Limitations:</b> linear, no mass.</p>

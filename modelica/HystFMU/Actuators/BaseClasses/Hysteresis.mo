@@ -10,9 +10,11 @@ partial model Hysteresis "Identified static model in the slot of an actuator: po
   parameter Boolean passive = false "Is it shown that a closed cycle gives no energy back?" annotation (Dialog(tab = "Advanced"));
   parameter Boolean instantaneous = false "Is heat at least 0 at every instant? false: over closed cycles only, if passive" annotation (Dialog(tab = "Advanced"));
   Interfaces.RealInput u(unit = "V") "Voltage that the polarisation follows" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Interfaces.RealInput temperature(unit = "K", displayUnit = "degC") "Temperature of the actuator" annotation (Placement(transformation(extent = {{-120, 60}, {-100, 80}})));
   Interfaces.RealInput du(unit = "V/s") "Rate of u" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y(unit = "m") "Free stroke" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   Interfaces.RealOutput dy(unit = "m/s") "Rate of y" annotation (Placement(transformation(extent = {{100, -80}, {120, -60}})));
+  Types.Position y_rest(nominal = 1e-5) "Free stroke of the memory at rest, at this temperature";
   Real stored(unit = "V.m") "Energy in the memory, times the stroke of a charge";
   Real heat(unit = "V.m/s") "Power that the memory loses, times the stroke of a charge";
 protected

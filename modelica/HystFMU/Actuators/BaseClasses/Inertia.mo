@@ -19,7 +19,9 @@ equation
   s = flange.s;
   der(s) = v;
   m*der(v) = flange.f;
-  annotation (Documentation(info = "<html>
+  annotation (
+    Icon(graphics = {Rectangle(extent = {{-50, -45}, {50, 45}}, lineColor = {64, 64, 64}, fillColor = {160, 160, 160}, fillPattern = FillPattern.Solid)}),
+    Documentation(info = "<html>
 <p><b>Equation:</b> m s'' = f.</p>
 <p><b>Source:</b> Newton's second law.</p>
 <p><b>Limitations:</b> one direction.</p>

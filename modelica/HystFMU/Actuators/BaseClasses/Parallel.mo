@@ -14,7 +14,7 @@ partial model Parallel "Bent operator beside a curve, lags and a bent lag of the
   parameter Real knots_lag[m_lag] = fill(0.5, m_lag) "Thresholds of its dead zones; the sign is the side" annotation (Dialog(group = "Bent lag"));
   parameter Real widening[m_lag] = fill(0.0, m_lag) "Weights of its dead zones" annotation (Dialog(group = "Bent lag"));
 protected
-  parameter Boolean passiveBeside = Functions.bendLeastSlope(b0, knots, b) >= 0 and max(abs(creep)) <= 0 and Functions.bendLeastSlope(c0, knots_x, curve) >= 0 and min(creep_x) >= 0 and max(abs(widening)) <= 0 "Do bend and additions leave the operator passive?";
+  parameter Boolean passiveBeside = passiveBend and Functions.bendLeastSlope(c0, knots_x, curve) >= 0 and min(creep_x) >= 0 and max(abs(widening)) <= 0 "Do bend and additions leave the operator passive?";
   Real q[lags_x] "Lags of the scaled voltage";
   Real dq[lags_x](each unit = "1/s") "Their rates";
   Real late "Lag that is bent";

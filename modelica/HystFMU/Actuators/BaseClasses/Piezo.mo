@@ -51,7 +51,7 @@ initial equation
     der(q) = 0;
     e = driving;
   else
-    q = hysteresis.y_start/d + (1 - share)*C*v_start;
+    q = hysteresis.y_rest/d + (1 - share)*C*v_start;
     e = v_start;
   end if;
 equation
@@ -71,6 +71,7 @@ equation
   der(e) = rate;
   hysteresis.u = e;
   hysteresis.du = rate;
+  hysteresis.temperature = T;
   connect(hysteresis.y, elastic.stroke) annotation (Line(points = {{-19, 0}, {0, 0}, {0, 20}, {20, 20}, {20, 11}}, color = {0, 0, 127}));
   connect(elastic.flange_a, flange_a) annotation (Line(points = {{9, 0}, {0, 0}, {0, -110}}, color = {0, 127, 0}));
   connect(elastic.flange_b, flange_b) annotation (Line(points = {{31, 0}, {110, 0}}, color = {0, 127, 0}));
@@ -82,12 +83,13 @@ equation
   stored = n_all*(0.5*(1 - share)*C*v^2 + hysteresis.stored/d) + elastic.stored;
   residual = supplied - stored - dissipated;
   annotation (
-    Icon(graphics = {Line(points = {{-100, 50}, {-80, 50}}, color = {0, 0, 255}), Line(points = {{-100, -50}, {-80, -50}}, color = {0, 0, 255}), Line(points = {{80, 0}, {100, 0}}, color = {0, 127, 0})}),
+    Icon(graphics = {Line(points = {{-40, -60}, {-40, 60}}, color = {64, 64, 64}), Line(points = {{0, -60}, {0, 60}}, color = {64, 64, 64}), Line(points = {{40, -60}, {40, 60}}, color = {64, 64, 64}), Line(points = {{-100, 50}, {-80, 50}}, color = {0, 0, 255}), Line(points = {{-100, -50}, {-80, -50}}, color = {0, 0, 255}), Line(points = {{80, 0}, {100, 0}}, color = {0, 127, 0})}),
     Documentation(info = "<html>
 <p><b>Equation:</b> of an element, with F the tension: driving = v + d F, tau e' = driving - e, P = H[e]/d, q = P + (1 - share) C v, x = d P + F/k. H gives the free stroke; d = stroke/(share C v_max).</p>
 <p><b>Power:</b> v q' + F x' = stored' + loss; loss = R i<sup>2</sup> + c x'<sup>2</sup> + (driving - e) P' + heat of H. Over a closed cycle the last two are the loop of driving over P, whatever the load. Elements are electrically in parallel.</p>
 <p><b>Heat:</b> leads and damping lose at every instant. The hysteresis does so where the energy in its memory is known, <code>hysteresis.instantaneous</code>; where that is not known, loss holds over closed cycles, <code>hysteresis.passive</code>, and has either sign within one: a heat capacity at the port takes the mean, a sensor of heat flow shows the swing. Without either the actuator warns.</p>
 <p><b>Source:</b> IEEE Std 176-1987, equations of a stack, with the polarisation of an identified model in the place of the linear one; structure of Goldfarb &amp; Celanovic, IEEE Control Systems 17 (1997) 69-79, which is share = 1.</p>
+<p><b>Temperature:</b> that of the heat port, else T_fixed, reaches the hysteresis; a class that extends BaseClasses.Bent may follow it. The heat of a change of temperature is not in loss.</p>
 <p><b>Limitations:</b> one polarisation; one lumped mass; C is the mean over the range, which exceeds the small-signal value of a data sheet, see Actuators.DataSheet; passive if H is, else a warning.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Stack\">Actuators.Stack</a>, <a href=\"modelica://HystFMU.Actuators.Bender\">Actuators.Bender</a>, <a href=\"modelica://HystFMU.Actuators.BaseClasses.Hysteresis\">Actuators.BaseClasses.Hysteresis</a>.</p>

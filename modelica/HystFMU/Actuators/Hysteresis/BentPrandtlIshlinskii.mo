@@ -1,6 +1,6 @@
 within HystFMU.Actuators.Hysteresis;
 model BentPrandtlIshlinskii "Sum of plays, bend and creep: the structured actuator without its dynamics"
-  extends BaseClasses.Bent(final passive = scale > 0 and w0 >= 0 and min(w) >= 0 and Functions.bendLeastSlope(b0, knots, b) >= 0 and max(abs(creep)) <= 0, b = fill(0.2, m), final p_start = (w0 + sum(w))*x_start, final beside_start = 0);
+  extends BaseClasses.Bent(final passive = scale > 0 and w0 >= 0 and min(w) >= 0 and passiveBend, b = fill(0.2, m), final p_start = (w0 + sum(w))*x_start, final beside_start = 0);
   extends Icons.Smooth;
   parameter Integer n(min = 1) = 10 "Number of plays" annotation (Dialog(group = "Sizes"));
   parameter Real w0 = 0.3 "Weight of the linear term" annotation (Dialog(group = "Parameters"));

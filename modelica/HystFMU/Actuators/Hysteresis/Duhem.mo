@@ -25,6 +25,7 @@ equation
   der(w) = noEvent(if w > w_max and dw > 0 or w < -w_max and dw < 0 then 0 else dw);
   s = k*x + w;
   ds = k*dx + der(w);
+  y_rest = y_start;
   kept = shift*s;
   lost = (x - shift)*ds;
   annotation (Documentation(info = "<html>

@@ -24,6 +24,7 @@ equation
   end for;
   s = w*k;
   ds = w*dk;
+  y_rest = y_start;
   kept = sum(w[i]*(0.25*a*(k[i] + 1)^2 + 0.5*(p1[i] + p2[i])*k[i]) for i in 1:m);
   lost = sum(w[i]*(x - 0.5*a*(k[i] + 1) - 0.5*(p1[i] + p2[i]))*dk[i] for i in 1:m);
   annotation (Documentation(info = "<html>

@@ -28,6 +28,7 @@ equation
   df = W1*cat(1, {dx}, dz);
   s = b2 + k*cat(1, {x}, z) + W2*Functions.activation(f, activation);
   ds = k*cat(1, {dx}, dz) + sum(W2[i]*df[i]*Functions.activationSlope(f[i], activation) for i in 1:n_hidden);
+  y_rest = y_start;
   kept = shift*s;
   lost = (x - shift)*ds;
   annotation (Documentation(info = "<html>

@@ -19,6 +19,7 @@ equation
   end for;
   s = w0*x + w*z;
   ds = w0*dx + w*dz;
+  y_rest = y_start;
   kept = 0.5*w0*x^2 + 0.5*sum(w[i]*z[i]^2 for i in 1:n);
   lost = sum(w[i]*(x - z[i])*dz[i] for i in 1:n);
   annotation (Documentation(info = "<html>

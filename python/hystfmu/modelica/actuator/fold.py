@@ -9,6 +9,7 @@ from hystfmu.modelica.actuator.networks import network
 from hystfmu.modelica.actuator.operators import operator
 from hystfmu.modelica.actuator.parallel import bouc_wen, preisach
 from hystfmu.modelica.actuator.slot import Slot
+from hystfmu.modelica.actuator.temperature import warm
 
 LINEAR = ("transfer_function", "delay")  # what the mechanics stand for
 
@@ -24,7 +25,7 @@ def fold(graph: Graph, h: float) -> Slot | None:
         Its step (s).
     """
     beside = preisach(graph, h) or bouc_wen(graph, h)
-    return beside or next((found for of in (chain, operator, network) if (found := of(graph))), None)
+    return beside or next((found for of in (warm, chain, operator, network) if (found := of(graph))), None)
 
 
 def why_not(graph: Graph) -> str:

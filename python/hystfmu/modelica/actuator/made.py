@@ -6,12 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hystfmu.base.arrays import Array
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 from hystfmu.modelica.actuator.fold import fold, why_not
 from hystfmu.modelica.actuator.mechanics import Mechanics, Mode, mechanics
 from hystfmu.modelica.actuator.sheet import Sheet
 from hystfmu.modelica.actuator.slot import Slot
+from hystfmu.modelica.actuator.temperature import temperatures
 from hystfmu.modelica.measures import si
 from hystfmu.modelica.span import span
 
@@ -40,8 +42,8 @@ class Made:
 def refusal(model: Model) -> str:
     """Reason why a model has no actuator, as the end of a sentence, or ""."""
     graph = model.graph
-    if len(graph.inputs) != 1 or len(graph.outputs) != 1:
-        return "the model must have one input and one output"
+    if not temperatures(graph) or len(graph.outputs) != 1:
+        return "the model must have one input and one output, and no covariate but one temperature in K or degC"
     units = graph.inputs[0].unit, graph.outputs[0].unit
     if tuple(si(u)[0] for u in units) != ("V", "m"):
         got = " to ".join(u or "none" for u in units) if any(units) else "no units of measure"
@@ -66,15 +68,20 @@ def made(model: Model, sheet: Sheet) -> Made:
     low, high = span(model) or (-1.0, 1.0)
     ramp = np.concatenate([np.full(HELD, low), np.linspace(low, high, ROWS), np.full(HELD, high)])
     static, h = _static(model.graph), model.step or 1.0
-    y = static.run(ramp, h)
+    y = static.run(_beside(model, ramp), h)
     stroke = abs(float(y[-1] - y[HELD - 1])) * metre
     rest = (found.rest - found.shift) / found.gain
     swing = rest + SMALL * (high - low) * np.array([0.0, 1.0, -1.0, 1.0, -1.0])
-    y = _held(static).run(swing, h)
+    y = _held(static).run(_beside(model, swing), h)
     slope = float(y[-2] - y[-1]) * metre / (2 * SMALL * (high - low) * volt)
     mode = Mode.of(model.fit if _dynamics(model.graph) else {})
     parts = mechanics(sheet, (high - low) * volt, stroke, max(slope, 0.0), mode)
     return Made(found, volt, metre, low * volt, high * volt, parts)
+
+
+def _beside(model: Model, u: Array) -> Array:
+    """Rows of the inputs, the temperature at its start."""
+    return np.column_stack([u, *(np.full(len(u), p.start) for p in model.graph.inputs[1:])])
 
 
 def _held(graph: Graph) -> Graph:

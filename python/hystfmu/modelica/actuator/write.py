@@ -92,6 +92,8 @@ def _documentation(model: Model, a: Made, within: str, history: str) -> str:
     p = a.mechanics
     limits = [f"identified from {a.low:g} to {a.high:g} V"]
     limits += [f"{text} is left out" for text in a.slot.left_out]
+    if len(model.graph.inputs) > 1:
+        limits.append("follows the temperature of the heat port, else T_fixed, within the range of its training")
     limits += p.told
     if p.f_n is not None and p.lowest is not None:
         limits.append(
