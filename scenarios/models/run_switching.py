@@ -2,7 +2,7 @@
 
     python scenarios/models/run_switching.py [draws]
 
-Every sliding mode of the tracking table is held against itself with the slope of its boundary layer in the place of the
+Every sliding mode of the tracking table is compared with itself with the slope of its boundary layer in the place of the
 switching term, a PD or PID, in the worst corner.  Then gains are drawn whose linear law meets the limits of
 loops/gains.toml; a share of its s is switched, in a layer of any width, without and with a disturbance observer.
 """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -231,6 +232,18 @@ def test_blocks_by_default():
     assert following.LEVELS == ("none", "offset", "gain", "bend")
 
 
+def test_steps_behind_another_start_end_where_they_do_not_reach_it(monkeypatch):
+    count = []
+    monkeypatch.setattr(bent_sum, "_with_bend", lambda p, s: replace(s, rms=0.9 ** len(count)))
+    monkeypatch.setattr(bent_sum, "_newton", lambda p, s: (count.append(1), s)[1])
+    start = BentSum(np.ones(1), np.ones(2), np.zeros(0), 1.0)
+    bent_sum.fit(SimpleNamespace(penalties=()), start, 0.9**30.5)
+    assert len(count) == 1, "at this gain 30 steps end at 0.9^30"
+    count.clear()
+    bent_sum.fit(SimpleNamespace(penalties=()), start, 0.9**29.5)
+    assert len(count) == 30
+
+
 @pytest.mark.parametrize(("gain", "steps"), [(0.9e-4, 1), (1.1e-4, 30)])
 def test_steps_that_gain_less_than_a_ten_thousandth_end(monkeypatch, gain, steps):
     count = []
@@ -241,7 +254,7 @@ def test_steps_that_gain_less_than_a_ten_thousandth_end(monkeypatch, gain, steps
 
     monkeypatch.setattr(bent_sum, "_with_bend", bent)
     monkeypatch.setattr(bent_sum, "_newton", lambda p, s: (count.append(1), s)[1])
-    assert bent_sum.fit(None, start).rms == pytest.approx((1 - gain) ** (steps / 2))
+    assert bent_sum.fit(SimpleNamespace(penalties=()), start).rms == pytest.approx((1 - gain) ** (steps / 2))
     assert len(count) == steps
 
 
@@ -255,7 +268,7 @@ def test_shares_of_a_step_are_tried_in_turn(monkeypatch, good, tried):
 
     monkeypatch.setattr(bent_sum, "_with_bend", bent)
     monkeypatch.setattr(bent_sum, "_newton", lambda p, s: replace(s, w=s.w + 1))
-    found = bent_sum.fit(None, BentSum(np.zeros(1), np.ones(2), np.zeros(0)))
+    found = bent_sum.fit(SimpleNamespace(penalties=()), BentSum(np.zeros(1), np.ones(2), np.zeros(0)))
     assert found.w[0] == good
     assert seen[1 : 1 + len(tried)] == tried
 

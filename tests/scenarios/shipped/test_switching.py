@@ -1,4 +1,4 @@
-"""What switching is worth: the record of run_switching.py, computed anew and held against what pages say."""
+"""What switching is worth: the record of run_switching.py, computed anew and compared with what pages say."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ CHANGE = ("gm", "gb0", "gknots", "gb")
 
 
 def temperatures(graph: Graph) -> bool:
-    """Whether the inputs are one, or one and a temperature."""
+    """Return whether the inputs are one, or one and a temperature."""
     return all(si(p.unit)[0] == "K" for p in graph.inputs[1:]) and 1 <= len(graph.inputs) <= 2
 
 
