@@ -142,6 +142,11 @@ class Unit:
         Returns
         -------
         array, shape (n_outputs,)
+
+        Raises
+        ------
+        InputError
+            `du` has another shape.
         """
         n_inputs, n = (sum(p.size for p in self.graph.ports if p.kind == kind) for kind in ("input", "output"))
         seeds = np.array(du, dtype=np.float64)
