@@ -162,7 +162,7 @@ def test_example_agrees_with_the_units_of_the_scenario(
 
 # example, scenario, case
 FIGURES = [(example, name, "sine_10") for example, name, _, f, *_ in LOOPS if f == 10.0]
-FIGURES += [("ZhaoTan", "cascade_learned", "zhao_tan_sine_10"), ("BoucWen", "pid", "bouc_wen_sine_10")]
+FIGURES += [("ZhaoTan", "cascade_learned", "zhao_tan_sine_10"), ("BoucWen", "pid", "other_class_10")]
 QUICK_FIGURES = ("ZhaoTan", "BoucWen")
 
 

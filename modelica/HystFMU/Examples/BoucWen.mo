@@ -8,7 +8,7 @@ model BoucWen "PID around a Bouc-Wen actuator, with the inverse of plays that we
   annotation (experiment(StopTime = 0.2, Interval = 1e-4, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>The plays are 2.2 % off, since the plant is of another class; the controller takes off what they leave. All three slots of the loop are filled.</p>
-<p><b>Source:</b> the case bouc_wen_sine_10 of the scenario pid; Yu &amp; Alici 2005.</p>
+<p><b>Source:</b> the case other_class_10 of the scenario pid; Yu &amp; Alici 2005.</p>
 <p><b>Limitations:</b> a sine of 10 Hz: no disturbance, no noise.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Loops.BoucWenPlant\">Loops.BoucWenPlant</a>, <a href=\"modelica://HystFMU.Loops.IdentifiedInverse\">Loops.IdentifiedInverse</a>, <a href=\"modelica://HystFMU.Loops.Tracking\">Loops.Tracking</a>.</p>
 </html>"));

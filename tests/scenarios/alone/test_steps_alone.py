@@ -205,8 +205,8 @@ def test_an_override_that_nothing_takes_names_what_is_near() -> None:
 def test_a_plan_without_baseline(tmp_path: Any) -> None:
     def planned(folder: Any, limit: float | None, record: bool = False, strict: bool = True) -> Any:
         metrics = {"m": SimpleNamespace(limit=limit)}
-        system: Any = SimpleNamespace(case=SimpleNamespace(metrics=metrics))
-        scenario: Any = SimpleNamespace(folder=folder, spec=SimpleNamespace(name="s"))
+        system: Any = SimpleNamespace(case=SimpleNamespace(metrics=metrics, guard=None))
+        scenario: Any = SimpleNamespace(folder=folder, spec=SimpleNamespace(name="s", guard=None))
         return _plan(scenario, (system,), record, strict)
 
     limited, free = planned(tmp_path, 1.0), planned(tmp_path, None)
