@@ -13,6 +13,7 @@ partial model Magnetostrictive "Current-driven actuator between two pins and two
   parameter Types.Stiffness k_pre(min = 0) = 0 "Stiffness of the spring that preloads it" annotation (Dialog(group = "Preload"));
   parameter Types.Start start = Types.Start.rest "At i_start without load, or in equilibrium with what is connected" annotation (Dialog(group = "Start"));
   parameter Real i_start(unit = "A") = 0 "Current at the start; where the memory begins" annotation (Dialog(group = "Start"));
+  parameter Types.Temperature T_fixed = 293.15 "Temperature that the hysteresis follows, if its class does" annotation (Dialog(tab = "Advanced"));
   parameter Real share(min = 0, max = 1) = 0.9 "Part of L that the moving magnetisation has, between 0 and 1" annotation (Dialog(tab = "Advanced"));
   Interfaces.Pin pin_p "Positive pin" annotation (Placement(transformation(extent = {{-120, 40}, {-100, 60}})));
   Interfaces.Pin pin_n "Negative pin" annotation (Placement(transformation(extent = {{-120, -60}, {-100, -40}})));
@@ -41,7 +42,7 @@ initial equation
     der(flux) = 0;
     e = driving;
   else
-    flux = hysteresis.y_start/d + (1 - share)*L*i_start;
+    flux = hysteresis.y_rest/d + (1 - share)*L*i_start;
     e = i_start;
   end if;
 equation
@@ -56,6 +57,7 @@ equation
   der(e) = rate;
   hysteresis.u = ohm*e;
   hysteresis.du = ohm*rate;
+  hysteresis.temperature = T_fixed;
   connect(hysteresis.y, elastic.stroke) annotation (Line(points = {{-19, 0}, {0.5, 0}, {0.5, 11}, {20, 11}}, color = {0, 0, 127}));
   connect(elastic.flange_a, flange_a) annotation (Line(points = {{9, 0}, {15, 0}, {15, -130}, {-6, -130}, {-6, -110}, {0, -110}}, color = {0, 127, 0}));
   connect(elastic.flange_b, flange_b) annotation (Line(points = {{31, 0}, {110, 0}}, color = {0, 127, 0}));
