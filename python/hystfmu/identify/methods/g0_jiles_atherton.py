@@ -41,7 +41,7 @@ OPTIONS = (
 def build(
     data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
 ) -> tuple[Graph, int, dict[str, Any]]:
-    """Build the graph; result as of `operator_dynamics.build`."""
+    """Build the graph of the equation above; result and units as of `operator_dynamics.build`."""
     seen = data.u[: data.train.stop]  # later rows do not affect the training rows
     middle, half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
 
@@ -59,7 +59,7 @@ def build(
         return {"input.offset": offset, **{f"operator.{name}": value for name, value in values.items()}}
 
     def point(a: float, k: float, c: float, share: float) -> Array:
-        # a bias of the device itself is unknown; that of a generator is the mean of u, and most sources have none
+        # the search starts with loops about the middle of u where u hardly changes its sign, else about u = 0
         return np.array([np.log(a), np.log(k), c, share, 0.0 if abs(middle) > half / 2 else -middle / half])
 
     operator = operator_dynamics.Operator(
