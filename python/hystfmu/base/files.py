@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import IO, Any, TypeVar, get_args
 
 import pydantic
 import tomli_w
@@ -202,13 +202,13 @@ def _check_printable(table: dict[str, Any], path: str | Path) -> None:
                 left.append((where, v))
 
 
-def check_format(data: dict[str, Any], newest: int, path: str | Path, required: bool = False) -> None:
-    """Refuse a file of another format than `newest`, before a key that only another version knows is met.
+def check_format(data: dict[str, Any], present: int, path: str | Path, required: bool = False) -> None:
+    """Refuse a file of another format than `present`, before a key that only another version knows is met.
 
     Parameters
     ----------
     data : dict
-    newest : int
+    present : int
     path : str or Path
     required : bool
         Whether a file without the key is one of an older version.
@@ -216,29 +216,16 @@ def check_format(data: dict[str, Any], newest: int, path: str | Path, required: 
     Raises
     ------
     InputError
-        One line with the file, its format and the command that helps: an upgrade, or ``hystfmu migrate``.
+        One line with the file, its format and what helps: an upgrade, or a file made anew.
     """
-    check_newest(data, newest, path)
-    found = data.get("format", None if required else newest)
-    if found is None or (isinstance(found, int) and found < newest):
-        got = "none" if found is None else f"{found} of an older version"
-        raise InputError(f"{path}: format: The format must be {newest}. Got {got}: hystfmu migrate {path}")
-
-
-def check_newest(data: dict[str, Any], newest: int, path: str | Path) -> None:
-    """Refuse a file whose key `format` is newer than `newest`.
-
-    Raises
-    ------
-    InputError
-        One line with the file, its format and the command that installs a newer version.
-    """
-    found = data.get("format")
-    if isinstance(found, int) and found > newest:
-        raise InputError(
-            f"{path}: format: The format must be {newest} or older. Got {found} of a newer version of HystFMU: "
-            "pip install --upgrade hystfmu"
-        )
+    found = data.get("format", None if required else present)
+    if found is None or (isinstance(found, int) and found != present):
+        got, remedy = f"{found} of an older version", "make the file anew with this version"
+        if found is None:
+            got = "none, as in older versions"
+        elif found > present:
+            got, remedy = f"{found} of a newer version", "pip install --upgrade hystfmu"
+        raise InputError(f"{path}: format: The format must be {present}. Got {got} of HystFMU: {remedy}")
 
 
 def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key], Path]) -> M:
@@ -268,7 +255,9 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key]
         key = ".".join(str(k) for k in first["loc"]) or "file"
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         if unknown:
-            raise InputError(f"{path}: {key}: there is no such key{more}") from None
+            present = kind.model_fields.get("format")
+            of = f" in format {get_args(present.annotation)[0]}" if present else ""
+            raise InputError(f"{path}: {key}: there is no such key{of}{more}") from None
         value = "" if first["type"] == "missing" else f". Got {str(first['input'])[:80]!r} instead."
         raise InputError(f"{path}: {key}: {first['msg']}{value}{more}") from None
 

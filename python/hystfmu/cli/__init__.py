@@ -72,7 +72,6 @@ for _command in (
     predict.predict,
     predict.check,
     models.inverse,
-    models.migrate,
     fmus.export,
     fmus.validate,
     run.run,

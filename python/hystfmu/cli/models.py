@@ -1,8 +1,7 @@
-"""Commands for blocks and models: blocks, inverse and migrate."""
+"""Commands for blocks and models: blocks and inverse."""
 
 from __future__ import annotations
 
-import json
 from typing import Literal
 
 import click
@@ -92,26 +91,3 @@ def inverse(
         )
     for warning in made.fit.get("warnings", ()):
         echo(f"warning: {warning}", err=True)
-
-
-@click.command(cls=Command)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@json_option
-def migrate(files: tuple[str, ...], as_json: bool) -> None:
-    """Update files of older versions to the present format.
-
-    Model files, scenario.toml and baseline.toml are changed in place; comments stay.  The command prints
-    the changes.  A file of a newer version is refused.
-
-    \b
-    Example: hystfmu migrate mine.model.toml scenarios/mine/scenario.toml scenarios/mine/baseline.toml
-    """
-    from hystfmu.face.migrate import migrate as migrate_file
-
-    told = {}
-    for file in files:
-        told[file] = migrate_file(file)
-        if not as_json:
-            say(f"{file}: {', '.join(told[file]) or 'has the present format'}")
-    if as_json:
-        echo(json.dumps(told))

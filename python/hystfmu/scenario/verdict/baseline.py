@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 import pydantic
@@ -23,8 +22,7 @@ from hystfmu.data.csv_file import read_header
 from hystfmu.scenario.outcome.excerpt import Excerpt
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.case import Case
-from hystfmu.scenario.system.older import FINAL_STATES
-from hystfmu.scenario.system.spec import TubeSpec, renamed
+from hystfmu.scenario.system.spec import TubeSpec
 from hystfmu.scenario.system.system import System
 
 CHANGED = "changed against the baseline"  # in every such line of a verdict, so that a terminal can count them
@@ -36,7 +34,6 @@ class _BaselineCase(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", strict=True)
     metrics: dict[str, float]
     final_states: dict[str, str] = {}
-    memory: Annotated[None, renamed(FINAL_STATES)] = None
 
 
 class _BaselineFile(pydantic.BaseModel):
