@@ -14,6 +14,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from hystfmu.base import __version__ as __version__
+
 if TYPE_CHECKING:
     from hystfmu import design as design
     from hystfmu import redesign as redesign
@@ -34,8 +36,6 @@ if TYPE_CHECKING:
     from hystfmu.graph import Output as Output
     from hystfmu.graph import blocks as blocks
     from hystfmu.unit import Unit as Unit
-
-__version__ = "0.1.0"
 
 _HOME = {  # where each name lives; an empty name: the module itself
     "Dataset": "data:Dataset",

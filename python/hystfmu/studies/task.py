@@ -7,7 +7,7 @@ import json
 from dataclasses import dataclass, replace
 from typing import Any
 
-import hystfmu
+from hystfmu.base import __version__
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.engine.fmu_store import FmuStore
 from hystfmu.scenario.engine.isolated import chunks_isolated
@@ -44,7 +44,7 @@ def fingerprint(system: System) -> str:
     """
     case = system.case
     content = {
-        "version": hystfmu.__version__,
+        "version": __version__,
         "units": [[p.name, p.graph.token, p.runs_as, p.period, p.constants, p.substeps, p.hold] for p in system.parts],
         "links": [[n.to, n.input, n.source] for n in system.links],
         "grid": [case.step, case.stop, case.ripple],

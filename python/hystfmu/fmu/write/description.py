@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal
 
-import hystfmu
+from hystfmu.base import __version__
 from hystfmu.core.library import Var
 from hystfmu.fmu.archive.xml_file import xml_file
 from hystfmu.fmu.write.measures import rate_unit, unit_definitions
@@ -296,7 +296,7 @@ def model_description(
     head["guid" if fmi == 2 else "instantiationToken"] = graph.token
     if text:
         head["description"] = text
-    head |= {"generationTool": f"HystFMU {hystfmu.__version__}", "variableNamingConvention": "flat"}
+    head |= {"generationTool": f"HystFMU {__version__}", "variableNamingConvention": "flat"}
     if fmi == 2:
         head["numberOfEventIndicators"] = "0"  # reversals need no event indicators, see fmu_build/README.md
     root = ET.Element("fmiModelDescription", head)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hystfmu import __version__
+from hystfmu.base import __version__
 from hystfmu.report.page import Section
 from hystfmu.scenario.system.delay_budget import delay_budget
 from hystfmu.scenario.system.measures import unit_of

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence, Set
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hystfmu import __version__
+from hystfmu.base import __version__
 from hystfmu.base.files import write_text
 from hystfmu.base.printable import escape
 from hystfmu.report.page import Section, Table, figures, page, section, table

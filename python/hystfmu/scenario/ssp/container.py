@@ -16,8 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import hystfmu
-from hystfmu.base import PACKAGE
+from hystfmu.base import PACKAGE, __version__
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED
@@ -249,9 +248,7 @@ def _description(system: System, name: str, token: str) -> bytes:
     head = {"fmiVersion": "2.0", "modelName": name, "guid": token, "variableNamingConvention": "flat"}
     order = ", ".join(p.name for p in system.parts)
     words = f"loop of the {system.case.description}; {len(system.parts)} units, stepped in the order {order}"
-    root = ET.Element(
-        "fmiModelDescription", head | {"description": words, "generationTool": f"HystFMU {hystfmu.__version__}"}
-    )
+    root = ET.Element("fmiModelDescription", head | {"description": words, "generationTool": f"HystFMU {__version__}"})
     ET.SubElement(root, "CoSimulation", modelIdentifier=name, canNotUseMemoryManagementFunctions="true")
     step = system.case.step
     experiment = {"startTime": "0.0", "stopTime": repr(system.case.stop), "stepSize": repr(step)}
