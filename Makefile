@@ -50,8 +50,8 @@ core: build/dev/build.ninja
 
 # formatting, lint, types, stale generated files
 check: dev
-	$(BIN)/ruff format --check python tests
-	$(BIN)/ruff check python tests
+	$(BIN)/ruff format --check python tests scenarios/papers
+	$(BIN)/ruff check python tests scenarios/papers
 	$(BIN)/clang-format --dry-run --Werror $(shell find fmu_build tests -name '*.[ch]')
 	$(BIN)/mypy --cache-dir build/mypy
 	$(BIN)/python tests/generated.py

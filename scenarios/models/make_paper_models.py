@@ -15,11 +15,14 @@ Every record goes through a CSV file, as a measurement would: an inverse names t
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from hystfmu.data import Dataset
 from hystfmu.data.signals import decaying_sine
 from hystfmu.data.synthetic_ipmc import BEND, DRIFT, LAG, RADII, STROKE, W0, WEIGHTS, ipmc, sensor
@@ -28,7 +31,7 @@ from hystfmu.data.reader.reading import read
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify import fit
 from hystfmu.model import Model
-from hystfmu.papers.rate_plant import FIGURES, excitation
+from papers.rate_plant import FIGURES, excitation
 from make_models import backlash, bouc_wen, save
 
 

@@ -21,17 +21,19 @@ from collections import deque
 from dataclasses import replace
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[2] / "scenarios"))
+
 import fmpy
 import numpy as np
 import tomli_w
 
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.papers.study_speed import GAIN, LAG, LOOP, STEPS, H, by_hand
 from hystfmu.report.terminal import table
 from hystfmu.scenario import Scenario, build, simulate
 from hystfmu.scenario.engine.fmu_store import FmuStore
 from hystfmu.scenario.engine.native import Native
 from hystfmu.studies import run_study
+from papers.study_speed import GAIN, LAG, LOOP, STEPS, H, by_hand
 
 HERE = Path(__file__).resolve().parent
 

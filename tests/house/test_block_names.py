@@ -18,8 +18,6 @@ ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
     "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
     "identify/estimate/operator_dynamics.py": {EVERY: "build(): the chain of an operator and dynamics"},
-    "papers": {EVERY: "table(): a paper names the models and blocks that it compares"},
-    "papers/statements": {EVERY: "rows(): an equation of a paper is compared with its block"},
     "identify/features/dead_band.py": {"play_bank": "in_front(): the dead band is one play"},
     "identify/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
     "identify/features/dead_zones_and_lags.py": {"creep": "lag(): column of a regression"},

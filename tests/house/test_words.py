@@ -9,12 +9,10 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 EVERYWHERE = ("python", "tests", "fmu_build", "modelica", "scenarios", "README.md", "CONTRIBUTING.md")
-MODEL_ROOMS = tuple(
-    f"python/hystfmu/{room}"
-    for room in (
-        *("base", "core", "graph", "data", "model", "identify", "inverse", "design", "papers"),
-        *("unit.py", "demo", "face"),
-    )
+MODEL_ROOMS = (
+    *(f"python/hystfmu/{room}" for room in ("base", "core", "graph", "data", "model", "identify", "inverse", "design")),
+    *(f"python/hystfmu/{room}" for room in ("unit.py", "demo", "face")),
+    "scenarios/papers",
 )
 TESTS = tuple(
     f"tests/{room}"

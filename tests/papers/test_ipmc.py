@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import reasons
 
+import papers as reproduce
 from hystfmu import Dataset, InputError, Model
-from hystfmu import papers as reproduce
 from hystfmu.data import signals, synthetic_ipmc
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit

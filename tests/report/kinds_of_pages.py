@@ -15,10 +15,10 @@ from decay import LAG
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.demo import run as demo
-from hystfmu.papers.row import Row
-from hystfmu.papers.table import Drawing, Report
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.report.page import write_report
+from papers.row import Row
+from papers.table import Drawing, Report
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 CASES = ("sine_10", "sine_100", "up_400_10", "noise_10")

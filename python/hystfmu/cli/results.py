@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import sys
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -23,6 +25,9 @@ _BEGUN = "finished steps are kept; to go on with the others:"
 
 @click.command(cls=Command)
 @click.argument("names", nargs=-1)
+@click.option(
+    "--papers", metavar="DIR", help="Folder of the papers. Default: scenarios/papers, in a checkout of the repository."
+)
 @click.option("--data", metavar="DIR", help="Folder with the measured data sets.")
 @click.option(
     "--full",
@@ -37,7 +42,9 @@ _BEGUN = "finished steps are kept; to go on with the others:"
     help="Write a page per paper: tables, and its figures from our data.",
 )
 @json_option
-def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str | None, as_json: bool) -> None:
+def reproduce(
+    names: tuple[str, ...], papers: str | None, data: str | None, full: bool, folder: str | None, as_json: bool
+) -> None:
     """Reproduce the result tables of the papers.
 
     Each row gives its place in the paper, the printed figure, a literal replica and the result of HystFMU on the same
@@ -47,20 +54,21 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     time, which depends on the load of the machine, does not change it.  Rows without data or package are listed
     first and skipped; the exit status is then 1, too, or 2 if nothing is left to run.
 
+    The papers are Python files of the repository, which this command imports; no package contains them.
+
     \b
     Example: hystfmu reproduce zhao_tan_2008
     """
     from hystfmu.base.errors import InputError
     from hystfmu.base.files import write_text
-    from hystfmu.papers import NEEDS_DATA, PAPERS, missing
-    from hystfmu.papers import reproduce as reproduce_paper
     from hystfmu.report.progress import progress
 
+    of = _papers(papers)
     for name in names if data is None else ():  # without names, the table itself says that its data is missing
-        if name in NEEDS_DATA:
+        if name in of.NEEDS_DATA:
             raise InputError(f"{name}: the measured data is not part of this package; name its folder with --data DIR")
-    lacking = {name: why for name in names or PAPERS if (why := missing(name, data))}
-    able = [name for name in names or PAPERS if name not in lacking]
+    lacking = {name: why for name in names or of.PAPERS if (why := of.missing(name, data))}
+    able = [name for name in names or of.PAPERS if name not in lacking]
     if not able:
         raise InputError("; ".join(lacking.values()))
     if folder is not None:
@@ -70,7 +78,7 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     reports = []
     for name in able:
         with progress(name) as report:
-            reports.append(reproduce_paper(name, data, report, full))
+            reports.append(of.reproduce(name, data, report, full))
         if not as_json:
             say(reports[-1].text() + "\n")
             missed_rows = [row for row in reports[-1].rows if row.met is False]
@@ -81,6 +89,21 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
         echo(json.dumps([r.data() for r in reports]))
     missed = any(row.met is False and row.where != "speed" for r in reports for row in r.rows)
     sys.exit(FAILED if missed or lacking else 0)
+
+
+def _papers(folder: str | None) -> ModuleType:
+    """Import the papers of a checkout: those of a folder, else of the current one, else of the one that runs."""
+    from hystfmu.base.errors import InputError
+    from hystfmu.scenario.shipped import here_or_shipped
+
+    home = (here_or_shipped("scenarios/papers") if folder is None else Path(folder)).resolve()
+    if home.name != "papers" or not (home / "__init__.py").is_file():
+        raise InputError(
+            f"{home}: The papers must be in a folder scenarios/papers, as in the repository of HystFMU; no package has "
+            "them. Run the command in a checkout, or name the folder with --papers DIR."
+        )
+    sys.path.insert(0, str(home.parent))
+    return importlib.import_module("papers")
 
 
 @click.command(cls=Command, interrupted=_BEGUN)

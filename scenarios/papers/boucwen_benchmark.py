@@ -23,9 +23,9 @@ from hystfmu.base.extras import extras
 from hystfmu.data import Dataset, synthetic
 from hystfmu.data.synthetic import DECIMATE_MULTISINE, DECIMATE_SWEEP, RATE, UPSAMPLING, benchmark_multisine, decimate
 from hystfmu.model.accuracy import rms
-from hystfmu.papers import static_bouc_wen
-from hystfmu.papers.row import Row
-from hystfmu.papers.table import Report
+from papers import static_bouc_wen
+from papers.row import Row
+from papers.table import Report
 
 NOISE = 8e-6  # m, on the training displacement
 ROWS, SEED = 8192, 7  # training multisine

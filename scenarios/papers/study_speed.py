@@ -19,11 +19,11 @@ import tomli_w
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.papers.row import Row
 from hystfmu.scenario import build
 from hystfmu.scenario.system.case import Scenario
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.run import run_study
+from papers.row import Row
 
 STEPS, H, LAG, GAIN = 10_000, 1e-3, 0.1, 2.0
 REPEATS = 3

@@ -14,7 +14,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset, signals
 from hystfmu.identify import fit
 from hystfmu.model import accuracy
-from hystfmu.papers.row import Row
+from papers.row import Row
 
 A, BETA, GAMMA, N = 1.3, 1.1, 0.6, 1.4
 OFFSET, LINEAR, WEIGHT = 0.2, 0.35, 0.9

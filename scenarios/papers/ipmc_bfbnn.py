@@ -30,11 +30,11 @@ from hystfmu.identify.features.monomials import basis, lagged
 from hystfmu.identify.methods.polynomial_narx import least_squares
 from hystfmu.identify.solvers.recursive import PrintedRecursive, Recursive
 from hystfmu.model import Model
-from hystfmu.papers.row import Row
-from hystfmu.papers.statements import ipmc_bfbnn as statements
-from hystfmu.papers.statements.ipmc_bfbnn import N, Q
-from hystfmu.papers.table import Drawing, Report, nearest, scanned
 from hystfmu.report.plot import Line, Plot
+from papers.row import Row
+from papers.statements import ipmc_bfbnn as statements
+from papers.statements.ipmc_bfbnn import N, Q
+from papers.table import Drawing, Report, nearest, scanned
 
 RIDGE = 1e-3
 BASELINE_RIDGES = (1e-4, 1e-3, 1e-2, 1e-1)  # for the model without f the best on the test itself counts

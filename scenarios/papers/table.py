@@ -13,12 +13,12 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from hystfmu.base.printable import escape
-from hystfmu.papers.bounded import bounded
-from hystfmu.papers.row import GROUPS, Row
 from hystfmu.report import page
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Plot
 from hystfmu.report.terminal import table
+from papers.bounded import bounded
+from papers.row import GROUPS, Row
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify import METHODS, fit
 from hystfmu.model.accuracy import rms
-from hystfmu.papers.row import Row
-from hystfmu.papers.table import Report
+from papers.row import Row
+from papers.table import Report
 
 FILE = "Test_Vi_Do_Di.dat"
 RATE = 200.0  # Hz

@@ -16,7 +16,7 @@ from hystfmu.data import Dataset, signals
 from hystfmu.identify import errors, fit
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
-from hystfmu.papers.row import Row
+from papers.row import Row
 
 STEP = 1e-3
 NOISE = 1e-3  # RMS, relative to the span, for the inverse that is identified under noise

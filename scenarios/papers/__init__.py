@@ -16,8 +16,8 @@ from threadpoolctl import threadpool_limits
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
-from hystfmu.papers.row import Row
-from hystfmu.papers.table import Report
+from papers.row import Row
+from papers.table import Report
 
 __all__ = ["PAPERS", "Report", "Row", "missing", "quick", "reproduce"]
 
@@ -107,4 +107,4 @@ def _module(name: str) -> ModuleType:
     if name not in PAPERS:
         raise InputError(f"The paper must be one of {', '.join(PAPERS)}. Got {name!r} instead.")
     with extras(name):
-        return importlib.import_module(f"hystfmu.papers.{name}")
+        return importlib.import_module(f"papers.{name}")

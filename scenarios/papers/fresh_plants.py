@@ -18,10 +18,10 @@ from hystfmu.data import Dataset, signals
 from hystfmu.identify import fit
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
-from hystfmu.papers import drawn_plants
-from hystfmu.papers.drawn_plants import Response
-from hystfmu.papers.row import Row
-from hystfmu.papers.table import Report
+from papers import drawn_plants
+from papers.drawn_plants import Response
+from papers.row import Row
+from papers.table import Report
 
 FULL = {"drawn": 10}
 FIXED = tuple(range(101, 107))

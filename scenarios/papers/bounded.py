@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from hystfmu.report.ratios import Ratio, Ratios
 
 if TYPE_CHECKING:
-    from hystfmu.papers.row import Row
+    from papers.row import Row
 
 MOST = 12  # rows of the diagram
 

@@ -11,7 +11,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.papers.row import Row
+from papers.row import Row
 
 STEPS, SEED = 10, 0  # of the grid over [-1, 1], on which the inputs lie too; of the density
 ROUNDING = 1e-12

@@ -11,9 +11,9 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.design import sliding_bound
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.papers.rate_plant import RATE, actuator
-from hystfmu.papers.row import Row
-from hystfmu.papers.statements import relay_sum
+from papers.rate_plant import RATE, actuator
+from papers.row import Row
+from papers.statements import relay_sum
 
 SMC = {"eta": 5.0, "rho": 1.0, "eps": 0.01, "D": 1.0}  # normalised signals; the printed bound needs eta > 1
 SLOW = 1e-3  # of the input per row: 10 1/s

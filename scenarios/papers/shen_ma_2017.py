@@ -31,12 +31,12 @@ from hystfmu.identify.network.hidden_sweep import hidden_sweep
 from hystfmu.identify.options import resolve
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model import Model, accuracy
-from hystfmu.papers import dbo_piezo, sums_of_plays
-from hystfmu.papers.magnetostrictive_plant import strain
-from hystfmu.papers.row import Row
-from hystfmu.papers.statements import shen_ma_2017 as statements
-from hystfmu.papers.table import Drawing, Report, nearest, scanned
 from hystfmu.report.plot import Line, Plot
+from papers import dbo_piezo, sums_of_plays
+from papers.magnetostrictive_plant import strain
+from papers.row import Row
+from papers.statements import shen_ma_2017 as statements
+from papers.table import Drawing, Report, nearest, scanned
 
 SAMPLES, RATE = 1916, 200.0  # Hz: one cycle per second
 INPUT, OUTPUT, NOISE = 0.4, 5.0, 1e-3

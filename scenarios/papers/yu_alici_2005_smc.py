@@ -23,13 +23,13 @@ from hystfmu.identify import errors, fit
 from hystfmu.identify.features.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
-from hystfmu.papers import dynamic_preisach
-from hystfmu.papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
-from hystfmu.papers.row import Row
-from hystfmu.papers.statements import yu_alici_2005_smc as statements
-from hystfmu.papers.table import Drawing, Report
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.shipped import shipped_scenarios
+from papers import dynamic_preisach
+from papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
+from papers.row import Row
+from papers.statements import yu_alici_2005_smc as statements
+from papers.table import Drawing, Report
 
 if TYPE_CHECKING:
     from hystfmu.scenario.outcome.trace import Trace

@@ -8,7 +8,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.features.constraint_factor import basis, stack_coordinates
-from hystfmu.papers.row import Row
+from papers.row import Row
 
 A0, A = 0.2, (1.0, -0.3)  # of the operator that is compared with the block
 M = 3  # order in which eq. 7 is solved; the paper's 9 is too ill-conditioned to show one wrong entry

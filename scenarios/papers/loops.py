@@ -12,15 +12,15 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hystfmu.papers import study_speed
-from hystfmu.papers.row import Row
-from hystfmu.papers.table import Report
 from hystfmu.scenario import run_scenarios
 from hystfmu.scenario.margin_limits import opened_loops, verdicts_of
 from hystfmu.scenario.shipped import shipped_scenarios
 from hystfmu.scenario.system.case import Scenario
 from hystfmu.scenario.verdict.result import Result
 from hystfmu.studies.run import run_study
+from papers import study_speed
+from papers.row import Row
+from papers.table import Report
 
 FULL = {"draws": 1000}
 STEP = 1e-4  # s: the loops at 10 kHz

@@ -11,7 +11,7 @@ from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
 from hystfmu.identify.features.plays import plays, thresholds
-from hystfmu.papers.row import Row
+from papers.row import Row
 
 STEPS, REPEATS = 400_000, 5
 TIMED, RUNS = 20_000, 50  # steps and runs of a timing: the least of many short runs excludes other load

@@ -16,9 +16,9 @@ from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import errors
 from hystfmu.identify.features.smooth_density import triangles
-from hystfmu.papers.row import Row
-from hystfmu.papers.table import Drawing
 from hystfmu.report.plot import Line, Plot
+from papers.row import Row
+from papers.table import Drawing
 
 STEPS = 12  # of the grid over the range of u: 78 cells
 THIN = 5  # every fifth row trains

@@ -27,12 +27,12 @@ from hystfmu.identify import errors, fit
 from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid, kernels, ridge
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
-from hystfmu.papers import nested_loops
-from hystfmu.papers.nested_loops import STEP, Response, recorded
-from hystfmu.papers.row import Row
-from hystfmu.papers.statements import zhao_tan_2008 as statements
-from hystfmu.papers.table import Drawing, Report, nearest, scanned
 from hystfmu.report.plot import Line, Plot
+from papers import nested_loops
+from papers.nested_loops import STEP, Response, recorded
+from papers.row import Row
+from papers.statements import zhao_tan_2008 as statements
+from papers.table import Drawing, Report, nearest, scanned
 
 ROWS, CYCLE = 1200, 200
 VIRGIN = CYCLE // 4  # rows of the virgin curve, which no later loop repeats; they do not count
