@@ -13,7 +13,7 @@ from hystfmu.cli import main
 from hystfmu.face.migrate import migrate
 from hystfmu.graph import Graph, Node
 from hystfmu.scenario import Scenario
-from hystfmu.scenario.verdict.baseline import Baseline
+from hystfmu.scenario.outcome.baseline import Baseline
 
 SCENARIO = """# a loop of two units
 name = "old"   # as the folder

@@ -29,7 +29,7 @@ from hystfmu.papers.row import Row
 from hystfmu.papers.statements import yu_alici_2005_smc as statements
 from hystfmu.papers.table import Drawing, Report
 from hystfmu.report.plot import Line, Plot
-from hystfmu.scenario.shipped import shipped_scenarios
+from hystfmu.scenario.system.folders import shipped_scenarios
 
 if TYPE_CHECKING:
     from hystfmu.scenario.outcome.trace import Trace
