@@ -8,7 +8,8 @@ from pathlib import Path
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import Scenario, build
-from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 LOOPS = {

@@ -12,11 +12,11 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hystfmu.scenario import run_scenarios
-from hystfmu.scenario.margin_limits import opened_loops, verdicts_of
-from hystfmu.scenario.shipped import shipped_scenarios
+from hystfmu.scenario import Run, run_scenarios
+from hystfmu.scenario.loop.limits import opened_loops, verdicts_of
+from hystfmu.scenario.outcome.result import Result
 from hystfmu.scenario.system.case import Scenario
-from hystfmu.scenario.verdict.result import Result
+from hystfmu.scenario.system.folders import shipped_scenarios
 from hystfmu.studies.run import run_study
 from papers import study_speed
 from papers.row import Row
@@ -138,7 +138,7 @@ def _is_robust(folder: Path) -> bool:
 
 
 def _structure(folder: Path) -> Structure:
-    results = run_scenarios([folder], engine="native")
+    results = run_scenarios([folder], Run("native"))
     errors = {r.case: _metric(r, "tracking") for r in results}
     scenario = Scenario(folder)
     verdicts = {v.limit: v for v in verdicts_of(scenario, opened_loops(scenario))}
@@ -183,7 +183,7 @@ def _stage(root: Path) -> list[Row]:
     rows = []
     for folder in sorted(f.parent for f in root.glob("stage/*/scenario.toml")):
         ours = folder == root / STAGE
-        for r in run_scenarios([folder], engine="native"):
+        for r in run_scenarios([folder], Run("native")):
             target = 1.0 if ours and r.case == "scan_200" else None
             peak = "" if r.loop is None else f"Ms {r.loop.cells()[0]} dB"
             what = f"{r.case}, scan lines"
@@ -217,14 +217,14 @@ def _stage_draws(root: Path, width: int, draws: int) -> list[Row]:
 
 def _adaptive(root: Path) -> list[Row]:
     """Compute S20: the adaptive inverse alone after a change, and beside feedback."""
-    alone = {r.case: _metric(r, "tracking") for r in run_scenarios([root / "adaptive"], engine="native")}
+    alone = {r.case: _metric(r, "tracking") for r in run_scenarios([root / "adaptive"], Run("native"))}
     rows = [
         Row(f"S20, adaptive inverse: {what}", ours=alone[case], target=target)
         for case, (what, target) in ADAPTED.items()
         if case in alone
     ]
     if (root / "adaptive_pid").is_dir():
-        beside = {r.case: _metric(r, "tracking") for r in run_scenarios([root / "adaptive_pid"], engine="native")}
+        beside = {r.case: _metric(r, "tracking") for r in run_scenarios([root / "adaptive_pid"], Run("native"))}
         rows += [
             Row(f"S20, beside feedback: {case}, error / that without adaptation", ours=beside[case] / fixed, target=1.0)
             for case, fixed in ((c, beside.get(f"{c}_fixed")) for c in beside)

@@ -12,7 +12,7 @@ from kinds_of_pages import KINDS
 from opened_page import opened
 
 from hystfmu.demo import run as demo
-from hystfmu.scenario import Result, run_scenarios
+from hystfmu.scenario import Result, Run, run_scenarios
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -70,7 +70,7 @@ def test_the_page_of_the_whole_demo_is_small(
     browser: Browser, core: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def native(paths: list[Path]) -> list[Result]:
-        return run_scenarios(paths, engine="native")
+        return run_scenarios(paths, Run("native"))
 
     monkeypatch.setattr(demo, "_run", native)
     monkeypatch.setattr(demo, "_export", lambda *given: ([], 0))

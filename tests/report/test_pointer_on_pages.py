@@ -17,7 +17,7 @@ from opened_page import opened
 
 import hystfmu as hy
 from hystfmu.scenario import Scenario
-from hystfmu.scenario.system.system import build
+from hystfmu.scenario.system.build import build
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator, Page

@@ -9,7 +9,7 @@ import pytest
 
 from hystfmu.base.errors import InputError
 from hystfmu.model import Model
-from hystfmu.scenario import Scenario, build, run_scenarios
+from hystfmu.scenario import Run, Scenario, build, run_scenarios
 from hystfmu.scenario.system.extends import MOST_FILES
 
 ROOT = Path(__file__).parents[2] / "scenarios"
@@ -254,7 +254,7 @@ def test_a_folder_is_no_group_without_scenarios_beside_it(loop: Any, write: Any,
 def test_a_folder_of_scenarios_runs_them_all(loop: Any, write: Any) -> None:
     folder = write(loop, "group/b").parent
     write(loop | {"name": "first"}, "group/a")
-    assert [r.scenario for r in run_scenarios([folder], engine="native")] == ["first", "loop"]
+    assert [r.scenario for r in run_scenarios([folder], Run("native"))] == ["first", "loop"]
     (folder / "a" / "scenario.toml").unlink()
     (folder / "b" / "scenario.toml").unlink()
     with pytest.raises(InputError, match=r"group/scenario\.toml"):

@@ -10,9 +10,10 @@ from engines import ready
 from hystfmu.report.explorer import Explored
 from hystfmu.scenario import Scenario
 from hystfmu.scenario.engine.simulation import simulate
-from hystfmu.scenario.report import loop_explorer as module
-from hystfmu.scenario.shipped import shipped_scenarios
-from hystfmu.scenario.system.system import System, build
+from hystfmu.scenario.report import loops as module
+from hystfmu.scenario.system.build import build
+from hystfmu.scenario.system.folders import shipped_scenarios
+from hystfmu.scenario.system.system import System
 
 
 @pytest.fixture(autouse=True)

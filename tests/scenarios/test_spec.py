@@ -10,7 +10,7 @@ from engines import ready
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.scenario import Scenario, build, run_scenarios
+from hystfmu.scenario import Run, Scenario, build, run_scenarios
 
 
 def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
@@ -110,7 +110,7 @@ def test_a_symbolic_link_does_not_lead_out(loop: Any, write: Any, tmp_path: Any)
 def test_a_metric_that_needs_a_partner_says_so(loop: Any, write: Any) -> None:
     del loop["metrics"]["tracking"]["against"]
     with pytest.raises(InputError, match=r"metrics\.tracking: .*rms_percent needs 'against'"):
-        run_scenarios([write(loop)], engine="native")
+        run_scenarios([write(loop)], Run("native"))
 
 
 def test_overrides_reach_scalars_elements_and_arrays(loop: Any, write: Any) -> None:
@@ -127,16 +127,16 @@ def test_overrides_reach_scalars_elements_and_arrays(loop: Any, write: Any) -> N
 def test_an_override_that_fits_nothing_is_refused(loop: Any, write: Any) -> None:
     folder = write(loop)
     with pytest.raises(InputError, match=r"--set plant\.ghost: none of the scenarios"):
-        run_scenarios([folder], overrides={"plant.ghost": 1.0}, engine="native")
+        run_scenarios([folder], overrides={"plant.ghost": 1.0}, run=Run("native"))
     with pytest.raises(InputError, match=r"Did you mean 'plant\.hysteresis_w'"):
-        run_scenarios([folder], overrides={"plnt.hysteresis_w": 1.0}, engine="native")
+        run_scenarios([folder], overrides={"plnt.hysteresis_w": 1.0}, run=Run("native"))
     with pytest.raises(InputError, match=r"^--set: must read 'unit\.variable'"):
-        run_scenarios([folder], overrides={"ghost": 1.0}, engine="native")
+        run_scenarios([folder], overrides={"ghost": 1.0}, run=Run("native"))
 
 
 def test_an_engine_that_does_not_exist_is_refused_with_those_that_do(loop: Any, write: Any) -> None:
     with pytest.raises(InputError, match=r"^engine: must be one of fmpy, native\. Got 'python' instead\."):
-        run_scenarios([write(loop)], engine="python")  # type: ignore[arg-type]
+        run_scenarios([write(loop)], Run("python"))  # type: ignore[arg-type]
     result = CliRunner().invoke(main, ["run", str(write(loop)), "--engine", "python"])
     assert result.exit_code == 2
     assert "'python' is not one of 'fmpy', 'native'. See " in result.output.splitlines()[-1]
@@ -156,4 +156,4 @@ def test_a_file_of_a_newer_version_names_the_remedy(loop: Any, write: Any, below
 def test_a_misspelt_key_is_named_and_not_the_one_that_it_leaves_out(loop: Any, write: Any) -> None:
     loop["stopp"] = loop.pop("stop")
     with pytest.raises(InputError, match=r"scenario\.toml: stopp: there is no such key"):
-        run_scenarios([write(loop)], engine="native")
+        run_scenarios([write(loop)], Run("native"))

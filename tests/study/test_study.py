@@ -15,8 +15,8 @@ from scipy.stats import spearmanr
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.studies import run_study
+from hystfmu.studies.report import sensitivity
 from hystfmu.studies.spec import ObjectiveSpec
-from hystfmu.studies.study_case import sensitivity
 
 pq = pytest.importorskip("pyarrow.parquet")
 

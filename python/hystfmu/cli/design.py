@@ -258,7 +258,7 @@ def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
     """
     from hystfmu.base.files import read_bytes, write_bytes
     from hystfmu.face.running import run
-    from hystfmu.scenario.margin_table import margin_table
+    from hystfmu.scenario.loop.table import margin_table
 
     with tempfile.TemporaryDirectory(prefix="hystfmu-design-") as folder:
         made = Path(folder, into.resolve().name)

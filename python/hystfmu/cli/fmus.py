@@ -194,7 +194,7 @@ def _controller(
     from hystfmu.cli import places
     from hystfmu.report.terminal import table
     from hystfmu.scenario import Scenario
-    from hystfmu.scenario.deploy.write import write_controller, write_target
+    from hystfmu.scenario.deploy.unit import write_controller, write_target
 
     if out is None and target is None:
         raise InputError("export --controller needs -o X.fmu, --c DIR, or both")

@@ -20,7 +20,7 @@ def found(paths: Sequence[str]) -> list[Path]:
     InputError
         A path leads nowhere; the sentence has the names near to it.
     """
-    from hystfmu.scenario.shipped import here_or_shipped, shipped_names, shipped_scenarios
+    from hystfmu.scenario.system.folders import here_or_shipped, shipped_names, shipped_scenarios
 
     places = [here_or_shipped(p) for p in paths]
     for p, place in zip(paths, places, strict=True):

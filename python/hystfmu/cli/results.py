@@ -94,7 +94,7 @@ def reproduce(
 def _papers(folder: str | None) -> ModuleType:
     """Import the papers of a checkout: those of a folder, else of the current one, else of the one that runs."""
     from hystfmu.base.errors import InputError
-    from hystfmu.scenario.shipped import here_or_shipped
+    from hystfmu.scenario.system.folders import here_or_shipped
 
     home = (here_or_shipped("scenarios/papers") if folder is None else Path(folder)).resolve()
     if home.name != "papers" or not (home / "__init__.py").is_file():

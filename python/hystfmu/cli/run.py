@@ -131,10 +131,10 @@ def run(
     from hystfmu.report.progress import progress
 
     if len(scenarios) == 1 and scenarios[0].endswith(".fmu"):
-        from hystfmu.scenario.run_fmu import run_fmu_file
+        from hystfmu.scenario.run_fmu import run_fmu
 
         _refuse(context, _NOT_OF_AN_FMU, f"{scenarios[0]}: an FMU runs alone")
-        told = run_fmu_file(scenarios[0], given, assignments(settings), step, stop, timeout, out, not unconfined)
+        told = run_fmu(scenarios[0], given, assignments(settings), step, stop, timeout, out, not unconfined)
         if as_json:
             echo(json.dumps(told.summary()))
         else:
@@ -142,19 +142,17 @@ def run(
         return
     _refuse(context, ("given",), "only an FMU that runs alone takes a file of inputs")
     if len(scenarios) == 1 and scenarios[0].endswith(".ssp"):
-        from hystfmu.scenario.ssp.run import run_ssp_file
+        from hystfmu.scenario.ssp.run import run_ssp
 
         _refuse(context, _NOT_OF_AN_SSP, f"{scenarios[0]}: an SSP archive runs alone and unchanged")
         with progress("running") as report:
-            lines, passed = run_ssp_file(
-                scenarios[0], engine, coupling, step, stop, timeout, out, not unconfined, report
-            )
+            lines, passed = run_ssp(scenarios[0], engine, coupling, step, stop, timeout, out, not unconfined, report)
         say("\n".join(lines))
         sys.exit(0 if passed else FAILED)
     _refuse(context, ("step", "stop"), "step and stop of a scenario are set in its scenario.toml")
     import hystfmu as hy
     from hystfmu.scenario import Change
-    from hystfmu.scenario.report.junit import write_junit
+    from hystfmu.scenario.report.machine import write_junit
     from hystfmu.scenario.report.terminal import changes, every_metric, verdicts
 
     if everything == bool(scenarios):

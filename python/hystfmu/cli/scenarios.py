@@ -44,7 +44,7 @@ def margins(
     Example: hystfmu margins scenarios/pid scenarios/pid_observer
     """
     from hystfmu.report.progress import progress
-    from hystfmu.scenario.margin_table import margin_table
+    from hystfmu.scenario.loop.table import margin_table
 
     if everything == bool(scenarios):
         raise InputError("margins needs scenarios or --all (example: hystfmu margins scenarios/pid)")

@@ -24,10 +24,10 @@ from hystfmu.report.plot import Line, Plot
 from hystfmu.report.progress import progress
 from hystfmu.report.terminal import loop, table
 from hystfmu.report.verbosity import echo, say, wrong
-from hystfmu.scenario import Result, run_scenarios
+from hystfmu.scenario import Result, Run, run_scenarios
 from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.report.terminal import verdicts
-from hystfmu.scenario.shipped import shipped_scenarios
+from hystfmu.scenario.system.folders import shipped_scenarios
 
 KEYS = (
     "actuator",
@@ -173,4 +173,4 @@ def _sections(models: list[Model], rows: list[list[str]], data: Dataset) -> list
 
 def _run(scenarios: list[Path]) -> list[Result]:
     with progress("running scenarios") as report:
-        return run_scenarios(scenarios, progress=report)
+        return run_scenarios(scenarios, Run(progress=report))

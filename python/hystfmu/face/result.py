@@ -35,7 +35,7 @@ class Result(Record):
         InputError
             A unit refused to go on: there are no signals.
         """
-        from hystfmu.scenario.outcome.plots import case_plots
+        from hystfmu.scenario.report.cases import case_plots
 
         if self.trace is None:
             raise InputError(self.lines[0])

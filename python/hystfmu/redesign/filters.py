@@ -12,7 +12,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.design.frequency import Complex
 from hystfmu.design.repetitive import RepetitiveFilters, filter_angles, learning_filters, taps_at, zero_phase_at
 from hystfmu.redesign.corners import Corner, angles_of, fastest_mode
-from hystfmu.scenario.loop_margins import OpenedLoop
+from hystfmu.scenario.loop.opened import OpenedLoop
 
 GAINS = (0.3, 0.2, 0.1, 0.05)  # shares of the error learnt in a period, the first that some cutoff allows
 REST = 0.999  # Q at frequency 0: a constant correction before an integrator is forgotten

@@ -8,7 +8,7 @@ from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Node
-from hystfmu.scenario.loop_margins import OpenedLoop
+from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.system.system import Link, System
 
 REFERENCE = "reference"  # block whose signal may repeat

@@ -16,14 +16,14 @@ import numpy as np
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.design.feedforward import Preview, preview
 from hystfmu.design.plants import PlantSet, plant_set
-from hystfmu.design.preview import Preview, preview
 from hystfmu.design.race import Aim, Limits, Race, Tuned, race
 from hystfmu.design.structures import STRUCTURES, Design
 from hystfmu.face.model import Model
 from hystfmu.face.result import Result, Results
 from hystfmu.face.scenario import Scenario
-from hystfmu.scenario.margin_table import MarginTable, margin_table
+from hystfmu.scenario.loop.table import MarginTable, margin_table
 from hystfmu.start.contender import Contender
 from hystfmu.start.device import FINE, SLOPES, Device, device
 from hystfmu.start.loop import command_of, draws, loop_scenario

@@ -17,8 +17,8 @@ from hystfmu.report.bars import Bar, Bars
 from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.report.parallel import Parallel
 from hystfmu.report.plot import Line, Plot
+from hystfmu.scenario.outcome.baseline import Change
 from hystfmu.scenario.system.measures import label
-from hystfmu.scenario.verdict.baseline import Change
 from hystfmu.studies.facts import WORDS, Read, is_study, read_study
 from hystfmu.studies.figures import coordinate
 from hystfmu.studies.summary import interval

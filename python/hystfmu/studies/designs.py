@@ -20,7 +20,8 @@ from hystfmu.design import loop_shaping, repetitive_filters
 from hystfmu.design.linear import python_control
 from hystfmu.graph.tables import STRICT, Name
 from hystfmu.scenario import build
-from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.case import Case
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]

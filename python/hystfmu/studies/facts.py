@@ -18,8 +18,7 @@ from hystfmu.base.extras import extras
 from hystfmu.base.files import read_bytes
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.spec import Study
-from hystfmu.studies.study_case import metric_unit
-from hystfmu.studies.summary import Row, Summary, outcomes
+from hystfmu.studies.summary import Row, Summary, metric_unit, outcomes
 
 KEY = "study"
 WORDS = {"i": "inside", "o": "outside", "u": "unstable", "f": "failed"}

@@ -12,11 +12,11 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import build
-from hystfmu.scenario.loop_margins import SLOPES, OpenedLoop, open_loop
+from hystfmu.scenario.loop.opened import SLOPES, OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.case import split_end
-from hystfmu.scenario.system.delay_setting import sizes
 from hystfmu.scenario.system.system import System
-from hystfmu.scenario.system.unit_graph import with_values
+from hystfmu.scenario.system.unit_graph import sizes, with_values
 from hystfmu.studies.spec import LoopSpec, Study
 
 RADIUS = 1 - 1e-6  # largest modulus of a pole that counts as stable: creep of 10 s has its pole at 1 - 1e-5

@@ -10,17 +10,33 @@ from typing import Any, Literal
 
 from hystfmu.base.errors import InputError
 from hystfmu.report.plot import Figure
-from hystfmu.scenario import build
+from hystfmu.scenario import Run, build
 from hystfmu.studies.dask_pool import DaskPool
-from hystfmu.studies.failed import is_final, with_limits
-from hystfmu.studies.notebook import distributions, outcome_html
+from hystfmu.studies.figures import distributions, outcome_html
 from hystfmu.studies.pool import Pool
 from hystfmu.studies.report import write_report
 from hystfmu.studies.sampling import sampler
-from hystfmu.studies.spec import LOOP_METRICS, Study
+from hystfmu.studies.spec import LOOP_METRICS, Study, StudySpec
 from hystfmu.studies.store import Store
 from hystfmu.studies.summary import Summary, summarise
 from hystfmu.studies.task import OUTSIDE, Task, fingerprint, identity, row_of
+
+_LIMIT_OF = {"timeout": "timeout", "memory": "memory", "killed": "memory"}  # native code without memory crashes
+
+
+def with_limits(row: dict[str, Any], spec: StudySpec) -> dict[str, Any]:
+    """Return a row as it is kept: a failed one states the limits under which it failed."""
+    return row if row["status"] == "ok" else row | {"limits": {"timeout": spec.timeout, "memory": spec.memory}}
+
+
+def is_final(row: dict[str, Any], spec: StudySpec, retry: bool) -> bool:
+    """Return whether a kept row holds under the present limits; with `retry` no failed one does."""
+    if row["status"] == "ok":
+        return True
+    limit = _LIMIT_OF.get(row["status"], "")
+    raised = limit in row.get("limits", {}) and getattr(spec, limit) > row["limits"][limit]
+    return not (retry or raised)
+
 
 Progress = Callable[[int, int, float], None]
 """Called with the number of finished rows, the total number, and the rate of this run (rows/s)."""
@@ -133,12 +149,8 @@ def run_study(
     if study.spec.seed == "run":
         study.seed = store.seed()
     begin, order, ran = time.monotonic(), dict[str, int](), 0
-    engine = study.spec.engine
-    pool: Pool | DaskPool
-    if on is not None:
-        pool = DaskPool(on, systems, engine, study.spec.timeout, study.spec.memory, confined)
-    else:
-        pool = Pool(systems, engine, workers, study.spec.timeout, study.spec.memory, confined)
+    run = Run(study.spec.engine, seconds=study.spec.timeout, gigabytes=study.spec.memory, confined=confined)
+    pool = DaskPool(on, systems, run) if on is not None else Pool(systems, run, workers)
     first = there = 0
     try:
         with pool:

@@ -16,7 +16,7 @@ from hystfmu.graph.tables import STRICT, Name
 from hystfmu.scenario import Scenario
 from hystfmu.scenario.system.case import Case, split_end
 from hystfmu.scenario.system.extends import MOST_BYTES, MOST_FILES
-from hystfmu.scenario.system.inside import inside
+from hystfmu.scenario.system.folders import inside
 from hystfmu.studies.designs import PREFIX, Design
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]

@@ -9,14 +9,15 @@ from typing import Any
 
 from hystfmu.base import __version__
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.engine.fmu_store import FmuStore
-from hystfmu.scenario.engine.isolated import chunks_isolated
-from hystfmu.scenario.engine.master import Engine, chunks_here
+from hystfmu.scenario.engine.fmu_member import FmuStore
+from hystfmu.scenario.engine.master import chunks_here
 from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.engine.simulation import Run, chunks_isolated
 from hystfmu.scenario.outcome.metrics import Measure
 from hystfmu.scenario.outcome.trace import Stopped
-from hystfmu.scenario.system.delay_setting import sizes
-from hystfmu.scenario.system.system import System, build
+from hystfmu.scenario.system.build import build
+from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.unit_graph import sizes
 from hystfmu.studies.loop_limits import loop_metrics
 
 OUTSIDE = "outside"
@@ -77,22 +78,17 @@ class Runner:
     ----------
     systems : sequence of System
         The cases of the study, in order.
-    engine : {"native", "fmpy"}
+    run : Run
+        How they run.
     folder : path, optional
         Folder for unpacked FMUs; by default the temporary folder.
-    limits : (float, float, bool), optional
-        Limits of time (s) and memory (GB) for a run with foreign FMUs, which then runs in a child process, and whether
-        that is confined.  Without limits it runs in this process, which the caller has to watch and to confine.
+    apart : bool
+        Whether a run with foreign FMUs has a child process of its own.  Otherwise the caller has to watch and to
+        confine this one.
     """
 
-    def __init__(
-        self,
-        systems: list[System],
-        engine: Engine,
-        folder: str | None = None,
-        limits: tuple[float, float, bool] | None = None,
-    ) -> None:
-        self._systems, self._engine, self._folder, self._limits = systems, engine, folder, limits
+    def __init__(self, systems: list[System], run: Run, folder: str | None = None, apart: bool = False) -> None:
+        self._systems, self._run, self._folder, self._apart = systems, run, folder, apart
         self._native: dict[tuple[object, ...], Native] = {}
         self._store: FmuStore | None = None
 
@@ -111,19 +107,19 @@ class Runner:
     def _metrics(self, task: Task) -> dict[str, float]:
         system = self._systems[task.case]
         metrics = system.case.metrics
-        apart = self._limits if system.foreign else None
-        if self._engine == "native" and apart is None:
+        apart = self._apart and bool(system.foreign)
+        if self._run.engine == "native" and not apart:
             chunks = self._prepared(task).chunks()
         else:
             varied = _varied(system, task.settings)
             missing = [k for k in task.settings if k not in varied.overridden]
             if missing:
                 raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with this parameter")
-            if apart is not None:
-                chunks = chunks_isolated(varied, self._engine, *apart)
+            if apart:
+                chunks = chunks_isolated(varied, self._run)
             else:
                 self._store = self._store or FmuStore(self._folder)
-                chunks = chunks_here(varied, self._engine, self._store)
+                chunks = chunks_here(varied, self._run.engine, self._store)
         measured = {name: Measure(m) for name, m in metrics.items()}
         for chunk in chunks:
             for m in measured.values():

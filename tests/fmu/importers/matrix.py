@@ -38,8 +38,8 @@ from hystfmu.graph import Graph
 from hystfmu.graph.sample_time import sample_time
 from hystfmu.identify import METHODS
 from hystfmu.scenario import Scenario
-from hystfmu.scenario.shipped import shipped_scenarios
 from hystfmu.scenario.ssp.write import write_loop, write_ssp
+from hystfmu.scenario.system.folders import shipped_scenarios
 from hystfmu.unit import Unit
 
 ROOT = Path(__file__).parents[3]

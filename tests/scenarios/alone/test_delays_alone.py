@@ -1,4 +1,4 @@
-"""Delays as settings and in the budget; files inside the folder of the scenarios; names of older files."""
+"""Delays as settings and in the budget; files inside the folder of the scenarios."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import pytest
 from engines import ready
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.system.delay_budget import Delay, delay_budget
-from hystfmu.scenario.system.delay_setting import delayed, sizes
-from hystfmu.scenario.system.inside import inside, is_relative, scenario_folders
+from hystfmu.scenario.report.loops import Delay, delay_budget
+from hystfmu.scenario.system.folders import inside, is_relative, scenario_folders
 from hystfmu.scenario.system.spec import UnitSpec
+from hystfmu.scenario.system.unit_graph import delayed, sizes
 
 
 def delay(**more: Any) -> UnitSpec:

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hystfmu.design.period_memory import PeriodMemory
+from hystfmu.design.repetitive import PeriodMemory
 from hystfmu.scenario.loop.held import held
+from hystfmu.scenario.loop.opened import OpenedLoop, _covariance, _turns
+from hystfmu.scenario.loop.opening import _reached
 from hystfmu.scenario.loop.plant import PlantSide
-from hystfmu.scenario.loop_margins import OpenedLoop, _covariance, _reached, _turns
 
 H = 0.01
 TAU = 0.05

@@ -12,8 +12,9 @@ import numpy as np
 
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Stopped
+from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.spec import UnitSpec
-from hystfmu.scenario.system.system import Link, System, build
+from hystfmu.scenario.system.system import Link, System
 
 MOST = 4  # steps
 GROWTH = 1.5  # references whose errors differ from half to half

@@ -15,16 +15,13 @@ from hystfmu.base import __version__
 from hystfmu.base.files import write_text
 from hystfmu.base.printable import escape
 from hystfmu.report.page import Section, Table, figures, page, section, table
-from hystfmu.scenario.outcome.plots import case_plots
-from hystfmu.scenario.report.loop_explorer import loop_explorer
-from hystfmu.scenario.report.loop_tables import delay_table, loop_rows
+from hystfmu.scenario.outcome.baseline import CHANGED
+from hystfmu.scenario.report.cases import case_plots, case_table, matrix, nearness, place, worst_and_best
+from hystfmu.scenario.report.loops import delay_table, loop_explorer, loop_rows
 from hystfmu.scenario.report.machine import machine_form
-from hystfmu.scenario.report.matrix import case_table, matrix, place
-from hystfmu.scenario.report.worst_and_best import nearness, worst_and_best
-from hystfmu.scenario.verdict.baseline import CHANGED
 
 if TYPE_CHECKING:
-    from hystfmu.scenario.verdict.result import Result
+    from hystfmu.scenario.outcome.result import Result
 
 OPEN = ' open="open"'
 METHODS = {"newton": "Newton", "relaxation": "Aitken relaxation"}

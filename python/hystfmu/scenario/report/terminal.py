@@ -6,9 +6,8 @@ import math
 from collections.abc import Sequence
 
 from hystfmu.report.terminal import table
-from hystfmu.scenario.verdict.baseline import CHANGED, Change
-from hystfmu.scenario.verdict.judge import Verdict
-from hystfmu.scenario.verdict.result import Result
+from hystfmu.scenario.outcome.baseline import CHANGED, Change
+from hystfmu.scenario.outcome.result import Result, Verdict
 
 LOOP = ("Ms dB", "delay margin, steps")
 DECISIVE = ("metric", "value", "limit")

@@ -25,7 +25,7 @@ from hystfmu.fmu.archive.zip_file import zip_file
 from hystfmu.fmu.foreign.carried import carried
 from hystfmu.fmu.foreign.finding import Finding
 from hystfmu.fmu.write.platforms import binaries, host
-from hystfmu.scenario.engine.stepped_member import slots
+from hystfmu.scenario.engine.member import slots
 from hystfmu.scenario.system.events import cuts
 from hystfmu.scenario.system.foreign import Foreign, ForeignPort
 from hystfmu.scenario.system.system import Part, System

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,47 +12,14 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.engine.master import Engine
-from hystfmu.scenario.engine.simulation import chunks, simulate
-from hystfmu.scenario.outcome.excerpt import Excerpt
-from hystfmu.scenario.outcome.row_file import row_file
-from hystfmu.scenario.outcome.trace import Stopped, Trace
+from hystfmu.scenario.engine.simulation import Run, chunks, silent
+from hystfmu.scenario.outcome.trace import Excerpt, Stopped, Trace, row_file
 from hystfmu.scenario.ssp.read import Ssp, read_ssp
 from hystfmu.scenario.ssp.write import REFERENCE
+from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.spec import Scheme
-from hystfmu.scenario.system.system import System, build
-
-
-@dataclass(frozen=True)
-class SspRun:
-    """Result of a run of an archive, and one line per signal that differs from the result in it."""
-
-    trace: Trace
-    compared: tuple[str, ...]
-    lines: tuple[str, ...]
-
-
-def run_ssp(
-    path: str | Path,
-    engine: Engine = "fmpy",
-    coupling: Scheme | None = None,
-    step: float | None = None,
-    stop: float | None = None,
-    seconds: float = 600.0,
-    confined: bool = True,
-) -> SspRun:
-    """Run an SSP archive and hold it against the reference result in it, if there is one for this step and coupling.
-
-    Raises
-    ------
-    InputError
-        As `read_ssp`.
-    Stopped
-        As `simulate`.
-    """
-    ssp, case, reference = _prepared(path, coupling, step, stop)
-    trace = simulate(_built(case), engine, seconds=seconds, confined=confined)
-    return SspRun(trace, *_held_against(path, case, ssp.signals, reference, trace))
+from hystfmu.scenario.system.system import System
 
 
 def _prepared(
@@ -97,31 +64,31 @@ def _held_against(
     return signals, tuple(lines)
 
 
-def run_ssp_file(
-    path: str,
-    engine: Engine,
-    coupling: Scheme | None,
-    step: float | None,
-    stop: float | None,
-    seconds: float,
-    out: str | None,
+def run_ssp(
+    path: str | Path,
+    engine: Engine = "fmpy",
+    coupling: Scheme | None = None,
+    step: float | None = None,
+    stop: float | None = None,
+    seconds: float = 600.0,
+    out: str | Path | None = None,
     confined: bool = True,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Callable[[float], None] = silent,
 ) -> tuple[list[str], bool]:
-    """Run an archive for the command line: the lines to print, and whether it agrees with its reference.
+    """Run an archive: the lines to print, and whether it agrees with the reference in it for this step and coupling.
 
     Rows go to the file `out` as they come, and no more of them are kept than the reference has.  `progress` is called
     with the fraction done.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop)
-    system = _built(case)
+    system, run = _built(case), Run(engine, coupling, seconds, confined=confined)
     begin = Excerpt(system.columns, np.arange(len(reference) if reference is not None else 1))
     try:
         with ExitStack() as stack:
             adders: list[Callable[[Trace], None]] = [begin.add]
             if out is not None:
                 adders.append(stack.enter_context(row_file(out, system)))
-            for chunk in chunks(system, engine, seconds=seconds, confined=confined):
+            for chunk in chunks(system, run):
                 for add in adders:
                     add(chunk)
                 progress((chunk.first + len(chunk.t)) / (system.n_steps + 1))

@@ -25,16 +25,14 @@ from hystfmu.graph import Graph
 from hystfmu.scenario.engine.simulation import simulate
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp.container import container_fmu
-from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
-from hystfmu.scenario.ssp.joined import joined
-from hystfmu.scenario.ssp.parameter_set import SSV, SetValue, changes, parameter_set
+from hystfmu.scenario.ssp.coupling import as_readers_run, differences, joined, run_as_readers
+from hystfmu.scenario.ssp.elements import SSC, SSD, SSV, SetValue, changes, parameter_set
+from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.fused import to_graph
-from hystfmu.scenario.system.system import Part, System, build
+from hystfmu.scenario.system.system import Part, System
 
-SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
-SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 OURS = "https://hystfmu.org/ssp"
 REFERENCE = "extra/org.hystfmu/reference.csv"

@@ -1,8 +1,12 @@
-"""The hysteretic units of loops in a page, where a reader moves their input: each alone, or behind its inverse."""
+"""A loop on a page: its order, step and delays in tables, and its hysteretic units, whose input a reader moves.
+
+The delay budget has every hold and every late value, from order, wiring and rates.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,11 +15,86 @@ from hystfmu.graph import Graph
 from hystfmu.graph.rate_classes import is_hysteretic
 from hystfmu.model.explored import explored_graph
 from hystfmu.report.explorer import Explored, Explorer, packed_core
-from hystfmu.report.page import Section
+from hystfmu.report.page import Section, Table
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Stopped
+from hystfmu.scenario.system.events import missed
 from hystfmu.scenario.system.measures import label, unit_of
 from hystfmu.scenario.system.system import Link, Part, System
+
+
+@dataclass(frozen=True)
+class Delay:
+    """Delay of a signal: `steps` of the base step, on the connection or in the unit `where`."""
+
+    where: str
+    steps: float
+    text: str
+
+
+def delay_budget(system: System) -> list[Delay]:
+    """Every delay in the system, from coupling, order, wiring and rates: held values, delay blocks, the command.
+
+    A connection to a unit that stands earlier in the order carries the value of the last step; with Jacobi coupling
+    every connection does, with iterative coupling none.  For a unit that does not feed that input through (a plant
+    with dynamics) this is the command held since its sample: no delay but the hold.  For one that does, it is one step
+    late.  A straight line through the last two values makes up for both, to first order.
+    """
+    owner = {p.first + i: (k, n) for k, p in enumerate(system.parts) for i, n in enumerate(p.outputs)}
+    ripple = system.case.ripple
+    found: list[Delay] = []
+    for link in system.links:
+        to, (k, name) = system.parts[link.to], owner[link.source]
+        source = system.parts[k]
+        if system.fresh(link):
+            continue
+        where = f"{source.name}.{name} -> {to.name}.{to.inputs[link.input]}"
+        held = source.period / ripple
+        if to.hold == "first":
+            found.append(Delay(where, 0.0, "one step late, made up for by a straight line through the last two values"))
+        elif system.feeds_through(to, link.input):
+            why = "all units read first" if k < link.to else "the reader stands earlier in the order"
+            found.append(Delay(where, held, f"one step of its source late: {why}"))
+        else:
+            found.append(Delay(where, held / 2, "held between samples: half a step on average"))
+    for part in system.parts:
+        for node in part.graph.nodes:
+            if node.type == "delay":
+                steps = node.dims["n"] * part.period / ripple
+                found.append(Delay(part.name, steps, f"delay block of {node.dims['n']} steps of the unit"))
+    return found
+
+
+SCHEMES = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
+
+
+def loop_rows(system: System) -> list[Sequence[object]]:
+    """Say in rows what order, step, delays and notes a loop has."""
+    case = system.case
+    rates = [f"{p.name} every {system.length(p) * 1e3:.6g} ms" for p in system.parts if system.length(p) != case.step]
+    rows: list[Sequence[object]] = [
+        (f"order ({SCHEMES[case.coupling.scheme]})", " - ".join(case.order)),
+        ("step", f"{case.step * 1e3:.6g} ms" + (f"; {', '.join(rates)}" if rates else "")),
+    ]
+    rows += [
+        ("delay", f"{d.where}: {d.steps:g} steps = {d.steps * case.step * 1e3:.4g} ms ({d.text})")
+        for d in delay_budget(system)
+    ]
+    if case.delay:
+        rows.append(("note", case.delay))
+    return [*rows, *(("note", line) for line in missed(system))]
+
+
+def delay_table(system: System) -> Table:
+    """Tabulate the delays of the loop under every coupling scheme, in steps."""
+    budgets = []
+    for scheme in SCHEMES:
+        coupling = system.case.coupling.model_copy(update={"scheme": scheme})
+        other = replace(system, case=replace(system.case, coupling=coupling))
+        budgets.append({d.where: d.steps for d in delay_budget(other)})
+    rows = [[w, *(b.get(w, 0.0) for b in budgets)] for w in dict.fromkeys(w for b in budgets for w in b)]
+    return Table(("delay in steps", *SCHEMES.values()), rows)
+
 
 TEXT = (
     "The hysteretic units of the loops run in this page, over the range that their input has in the loop: a unit "

@@ -1,16 +1,53 @@
-"""Limits of the linearised loop that a scenario states, and their verdicts."""
+"""Limits of the linearised loop that a scenario states, and their verdicts; the figures beside the result of a case.
+
+The figures are found once for all cases that share a loop.  The sector of slopes, for which a case would have to run
+again, is left to `hystfmu margins`; a loop without an inverse needs it for its gain, and has no figures if it is long.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from functools import lru_cache
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.loop_margins import DELAYS, OpenedLoop, open_loop
+from hystfmu.scenario.loop.opened import DELAYS, OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
+from hystfmu.scenario.outcome.result import LoopFigures
+from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Scenario
-from hystfmu.scenario.system.system import build
+from hystfmu.scenario.system.system import System
+
+MOST_STEPS = 100_000  # of a case without an inverse, which runs again for its slopes, all rows in memory
+
+
+def loop_figures(system: System) -> LoopFigures | None:
+    """Return the figures of the loop of a case, opened at the input of its plant; None if it has no margins."""
+    try:
+        opened = open_loop(system, (1.0, 1.0))
+        if not opened.inverted and system.n_steps > MOST_STEPS:
+            return None
+        return _figures(_Loop(opened.key, opened))
+    except InputError:
+        return None
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """A loop that equals another one with the same key."""
+
+    key: tuple[object, ...]
+    opened: OpenedLoop = field(compare=False)
+
+
+@lru_cache(maxsize=256)
+def _figures(loop: _Loop) -> LoopFigures:
+    found = loop.opened.margins()
+    if not found.stable:
+        return LoopFigures(stable=False, Ms_db=None, delay_steps=None)
+    return LoopFigures(stable=True, Ms_db=found.Ms_db + 0.0, delay_steps=found.delay_steps)
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,11 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.report.terminal import table
+from hystfmu.scenario.loop.limits import LoopVerdict, stability_of, verdicts_of
+from hystfmu.scenario.loop.opened import DELAYS, OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.loop.simulated import MOST, simulated_delay
-from hystfmu.scenario.loop_margins import DELAYS, OpenedLoop, open_loop
-from hystfmu.scenario.margin_limits import LoopVerdict, stability_of, verdicts_of
-from hystfmu.scenario.plan import plan, read
+from hystfmu.scenario.running import plan, read
 
 COLUMNS = {
     "Ms_db": "Ms dB",

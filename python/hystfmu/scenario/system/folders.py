@@ -1,4 +1,4 @@
-"""Paths in a scenario file: relative to the file that states them, inside the folder of all scenarios.
+"""Folders of scenarios: those that come with the package, and paths inside the folder of all scenarios.
 
 Scenarios may stand in groups: a folder with scenarios, itself among scenarios, belongs to the folder of all.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
 
 FILE = "scenario.toml"
@@ -61,3 +62,38 @@ def scenario_folders(folder: Path) -> list[Path]:
     if (folder / FILE).exists() or not folder.is_dir():
         return [folder]
     return sorted(p.parent for p in folder.glob(f"*/{FILE}")) or [folder]
+
+
+def shipped_scenarios() -> Path:
+    """The folder that holds a folder for each scenario, and their models.
+
+    Raises
+    ------
+    InputError
+        The package came without them.
+    """
+    for folder in (PACKAGE / "_scenarios", PACKAGE.parents[1] / "scenarios"):
+        if folder.is_dir():
+            return folder
+    raise InputError(f"no scenarios in {PACKAGE / '_scenarios'}: install the package with 'pip install .'")
+
+
+def shipped_names() -> list[str]:
+    """Names of the shipped scenarios as a command takes them, ``scenarios/pid`` and so on; none without them."""
+    try:
+        root = shipped_scenarios()
+    except InputError:
+        return []
+    return sorted(f"scenarios/{f.parent.relative_to(root).as_posix()}" for f in root.rglob("scenario.toml"))
+
+
+def here_or_shipped(path: str) -> Path:
+    """Return a path as it is, or the shipped one where nothing of that name, `scenarios/...`, lies in this folder."""
+    first, *inside = Path(path).parts or (".",)
+    if first != "scenarios" or Path(path).exists():
+        return Path(path)
+    try:
+        found = shipped_scenarios().joinpath(*inside)
+    except InputError:
+        return Path(path)
+    return found if found.exists() else Path(path)

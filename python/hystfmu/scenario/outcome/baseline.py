@@ -19,8 +19,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import MOST_BYTES, read_toml, write_text
 from hystfmu.base.replacing import own
 from hystfmu.data.csv_file import read_header
-from hystfmu.scenario.outcome.excerpt import Excerpt
-from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.outcome.trace import Excerpt, Trace
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.spec import TubeSpec
 from hystfmu.scenario.system.system import System
