@@ -23,9 +23,9 @@ from hystfmu.data import Dataset
 from hystfmu.data.signals import training
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify import fit
-from hystfmu.identify.features.dynamics import hysteresis
+from hystfmu.identify.estimate.dynamics import hysteresis
 from hystfmu.inverse import inverse
-from hystfmu.inverse.input_range import over_range
+from hystfmu.inverse.ports import over_range
 from hystfmu.model import Model
 
 HERE = Path(__file__).parent

@@ -25,15 +25,15 @@ from hystfmu.data import Dataset, signals
 from hystfmu.data.synthetic_ipmc import RATE, STROKE, VOLTAGE, excitation, ipmc, sensor
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import errors, fit
-from hystfmu.identify.features.auxiliary import auxiliary, exponential
 from hystfmu.identify.features.monomials import basis, lagged
 from hystfmu.identify.methods.polynomial_narx import least_squares
-from hystfmu.identify.solvers.recursive import PrintedRecursive, Recursive
+from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.model import Model
 from hystfmu.report.plot import Line, Plot
 from papers.row import Row
 from papers.statements import ipmc_bfbnn as statements
 from papers.statements.ipmc_bfbnn import N, Q
+from papers.statements.printed import PrintedRecursive, auxiliary, exponential
 from papers.table import Drawing, Report, nearest, scanned
 
 RIDGE = 1e-3

@@ -20,7 +20,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph
 from hystfmu.identify import errors, fit
-from hystfmu.identify.features.dynamics import hysteresis
+from hystfmu.identify.estimate.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
 from hystfmu.report.plot import Line, Plot

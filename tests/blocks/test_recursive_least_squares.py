@@ -7,8 +7,9 @@ from hystfmu.data import synthetic_ipmc
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.features.monomials import basis, lagged
 from hystfmu.identify.methods.polynomial_narx import least_squares
-from hystfmu.identify.solvers.recursive import PrintedRecursive, Recursive
+from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.unit import Unit
+from papers.statements.printed import PrintedRecursive
 
 H = 1e-3
 

@@ -11,7 +11,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.design import linearise, loop, margins, to_control
 from hystfmu.design.delays import unfolded
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.features.dynamics import Dynamics
+from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
 

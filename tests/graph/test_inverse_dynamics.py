@@ -13,7 +13,7 @@ import hystfmu as hy
 from hystfmu import Graph, InputError, Model, Node
 from hystfmu.cli import main
 from hystfmu.graph import Input, Output
-from hystfmu.identify.features.dynamics import Dynamics
+from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.inverse import inverse
 from hystfmu.inverse.dynamic import split
 

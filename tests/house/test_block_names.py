@@ -18,10 +18,8 @@ ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
     "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
     "identify/estimate/operator_dynamics.py": {EVERY: "build(): the chain of an operator and dynamics"},
-    "identify/features/dead_band.py": {"play_bank": "in_front(): the dead band is one play"},
     "identify/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
-    "identify/features/dead_zones_and_lags.py": {"creep": "lag(): column of a regression"},
-    "identify/features/dynamics.py": {
+    "identify/estimate/dynamics.py": {
         "transfer_function": "nodes(): G0 with the rest of the delay",
         "delay": "nodes(): the whole samples of the delay",
         "modes": "told: the field of what a fit found",
@@ -33,8 +31,8 @@ ALLOWED: dict[str, dict[str, str]] = {
     "identify/evidence/spectra.py": {"noise": "cells_of(): the field of a cell"},
     "face/evidence.py": {"creep": "static_output(): lags that pass the input at once, so that they count as static"},
     "face/evidence_section.py": {"modes": "evidence_section(): the name of a line of the diagram"},
-    "identify/features/plays.py": {"play_bank": "plays(): columns of a regression"},
-    "identify/features/unseen_states.py": dict.fromkeys(
+    "identify/features/plays.py": {"play_bank": "plays(): columns of a regression, the dead band"},
+    "identify/features/other_memory.py": dict.fromkeys(
         ("play_bank", "scaling"), "unseen(): plays that stand for a memory"
     ),
     "identify/features/bent_chain.py": {EVERY: "chain(): the blocks of the structure"},
@@ -45,7 +43,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         "sum": "fit_readout(): the linear readout",
     },
     "identify/estimate/free.py": {"sum": "KEYS: what the elements of a free parameter make together"},
-    "identify/estimate/one_block.py": dict.fromkeys(("scaling", "sum"), "around(): what a block alone stands between"),
+    "identify/estimate/graph_fit.py": dict.fromkeys(("scaling", "sum"), "around(): what a block alone stands between"),
     "identify/streaming.py": dict.fromkeys(
         ("scaling", "zhao_tan", "polynomial_narx"), "Stream: the chain that a polynomial_narx model consists of"
     ),
@@ -55,22 +53,15 @@ ALLOWED: dict[str, dict[str, str]] = {
         "transfer_function": "adaptive_inverse(): the dynamics behind the operator",
         "delay": "OPTIONS: the size of this name",
     },
-    "inverse/creep_states.py": {
-        "creep": "known_states(): the block whose lags are known",
-        **dict.fromkeys(("sum", "scaling"), "_separated(): a step of creep, and lags that start at 0"),
-    },
     "inverse/dynamic.py": {
         **dict.fromkeys(("delay", "scaling", "transfer_function"), "split(): linear blocks at the end of a chain"),
         "polynomial_narx": "dynamic_inverse(): weights of the last samples, which start at the first one",
     },
-    "inverse/beside.py": {
-        **dict.fromkeys(("sum", "product"), "inverted_beside(): solved for the input that the chain drives"),
-        "scaling": "_refuse_zero(): limits of the covariates in a factor",
-    },
     "inverse/exact.py": {
         "prandtl_ishlinskii": "_INVERT: asks for a linear term and positive slopes",
         "dead_zones": "_INVERT: the inverse has other knots and slopes",
-        "scaling": "_INVERT: the inverse has the reciprocal gain",
+        "scaling": "_INVERT: the inverse has the reciprocal gain; _refuse_zero(): limits of covariates in a factor",
+        **dict.fromkeys(("sum", "product"), "inverted_beside(): solved for the input that the chain drives"),
         "delay": "_chain(): no other method inverts a delay",
         "transfer_function": "_chain(): no other method inverts linear dynamics",
     },
@@ -78,7 +69,11 @@ ALLOWED: dict[str, dict[str, str]] = {
         **dict.fromkeys(("scaling", "play_bank", "zhao_tan_inverse"), "_corrected(): what the network reads"),
         "prandtl_ishlinskii": MODEL,
     },
-    "inverse/implicit.py": {"implicit_inverse": "implicit_inverse(): the block around the model"},
+    "inverse/implicit.py": {
+        "implicit_inverse": "implicit_inverse(): the block around the model",
+        "creep": "known_states(): the block whose lags are known",
+        **dict.fromkeys(("sum", "scaling"), "_separated(): a step of creep, and lags that start at 0"),
+    },
     "model/coverage.py": {"scaling": "_limiters(): the block that limits the inputs of a network"},
     "model/trained_range.py": {"in_range": "with_in_range(): the block that compares the input with its range"},
     "model/from_torch.py": {"mlp": "torch_blocks(): the block of two linear layers"},

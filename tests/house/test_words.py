@@ -57,7 +57,7 @@ RIDDLES: dict[str, tuple[str, str]] = {
     r"\bso is the\b": ("repeat the verb", "If it is wrong, so is the set."),
 }
 ASKING = re.compile(r'"""(what|whether|where|why|how|which)\b')
-ASKING_STILL = (*(f"identify/{name}.py" for name in ("auto", "race", "short_record")), "start/")
+ASKING_STILL = (*(f"identify/{name}.py" for name in ("auto", "race", "entrants", "cuts")), "start/")
 
 
 @functools.cache

@@ -9,8 +9,8 @@ from scipy import signal
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.identify import errors, fit
+from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.features.bent_chain import dead_zones
-from hystfmu.identify.features.validation_blocks import validation_rows
 from hystfmu.inverse import inverse
 
 RNG = np.random.default_rng(11)

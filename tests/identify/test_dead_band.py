@@ -14,7 +14,7 @@ from hystfmu.data import signals
 from hystfmu.data.reversals import noise
 from hystfmu.graph import blocks
 from hystfmu.identify import errors, fit
-from hystfmu.identify.features.dead_band import half_width
+from hystfmu.identify.features.plays import dead_band
 from hystfmu.identify.methods.duhem import segments
 
 
@@ -60,15 +60,15 @@ def test_a_coarsely_sampled_sine_is_no_noise(samples):
 
 
 def test_a_held_or_random_input_has_no_dead_band():
-    assert half_width(np.repeat(np.random.default_rng(0).normal(size=50), 20)) == 0
-    assert half_width(np.random.default_rng(0).normal(size=500)) == 0
-    assert half_width(path(1)) == 0
+    assert dead_band(np.repeat(np.random.default_rng(0).normal(size=50), 20)) == 0
+    assert dead_band(np.random.default_rng(0).normal(size=500)) == 0
+    assert dead_band(path(1)) == 0
 
 
 def test_wrong_reversals_are_gone():
     u, sigma = path(3), 0.005
     v = noisy(u, sigma)
-    true, band = reversals(u), half_width(v)
+    true, band = reversals(u), dead_band(v)
     assert reversals(v) > 3 * true
     behind = plants.plays(v, np.array([band]), v[0])[:, 0]
     # loops smaller than the band are not distinguishable from noise, larger ones remain; hardly any false one is left

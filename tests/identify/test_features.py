@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from numpy.polynomial import legendre
 
+from hystfmu.identify.estimate import search
 from hystfmu.identify.features import (
-    auxiliary,
     bent_sum,
     constraint_factor,
-    dead_zones_and_lags,
-    identifiable,
     monomials,
-    output_bend,
     smooth_density,
 )
 from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.methods import preisach
+from hystfmu.identify.methods.fitted_operator_mlp import straightened
+from papers.statements.printed import auxiliary
 
 RNG = np.random.default_rng(11)
 PATH = np.concatenate([np.cumsum(RNG.normal(size=90)) / 4, [0.3, 0.3, -4.0, 5.0, 5.0, 1.0]])  # with plateaus
@@ -26,13 +26,13 @@ PATH = np.concatenate([np.cumsum(RNG.normal(size=90)) / 4, [0.3, 0.3, -4.0, 5.0,
 
 def test_knots_lie_evenly_inside_the_range_and_not_at_zero():
     u = np.array([-1.0, 0.5, 3.0])
-    assert dead_zones_and_lags.knots(u, 3) == pytest.approx([4e-6, 1.0, 2.0], rel=1e-12)
-    assert dead_zones_and_lags.knots(u + 2, 3) == pytest.approx([2.0, 3.0, 4.0], rel=1e-12)
-    assert dead_zones_and_lags.knots(np.array([-2.0, 2.0]), 4) == pytest.approx([-1.2, -0.4, 0.4, 1.2], rel=1e-12)
+    assert preisach.knots(u, 3) == pytest.approx([4e-6, 1.0, 2.0], rel=1e-12)
+    assert preisach.knots(u + 2, 3) == pytest.approx([2.0, 3.0, 4.0], rel=1e-12)
+    assert preisach.knots(np.array([-2.0, 2.0]), 4) == pytest.approx([-1.2, -0.4, 0.4, 1.2], rel=1e-12)
 
 
 def test_a_dead_zone_acts_on_the_side_of_its_threshold():
-    d = dead_zones_and_lags.dead_zones(np.array([-2.0, 0.5, 3.0]), np.array([-1.0, 1.0]))
+    d = preisach.dead_zones(np.array([-2.0, 0.5, 3.0]), np.array([-1.0, 1.0]))
     assert d.tolist() == [[-1.0, 0.0], [0.0, 0.0], [0.0, 2.0]]
 
 
@@ -42,7 +42,7 @@ def test_a_lag_approaches_its_held_input(h):
     for x in PATH:
         q += -np.expm1(-h / 0.3) * (x - q)
         expected.append(q)
-    assert dead_zones_and_lags.lag(PATH, h, 0.3) == pytest.approx(expected, abs=1e-12)
+    assert preisach.lag(PATH, h, 0.3) == pytest.approx(expected, abs=1e-12)
     assert bent_sum.lagged(PATH[:, None], -np.expm1(-h / 0.3))[:, 0] == pytest.approx(expected, abs=1e-12)
 
 
@@ -78,12 +78,12 @@ def test_lagged_rows_rest_at_the_first_value(first):
 def test_a_bent_output_is_straightened_by_legendre_polynomials(sign):
     x, c = np.linspace(0, 1, 30), np.column_stack([np.linspace(3, 9, 30) ** 2])
     y = sign * (5 + 4 * x**2)
-    v, free = output_bend.straightened(x, y, 3, c)
+    v, free = straightened(x, y, 3, c)
     assert v == pytest.approx(2 * x**2 - 1, abs=1e-12)
     P = legendre.legvander(v, 3)
     assert free[:, :3] == pytest.approx(P[:, [0, 2, 3]])
     assert free[:, 3:] == pytest.approx(P * ((2 * c - 81 - 9) / (81 - 9)))
-    assert output_bend.straightened(x, y, 3)[1] == pytest.approx(P[:, [0, 2, 3]])
+    assert straightened(x, y, 3, c[:, :0])[1] == pytest.approx(P[:, [0, 2, 3]])
 
 
 @pytest.mark.parametrize("corrected", [True, False])
@@ -97,8 +97,8 @@ def test_the_auxiliary_function_adds_branches_from_the_last_extremum(corrected):
     at_half = f2 + g(-1.5)
     at_one = at_half + g(0.5)
     expected = [0.0, g(1.0), f2, f2, at_half, at_one, at_one + g(-2.0)]
-    assert auxiliary.auxiliary(u, corrected) == pytest.approx(expected, rel=1e-12)
-    assert auxiliary.auxiliary(u, corrected, lambda d: 2.0)[1] == 2.0
+    assert auxiliary(u, corrected) == pytest.approx(expected, rel=1e-12)
+    assert auxiliary(u, corrected, lambda d: 2.0)[1] == 2.0
 
 
 # ---- constraint factor ----------------------------------------------------------------------------------------------
@@ -348,12 +348,12 @@ def test_standard_errors_of_a_straight_line():
     e = 0.1 * rng.normal(size=4000)
     free = np.array([True, True, False])
     covariance = np.linalg.inv(J[:, :2].T @ J[:, :2])
-    T = identifiable.correlation_time(e)
+    T = search.correlation_time(e)
     assert 1 <= T < 1.3
     expected = np.sqrt(np.diag(covariance) * (e @ e) / 3998 * T)
-    assert identifiable.standard_errors(e, J, free) == pytest.approx([*expected, 0.0], rel=1e-9)
+    assert search.standard_errors(e, J, free) == pytest.approx([*expected, 0.0], rel=1e-9)
     J[:, 1] = 0
-    assert identifiable.standard_errors(e, J, free).tolist() == [0.0, np.inf, 0.0]
+    assert search.standard_errors(e, J, free).tolist() == [0.0, np.inf, 0.0]
 
 
 def test_the_correlation_time_of_a_first_order_process():
@@ -362,10 +362,10 @@ def test_the_correlation_time_of_a_first_order_process():
     noise = rng.normal(size=len(e))
     for k in range(1, len(e)):
         e[k] = a * e[k - 1] + noise[k]
-    assert identifiable.correlation_time(e + 5) == pytest.approx((1 + a) / (1 - a), rel=0.1)
-    assert identifiable.correlation_time(np.full(9, 2.0)) == 1.0
+    assert search.correlation_time(e + 5) == pytest.approx((1 + a) / (1 - a), rel=0.1)
+    assert search.correlation_time(np.full(9, 2.0)) == 1.0
     short = np.array([1.0, 2.0, 0.0, -1.0, 0.5])
     centred = short - 0.5
     lags = [centred[: 5 - k] @ centred[k:] / (centred @ centred) for k in range(5)]
     end = next(k for k, v in enumerate(lags) if v <= 0)
-    assert identifiable.correlation_time(short) == pytest.approx(1 + 2 * sum(lags[1:end]))
+    assert search.correlation_time(short) == pytest.approx(1 + 2 * sum(lags[1:end]))

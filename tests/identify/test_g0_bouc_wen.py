@@ -9,8 +9,8 @@ from scipy.signal import cont2discrete, lfilter
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.identify import fit
-from hystfmu.identify.features.dynamics import Dynamics, hysteresis
-from hystfmu.identify.features.identifiable import correlation_time, standard_errors
+from hystfmu.identify.estimate.dynamics import Dynamics, hysteresis
+from hystfmu.identify.estimate.search import correlation_time, standard_errors
 from hystfmu.inverse import inverse
 from hystfmu.model.accuracy import errors
 

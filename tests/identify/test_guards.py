@@ -8,7 +8,7 @@ from hystfmu import Dataset, InputError, fit
 from hystfmu.data.signals import training
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify import guards
-from hystfmu.identify.features.dynamics import Dynamics
+from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.identify.methods import prandtl_ishlinskii
 
 

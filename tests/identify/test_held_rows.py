@@ -7,7 +7,7 @@ import pytest
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.identify.catalogue import candidates
-from hystfmu.identify.features.validation_blocks import EVERY, validation_rows
+from hystfmu.identify.cuts import EVERY, validation_rows
 from hystfmu.identify.one import fit_one
 
 CHEAP = ("prandtl_ishlinskii", "krasnoselskii_pokrovskii", "polynomial_narx")

@@ -16,9 +16,8 @@ from hystfmu.identify import METHODS, fit, options
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.network.torch_module import problem
 from hystfmu.identify.network.training import Fit, decay_for, train
-from hystfmu.identify.solvers.levenberg_marquardt import minimise
-from hystfmu.identify.solvers.nonnegative import nonnegative
-from hystfmu.identify.solvers.positive_solution import positive_solution, row_space
+from hystfmu.identify.solvers.nonnegative import nonnegative, positive_solution, row_space
+from hystfmu.identify.solvers.trainers import levenberg_marquardt
 
 
 @pytest.fixture(scope="module")
@@ -257,7 +256,7 @@ def test_levenberg_marquardt_on_rosenbrocks_valley():
     def valley(p):
         return np.array([10 * (p[1] - p[0] ** 2), 1 - p[0]]), np.array([[-20 * p[0], 10.0], [-1.0, 0.0]])
 
-    p, cost = minimise(np.array([-1.2, 1.0]), valley, 100, tolerance=0.0)
+    p, cost = levenberg_marquardt(np.array([-1.2, 1.0]), valley, 100, tolerance=0.0)
     np.testing.assert_allclose(p, [1, 1], atol=1e-9)
     assert cost < 1e-18
 

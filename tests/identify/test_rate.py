@@ -12,7 +12,7 @@ from hystfmu.design import sliding_bound
 from hystfmu.fmu import export_fmu
 from hystfmu.fmu.check.check import check_fmu
 from hystfmu.identify import errors, fit
-from hystfmu.identify.features.dynamics import Dynamics, hysteresis, polynomials
+from hystfmu.identify.estimate.dynamics import Dynamics, hysteresis, polynomials
 from hystfmu.inverse import inverse
 from hystfmu.model import accuracy
 from hystfmu.unit import Unit

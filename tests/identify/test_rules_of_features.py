@@ -10,10 +10,10 @@ from scipy.signal import cont2discrete, lfilter
 from hystfmu import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import guards
-from hystfmu.identify.candidate import Candidate
+from hystfmu.identify.catalogue import Candidate
+from hystfmu.identify.cuts import validation_rows, without_outermost
+from hystfmu.identify.estimate.dynamics import Dynamics, bounds, polynomials, search, uncertainty, unknown
 from hystfmu.identify.excitation import closed_loop, dead_time, drift, minor_loops
-from hystfmu.identify.features import validation_blocks
-from hystfmu.identify.features.dynamics import Dynamics, bounds, polynomials, search, uncertainty, unknown
 from hystfmu.identify.features.following import Following
 
 H = 1e-3
@@ -225,28 +225,28 @@ def test_validation_blocks_end_at_reversals_and_share_the_record():
     levels = RNG.uniform(-1, 1, 81)
     levels[::2], levels[1::2] = np.abs(levels[::2]) + 0.2, -np.abs(levels[1::2]) - 0.2
     u = np.interp(np.arange(801), 10 * np.arange(81), levels)
-    sets = [validation_blocks.validation_rows(u, which) for which in range(4)]
+    sets = [validation_rows(u, which) for which in range(4)]
     assert np.sum(sets, axis=0).tolist() == [1] * 801  # each row in one of four
     for rows in sets:
         assert (np.flatnonzero(np.diff(rows.astype(int))) % 10 == 9).all()  # a new block begins at a reversal
         assert 0.15 < rows.mean() < 0.35
     assert sets[0][0]
     assert np.count_nonzero(np.diff(sets[3].astype(int))) >= 18  # forty blocks, ten of them
-    few = validation_blocks.validation_rows(u, 3, 8)
+    few = validation_rows(u, 3, 8)
     assert np.count_nonzero(np.diff(few.astype(int))) == 3  # the fourth and the last block
-    ramp = validation_blocks.validation_rows(np.linspace(0, 1, 100))  # no reversals
+    ramp = validation_rows(np.linspace(0, 1, 100))  # no reversals
     assert np.flatnonzero(np.diff(ramp.astype(int))).tolist() == [14, 19, 34, 39, 54, 59, 74, 79, 94]
 
 
 def test_the_outermost_loop_is_not_held_out():
     u = np.array([0.0, 1.0, 0.0, 3.0, 0.0, -1.0, 0.0, 1.0, 0.5])
     held = np.array([0, 1, 0, 1, 0, 0, 0, 1, 1], dtype=bool)
-    assert validation_blocks.without_outermost(u, held).tolist() == [False, True, *[False] * 5, True, True]
-    assert validation_blocks.without_outermost(-u, held).tolist() == [False, True, *[False] * 5, True, True]
+    assert without_outermost(u, held).tolist() == [False, True, *[False] * 5, True, True]
+    assert without_outermost(-u, held).tolist() == [False, True, *[False] * 5, True, True]
     nearly = np.where(u == 3, 1.03, u)  # less than 1 % of the range beyond the others
-    assert validation_blocks.without_outermost(nearly, np.array([0, 0, 0, 1, 0, 0, 0, 0, 0], dtype=bool)).any()
+    assert without_outermost(nearly, np.array([0, 0, 0, 1, 0, 0, 0, 0, 0], dtype=bool)).any()
     alone = np.array([0, 0, 0, 1, 0, 0, 0, 0, 0], dtype=bool)
-    assert validation_blocks.without_outermost(u, alone).tolist() == alone.tolist()  # nothing else is left
+    assert without_outermost(u, alone).tolist() == alone.tolist()  # nothing else is left
 
 
 def test_the_other_signal_stays_in_the_trained_range_and_reaches_its_ends():

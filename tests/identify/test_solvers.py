@@ -7,10 +7,10 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from hystfmu.base.errors import InputError
-from hystfmu.identify.solvers import conjugate_gradient, nonnegative, positive_solution
-from hystfmu.identify.solvers.levenberg_marquardt import minimise as levenberg_marquardt
+from hystfmu.identify.solvers import nonnegative, trainers
 from hystfmu.identify.solvers.penalised import FOLDS, Penalised, best_strengths
 from hystfmu.identify.solvers.recursive import Recursive
+from hystfmu.identify.solvers.trainers import conjugate_gradients, levenberg_marquardt
 
 
 def rows(seed: int, n: int, p: int, q: int):
@@ -91,7 +91,7 @@ def test_a_positive_solution_is_the_shortest():
     weights = rng.random(90)
     weights[::15] = 0
     b = A @ weights
-    x = positive_solution.positive_solution(A, b)
+    x = nonnegative.positive_solution(A, b)
     assert x is not None
     assert np.linalg.norm(A @ x - b) < 1e-12 * np.linalg.norm(b)
     assert (x >= 0).all()
@@ -105,14 +105,14 @@ def test_a_positive_solution_is_the_shortest():
 def test_without_a_positive_solution_there_is_none():
     rng = np.random.default_rng(2)
     A = rng.random((5, 40)) + 0.1  # all entries positive: b < 0 is out of reach
-    assert positive_solution.positive_solution(A, -np.ones(5)) is None
-    assert positive_solution.positive_solution(np.vstack([A, A[0]]), np.arange(6.0)) is None  # contradictory rows
+    assert nonnegative.positive_solution(A, -np.ones(5)) is None
+    assert nonnegative.positive_solution(np.vstack([A, A[0]]), np.arange(6.0)) is None  # contradictory rows
 
 
 def test_the_row_space_is_factored():
     rng = np.random.default_rng(4)
     A = rng.normal(size=(150, 40)) @ rng.normal(size=(40, 200))  # rank 40, in several chunks
-    Q, L, chosen = positive_solution.row_space(A)
+    Q, L, chosen = nonnegative.row_space(A)
     assert Q.shape == (200, 40)
     assert np.abs(Q.T @ Q - np.eye(40)).max() < 1e-13
     assert A[chosen] == pytest.approx(L @ Q.T, abs=1e-11)
@@ -195,7 +195,7 @@ def quadratic(n: int):
 @pytest.mark.parametrize("n", [1, 2, 6, 10])
 def test_conjugate_directions_end_after_as_many_steps_as_variables(n):
     function, x = quadratic(n)
-    p, value, steps = conjugate_gradient.minimise(np.zeros(n), function, 100, slope=1e-10, gradient=1e-7)
+    p, value, steps = conjugate_gradients(np.zeros(n), function, 100, slope=1e-10, gradient=1e-7)
     assert p == pytest.approx(x, abs=1e-6)
     assert value == pytest.approx(3.0, abs=1e-12)
     assert steps <= n + 1
@@ -211,13 +211,13 @@ def test_conjugate_gradients_in_the_valley_of_rosenbrock():
         return float(np.sum(a**2 + 100 * b**2)), g
 
     seen: list[float] = []
-    p, value, steps = conjugate_gradient.minimise(np.full(4, -1.0), valley, 300, gradient=1e-9, progress=seen.append)
+    p, value, steps = conjugate_gradients(np.full(4, -1.0), valley, 300, gradient=1e-9, progress=seen.append)
     assert p == pytest.approx(np.ones(4), abs=1e-8)
     assert value < 1e-16
     assert steps < 120
     assert seen == [k / 300 for k in range(len(seen))]
-    assert conjugate_gradient.minimise(np.ones(4), valley, 300)[2] == 0  # nothing to gain
-    p, value, steps = conjugate_gradient.minimise(np.full(4, -1.0), valley, 5)
+    assert conjugate_gradients(np.ones(4), valley, 300)[2] == 0  # nothing to gain
+    p, value, steps = conjugate_gradients(np.full(4, -1.0), valley, 5)
     assert steps == 5
     assert value == valley(p)[0] < valley(np.full(4, -1.0))[0]
 
@@ -229,18 +229,18 @@ CUBIC = np.polynomial.Polynomial([2.0, -3.0, 0.0, 1.0])  # minimum at 1, maximum
 def test_interpolation_finds_the_minimum_of_a_cubic(a, b):
     slope = CUBIC.deriv()
     ends = [(x, float(CUBIC(x)), float(slope(x))) for x in (a, b)]
-    assert conjugate_gradient._between(*ends, -10.0, 10.0) == pytest.approx(1.0, abs=1e-12)
-    assert conjugate_gradient._between(*ends, 1.5, 10.0) == 1.5
-    assert conjugate_gradient._between(*ends, -10.0, 0.5) == 0.5
+    assert trainers._between(*ends, -10.0, 10.0) == pytest.approx(1.0, abs=1e-12)
+    assert trainers._between(*ends, 1.5, 10.0) == 1.5
+    assert trainers._between(*ends, -10.0, 0.5) == 0.5
 
 
 def test_interpolation_without_a_minimum_takes_the_middle():
-    assert conjugate_gradient._between((0, 1.0, -1.0), (2, np.inf, 1.0), 0.5, 2.0) == 1.25
-    assert conjugate_gradient._between((0, 1.0, -1.0), (2, 3.0, np.nan), 0.5, 2.0) == 1.25
-    assert conjugate_gradient._between((0, 0.0, -1.0), (1, -1.0, -1.0), 1.0, 4.0) == 2.5  # a straight line
-    assert conjugate_gradient._between((0, 0.0, 1.0), (1, 0.9, 1.0), 1.0, 4.0) == 2.5  # no stationary point
+    assert trainers._between((0, 1.0, -1.0), (2, np.inf, 1.0), 0.5, 2.0) == 1.25
+    assert trainers._between((0, 1.0, -1.0), (2, 3.0, np.nan), 0.5, 2.0) == 1.25
+    assert trainers._between((0, 0.0, -1.0), (1, -1.0, -1.0), 1.0, 4.0) == 2.5  # a straight line
+    assert trainers._between((0, 0.0, 1.0), (1, 0.9, 1.0), 1.0, 4.0) == 2.5  # no stationary point
     # values equal to rounding: the zero of the slope by a secant
-    assert conjugate_gradient._between((1, 5.0, -3.0), (2, 5.0 + 1e-7, 1.0), 1.0, 2.0) == pytest.approx(1.75, rel=1e-12)
+    assert trainers._between((1, 5.0, -3.0), (2, 5.0 + 1e-7, 1.0), 1.0, 2.0) == pytest.approx(1.75, rel=1e-12)
 
 
 def test_levenberg_marquardt_ends_at_the_least_squares():

@@ -9,8 +9,7 @@ import pytest
 from hystfmu import Dataset, Model, blocks
 from hystfmu.data import signals
 from hystfmu.data.reversals import turning_points
-from hystfmu.identify.candidate import ANY, Candidate
-from hystfmu.identify.catalogue import candidates
+from hystfmu.identify.catalogue import ANY, Candidate, candidates
 from hystfmu.identify.features.other_memory import other_memory
 from hystfmu.identify.race import FOLDS, LOSER, Race, Trial
 

@@ -9,7 +9,7 @@ from random_plants import draw
 from hystfmu import Dataset
 from hystfmu.data import signals
 from hystfmu.identify.catalogue import candidates
-from hystfmu.identify.features.validation_blocks import EVERY, validation_rows, without_outermost
+from hystfmu.identify.cuts import EVERY, validation_rows, without_outermost
 from hystfmu.identify.one import fit_one
 from hystfmu.identify.race import BLOCKS, FOLDS, Race, Trial
 from hystfmu.model.accuracy import rms

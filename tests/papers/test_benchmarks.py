@@ -13,9 +13,9 @@ from hystfmu.data import signals, synthetic
 from hystfmu.data.reversals import turning_points
 from hystfmu.identify import auto, fit
 from hystfmu.identify.excitation.minor_loops import examine, gaps
-from hystfmu.identify.features.dead_zones_and_lags import dead_zones
 from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
 from hystfmu.identify.methods.narx_network import assemble, simulate
+from hystfmu.identify.methods.preisach import dead_zones
 from hystfmu.identify.race import AS_GOOD
 from hystfmu.model import accuracy
 from papers import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays

@@ -12,11 +12,11 @@ from hystfmu import Dataset, InputError, Model
 from hystfmu.data import signals, synthetic_ipmc
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
-from hystfmu.identify.features.auxiliary import auxiliary
 from hystfmu.identify.features.monomials import basis, count, lagged
 from hystfmu.identify.methods.polynomial_narx import least_squares
-from hystfmu.identify.solvers.recursive import PrintedRecursive, Recursive
+from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.identify.streaming import Stream
+from papers.statements.printed import PrintedRecursive, auxiliary
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit, options
+from hystfmu.identify.catalogue import resolve
 from hystfmu.identify.features.constraint_factor import (
     GRID,
     LEAST_SLOPE,
@@ -24,9 +25,8 @@ from hystfmu.identify.features.constraint_factor import (
     literal_branch,
     stack_coordinates,
 )
-from hystfmu.identify.features.output_bend import straightened
+from hystfmu.identify.methods.fitted_operator_mlp import straightened
 from hystfmu.identify.network.hidden_sweep import hidden_sweep
-from hystfmu.identify.options import resolve
 from hystfmu.model import accuracy
 from papers import magnetostrictive_plant, reproduce, shen_ma_2017
 

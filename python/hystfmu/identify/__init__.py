@@ -15,16 +15,14 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.graph.blocks import Block
 from hystfmu.identify import auto, guards
-from hystfmu.identify.catalogue import AUTO, METHODS, description, options
-from hystfmu.identify.estimate import graph_fit, one_block
-from hystfmu.identify.estimate.free import Spec, plain
-from hystfmu.identify.estimate.graph_file import read_graph
+from hystfmu.identify.catalogue import AUTO, METHODS, description, options, resolve
+from hystfmu.identify.entrants import too_large
+from hystfmu.identify.estimate import graph_fit
+from hystfmu.identify.estimate.free import Spec, plain, read_graph
 from hystfmu.identify.excitation import closed_loop, sensor_lag
 from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.excitation.rest import places_memory, remembered, rest
-from hystfmu.identify.memory import too_large
 from hystfmu.identify.one import Fitted, Progress, check, finished, fit_one
-from hystfmu.identify.options import resolve
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors
 
@@ -144,9 +142,9 @@ def fit_graph(
         graph, free = read_graph(graph)
     started, alone = time.perf_counter(), isinstance(graph, Block)
     if isinstance(graph, Block):
-        name, whole = graph.node.name, one_block.around(graph.node, data)
+        name, whole = graph.node.name, graph_fit.around(graph.node, data)
         graph, usual = whole
-        given_free = usual if free is None else one_block.named(name, free)
+        given_free = usual if free is None else graph_fit.named(name, free)
     elif free is None:
         raise InputError("The free parameters of a graph must be named, e.g. free={'node.parameter': True}. Got none.")
     else:

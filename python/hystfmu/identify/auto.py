@@ -19,14 +19,14 @@ oscillation, each block is much like the next, and all that are no losers are eq
 than `REFUSED` % beside the noise, there is no model (`hystfmu.identify.refusal`).
 
 No kind is left out for its price.  Where the whole record would take too long, all race on a shorter one
-(`hystfmu.identify.short_record`), and the chosen kind is fitted to all rows.  Kinds whose memory contradicts the minor
+(`hystfmu.identify.cuts`), and the chosen kind is fitted to all rows.  Kinds whose memory contradicts the minor
 loops in the data, and those for rate dependence if the input has one speed, do not compete.  If the excitation is not
 informative enough to identify memory, the model carries warnings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
@@ -34,30 +34,29 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.identify.candidate import CLOSES, LAGS, LATE, OPENS, Candidate
-from hystfmu.identify.catalogue import candidates, takes_covariates, takes_records
+from hystfmu.identify.catalogue import (
+    CLOSES,
+    LAGS,
+    LATE,
+    OPENS,
+    Option,
+)
+from hystfmu.identify.cuts import shortened
+from hystfmu.identify.entrants import BUDGET, affordable, entrants
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.excitation.rest import remembered, rest
-from hystfmu.identify.memory import too_large
-from hystfmu.identify.options import Option
 from hystfmu.identify.race import EXACT, LOSER, Race, Trial
-from hystfmu.identify.refusal import refusal
-from hystfmu.identify.short_record import shortened
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
 
 TEXT = "selection by minor loops, rate dependence and validation blocks between reversals of the training rows"
 OPTIONS: tuple[Option, ...] = ()
 CLEARLY, FINE = 1.2, 0.1  # error ratio and error in % of the span: static models must exceed both to show a rate
-LARGE = 2.0  # % of the span: if minor loops stay open by more, no static return-point model can represent the data
-CLOSED = 0.05  # and by more than this, a memory that opens them may be the better one: the record decides
 REFUSED = 5.0  # % of the span beside the noise: no model rather than a worse one
 EXACT_INVERSE = "exact"
 SHORT = 0.2  # of the time of a full fit: a short trial fit
-BUDGET = 24.0  # s for all candidates; estimated, not timed: the load must not decide
-HOPEFUL = 0.3  # of the time of kinds with a trial fit: most of them end there
-LEAST_ROWS, FEWER = 2000, 0.9  # rows that race, however expensive all are; how much fewer are tried at a time
 
 
 class Inverses(Protocol):
@@ -127,14 +126,7 @@ def choose(
     """
     where = data.path or data.name
     seen = examine(data.longest())
-    found, missing = candidates()
-    reasons = missing | left_out({n: c for n, (_, c) in found.items()}, seen)
-    if len(data.starts) > 1:
-        reasons |= {n: "it takes one record only" for n, (key, _) in found.items() if not takes_records(key)}
-    if data.covariates:
-        reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not takes_covariates(key)}
-    reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(len(data.t), key, c.options))}
-    entered = {n: kc for n, kc in found.items() if n not in reasons}
+    entered, reasons = entrants(data, seen)
     raced = shortened(data, affordable([c for _, c in entered.values()], data.train.stop))
     rows = raced.train.stop
     race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
@@ -154,7 +146,7 @@ def choose(
         race.first(name, key, candidate, partial(_share, progress, done / total, (done + costs[name]) / total))
         done += costs[name] * (1.0 if name in race.trials else SHORT)
     if not race.trials:
-        raise refusal(where, _rule(only_invertible), race, seen)
+        raise refusal(where, only_invertible, race, seen)
     while (late := race.late()) and not race.explained():
         spent = sum(costs[t.name] for t in late)
         if done + spent > BUDGET:
@@ -179,7 +171,7 @@ def choose(
     def chosen(faults: dict[str, str]) -> Choice:
         best = _preferred(race, rate == "seen", inverses, only_invertible, faults)
         if isinstance(best, dict):
-            raise refusal(where, _rule(only_invertible), race, seen, best)
+            raise refusal(where, only_invertible, race, seen, best)
         options = {**remembered(best.key, u0, data), **best.candidate.options}
         found = {**told, "warnings": _warnings(best, seen)}
         because = {**why, "auto_choice": best.name}
@@ -202,29 +194,6 @@ def _rising(progress: Callable[[float], None]) -> Callable[[float], None]:
 
 def _share(progress: Callable[[float], None], first: float, last: float, part: float) -> None:
     progress(min(first + (last - first) * part, last))
-
-
-def affordable(entered: Sequence[Candidate], rows: int) -> int:
-    """Return on how many rows, up to `rows`, all candidates can be tried within the budget."""
-    n = rows
-    while n > LEAST_ROWS and sum(c.cost(n) * (HOPEFUL if c.tries(n) else 1.0) for c in entered) > BUDGET:
-        n = max(LEAST_ROWS, int(FEWER * n))
-    return n
-
-
-def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]:
-    """Return the candidates that contradict the data, with the reasons."""
-    reasons: dict[str, str] = {}
-    for name, candidate in found.items():
-        if candidate.memory in (OPENS, LATE) and seen.memory == NONE:
-            reasons[name] = "the output is a function of the input"
-        elif candidate.memory in (OPENS, LATE) and seen.memory == RETURN_POINT and seen.gap <= CLOSED:
-            reasons[name] = f"minor loops close (gap {seen.gap:.2g} % of the span of y)"
-        elif candidate.memory == CLOSES and seen.memory == OPEN_LOOPS and seen.gap > LARGE:
-            reasons[name] = f"minor loops stay open by {seen.gap:.2g} % of the span of y"
-        elif candidate.memory == LAGS and not seen.several_speeds:
-            reasons[name] = "the input has one speed only and is not informative about rate dependence"
-    return reasons
 
 
 def _preferred(
@@ -262,11 +231,6 @@ def _best(race: Race, able: list[Trial], inverses: Inverses | None) -> Trial:
     return min(equal, key=lambda t: t.parameters)
 
 
-def _rule(only_invertible: bool) -> str:
-    also = " and have a useful inverse" if only_invertible else ""
-    return f"A kind of model must follow the data to {REFUSED:g} % of the span{also}"
-
-
 def _rate(race: Race, seen: Excitation) -> str:
     """Decide whether a rate-dependent kind has a clearly smaller error than all others."""
     if not seen.several_speeds:
@@ -285,3 +249,41 @@ def _warnings(best: Trial, seen: Excitation) -> list[str]:
         f"{seen.gap:.2g} % of the span of y ({seen.memory} memory): rate dependence, creep or drift opens them, "
         "or no candidate fits"
     ]
+
+
+def refusal(
+    where: str, only_invertible: bool, race: Race, seen: Excitation, faults: Mapping[str, str] | None = None
+) -> InputError:
+    """Return the refusal of a choice.
+
+    Parameters
+    ----------
+    where : str
+        File or name of the record.
+    only_invertible : bool
+        Whether a kind must have a useful inverse.
+    race : Race
+        Candidates that were fitted, and the reasons of the others.
+    seen : Excitation
+        What the record is too poor for.
+    faults : dict, optional
+        Reasons of candidates beside their errors.
+    """
+    faults, also = faults or {}, " and have a useful inverse" if only_invertible else ""
+    rule = f"A kind of model must follow the data to {REFUSED:g} % of the span{also}"
+    ranked = sorted(race.trials.values(), key=race.excess)
+    errors = [f"{t.name} {race.excess(t):.3g} %" + _behind(faults.get(t.name)) for t in ranked]
+    got = f"errors on validation blocks of {', '.join(errors)}" if errors else "no fit"
+    by_reason: dict[str, list[str]] = {}
+    for name, reason in race.reasons.items():
+        by_reason.setdefault(reason.rstrip("."), []).append(name)
+    others = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in by_reason.items())
+    poor = f" The record is poor: {'; '.join(seen.warnings)}." if seen.warnings else ""
+    return InputError(
+        f"{where}: {rule}. Got {got}{f'; {others}' if others else ''}.{poor} The output depends on more than the past "
+        "of this input, or no kind describes it: measure what else acts on it, or name a kind to fit it all the same."
+    )
+
+
+def _behind(fault: str | None) -> str:
+    return f" ({fault.rstrip('.')})" if fault else ""

@@ -1,17 +1,183 @@
-"""Kinds of model by key: the files of `methods`, and ``auto``.  A module loads on first use."""
+"""Kinds of model by key, and what each states: a line, its options, its memory, how it competes in ``auto``.
+
+The kinds are the files of `methods`, and ``auto``.  A module loads on first use.  A row of a table of options gives the
+check, the error message and the listing.
+"""
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from types import ModuleType
+from typing import Any
+
+import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import MissingExtra, extras
 from hystfmu.base.near import meant
 from hystfmu.identify import methods
-from hystfmu.identify.candidate import Candidate
-from hystfmu.identify.options import Option
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option of a method.
+
+    Parameters
+    ----------
+    name : str
+        Name, as in ``--set name=value``.
+    default : bool, int, float, str or None
+        Default; its type is the type of the option.  None means that a number is chosen from the data.
+    lo, hi : float
+        Range of a number, ends included.
+    choices : tuple of str
+        Legal words of a str option.
+    text : str
+        Description, one line.
+    """
+
+    name: str
+    default: bool | int | float | str | None
+    lo: float = -np.inf
+    hi: float = np.inf
+    choices: tuple[str, ...] = ()
+    text: str = ""
+
+    @property
+    def rule(self) -> str:
+        """The legal values in words."""
+        if self.choices:
+            return f"one of {', '.join(self.choices)}"
+        if isinstance(self.default, bool):
+            return "true or false"
+        return f"{'an int' if isinstance(self.default, int) else 'a float'} in [{self.lo:g}, {self.hi:g}]"
+
+    @property
+    def shown_default(self) -> str:
+        """The default in words."""
+        if self.default is None:
+            return "from the data"
+        if isinstance(self.default, float):
+            return f"{self.default:g}"
+        return str(self.default).lower() if isinstance(self.default, bool) else str(self.default)
+
+    def check(self, value: Any) -> Any:
+        """Convert a value to the type of the option.
+
+        Raises
+        ------
+        InputError
+            The value is not legal.
+        """
+        if self.choices:
+            if value in self.choices:
+                return value
+        elif isinstance(self.default, bool):
+            if isinstance(value, bool):
+                return value
+        elif not isinstance(value, bool) and isinstance(value, (int, float, np.integer, np.floating)):
+            whole = isinstance(self.default, int)
+            if np.isfinite(value) and self.lo <= value <= self.hi and not (whole and value != int(value)):
+                return int(value) if whole else float(value)
+        raise InputError(f"The option {self.name!r} must be {self.rule}. Got {value!r} instead.")
+
+
+def resolve(method: str, table: Sequence[Option], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return all options of a method: validated values for those given, defaults for the others.
+
+    Raises
+    ------
+    InputError
+        Unknown option (the message lists the legal ones), or value out of range.
+    """
+    rows = {o.name: o for o in table}
+    for name in given:
+        if name not in rows:
+            legal = ", ".join(f"{o.name} ({o.rule})" for o in table) or "none"
+            raise InputError(f"An option of {method} must be one of: {legal}. Got {name!r} instead.")
+    return {name: o.check(given[name]) if name in given else o.default for name, o in rows.items()}
+
+
+CLOSES, OPENS, LAGS, LATE, ANY = "return-point", "open", "rate", "open, then rate", ""
+EXPENSIVE = 3.0  # s: a fit that takes longer, and has no quick options, is tried on a part of the rows first
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An entry of the table ``CANDIDATES`` of a kind of model.
+
+    Parameters
+    ----------
+    memory : str
+        `CLOSES`: static, minor loops close; `OPENS`: static, minor loops stay open; `LAGS`: rate-dependent;
+        `LATE`: dynamics behind an operator whose loops stay open, which one speed may show as well; `ANY`: creep or
+        lags may open a loop.
+    seconds, per_1000 : float
+        Estimated cost of a fit (s): fixed, and per 1000 rows up to the last training row.
+    options : dict
+        Options of the kind that differ from its defaults.
+    quick : dict
+        Options of a short trial fit, which a kind must pass before it is fitted in full; empty: there is none.  It may
+        be coarser than the full fit but must have each of its parts.
+    local : bool
+        Whether each parameter acts on some states of the memory only, so that the kind knows nothing of states that no
+        row has seen.  A network states its coverage itself.
+    """
+
+    memory: str
+    seconds: float
+    per_1000: float
+    options: Mapping[str, Any] = field(default_factory=dict)
+    quick: Mapping[str, Any] = field(default_factory=dict)
+    local: bool = False
+
+    def cost(self, rows: int) -> float:
+        """Return the estimated cost (s) for this number of rows."""
+        return self.seconds + self.per_1000 * rows / 1000
+
+    def tries(self, rows: int) -> bool:
+        """Return whether a short trial fit comes before a full one."""
+        return bool(self.quick) or self.cost(rows) > EXPENSIVE
+
+    def named(self, key: str) -> str:
+        """Return the kind with its options, e.g. ``zhao_tan_mlp memory=last``."""
+        return " ".join([key, *(f"{k}={v}" for k, v in self.options.items())])
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Measured memory of a fit; a kind whose module states no ``MEMORY`` takes the least.
+
+    Parameters
+    ----------
+    per_row : float
+        Peak of a fit with the default options (bytes per row of a long record).
+    option : str
+        Option that it grows with; empty: none.
+    power : int
+        With which power of it.
+    """
+
+    per_row: float
+    option: str = ""
+    power: int = 1
+
+    def grown(self, given: Mapping[str, Any], default: float) -> float:
+        """Return the bytes per row of a fit with these options.
+
+        Parameters
+        ----------
+        given : mapping
+            Options of the kind that differ from their defaults.
+        default : float
+            Default of the option that the memory grows with.
+        """
+        size = float(given.get(self.option, default))
+        return float(self.per_row * (size / default) ** self.power)
+
 
 AUTO = "auto"
 METHODS: tuple[str, ...] = (*(module.name for module in pkgutil.iter_modules(methods.__path__)), AUTO)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,11 +22,9 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.identify import guards
-from hystfmu.identify.catalogue import AUTO, METHODS, method, takes_covariates, takes_records
+from hystfmu.identify.catalogue import AUTO, METHODS, method, resolve, takes_covariates, takes_records
 from hystfmu.identify.excitation import drift
-from hystfmu.identify.features import dead_band
-from hystfmu.identify.options import resolve
-from hystfmu.identify.port_texts import with_texts
+from hystfmu.identify.features.plays import DEAD_BAND, behind_dead_band, dead_band, with_dead_band
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors, rms
 from hystfmu.model.coverage import coverage
@@ -57,14 +55,14 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
             f"{', '.join(data.covariates.names)}, which {kinds} take."
         )
     started = time.perf_counter()
-    if chosen.get(dead_band.OPTION.name, 0.0) is None:
-        chosen[dead_band.OPTION.name] = dead_band.half_width(data.u[: data.train.stop])
-    band = chosen.get(dead_band.OPTION.name, 0.0)
+    if chosen.get(DEAD_BAND.name, 0.0) is None:
+        chosen[DEAD_BAND.name] = dead_band(data.u[: data.train.stop])
+    band = chosen.get(DEAD_BAND.name, 0.0)
     # small matrices: several threads wait for each other, up to twenty times longer on a loaded machine
     with threadpool_limits(1):
-        behind = dead_band.behind(data, band)
+        behind = behind_dead_band(data, band)
         graph, parameters, *more = module.build(behind, chosen, seed, progress)
-    fitted = Fitted(dead_band.in_front(graph, band), parameters, dict(more[0]) if more else {}, started)
+    fitted = Fitted(with_dead_band(graph, band), parameters, dict(more[0]) if more else {}, started)
     return finished(data, key, module.TEXT, fitted, {k: v for k, v in chosen.items() if v is not None}, seed)
 
 
@@ -185,3 +183,19 @@ def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, A
             "scipy": scipy.__version__,
         },
     }
+
+
+_LEAST = 2  # letters of a heading that says more than the name of the port
+
+
+def with_texts(graph: Graph, data: Dataset) -> Graph:
+    """Describe input and output by the headings of the record, else by its name."""
+    inputs = [replace(graph.inputs[0], text=_text(data, 0, "input", data.unit_u)), *graph.inputs[1:]]
+    outputs = [replace(graph.outputs[0], text=_text(data, 1, "output", data.unit_y)), *graph.outputs[1:]]
+    return Graph(graph.nodes, graph.wires, inputs, outputs, sort=False, step=graph.step)
+
+
+def _text(data: Dataset, k: int, port: str, unit: str) -> str:
+    title = data.titles[k]
+    what = title if len(title) >= _LEAST else f"{port} of the record {data.name}"
+    return f"{what}, in {unit}" if unit else what

@@ -19,13 +19,11 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.identify import guards
-from hystfmu.identify.candidate import Candidate
+from hystfmu.identify.catalogue import Candidate
+from hystfmu.identify.cuts import beginning, validation_rows, without_outermost
 from hystfmu.identify.excitation.rest import remembered, rest
-from hystfmu.identify.features.other_memory import other_memory
-from hystfmu.identify.features.unseen_states import unseen
-from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
+from hystfmu.identify.features.other_memory import other_memory, unseen
 from hystfmu.identify.one import fit_one
-from hystfmu.identify.short_record import beginning
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
 from hystfmu.model.inputs import run_along

@@ -32,8 +32,8 @@ from hystfmu.inverse.adaptive import adaptive_inverse
 from hystfmu.inverse.dynamic import dynamic_inverse, split, wanted
 from hystfmu.inverse.exact import exact_inverse
 from hystfmu.inverse.implicit import implicit_inverse
-from hystfmu.inverse.input_range import over_range
 from hystfmu.inverse.learned import learned_inverse
+from hystfmu.inverse.ports import over_range
 from hystfmu.model import Model
 from hystfmu.model.inputs import beside, with_starts
 

@@ -19,7 +19,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.dynamic import split
-from hystfmu.inverse.input_range import at_start
+from hystfmu.inverse.ports import at_start
 from hystfmu.model import Model
 
 KEY = "adaptive_inverse"

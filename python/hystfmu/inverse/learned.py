@@ -28,8 +28,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.exact import exact_inverse
-from hystfmu.inverse.input_range import over_range
-from hystfmu.inverse.port_texts import given_text, wanted_text
+from hystfmu.inverse.ports import given_text, over_range, wanted_text
 from hystfmu.model import Model
 
 REVERSALS = 200  # of the training signal
@@ -85,9 +84,9 @@ def _corrected(
 ) -> Model:
     """Fit plays, invert them, and train a network in front that corrects the wanted output."""
     from hystfmu.identify import errors, fit, options
+    from hystfmu.identify.catalogue import resolve
     from hystfmu.identify.features.plays import thresholds
     from hystfmu.identify.network.readout import Features, fit_readout
-    from hystfmu.identify.options import resolve
 
     chosen = resolve("the learned inverse", options("play_bank_mlp"), {**CORRECTED, **NO_NOISE, **given})
     least = LEAST_SLOPE * float(np.ptp(y) / np.ptp(u)) if np.ptp(y) > 0 else 0.0

@@ -10,7 +10,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.inverse import inverse, invert
 from hystfmu.inverse.dynamic import split
-from hystfmu.inverse.input_range import over_range
+from hystfmu.inverse.ports import over_range
 from hystfmu.model import Model
 from hystfmu.model.inputs import with_starts
 

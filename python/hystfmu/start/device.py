@@ -24,7 +24,7 @@ from hystfmu.face.model import Model
 from hystfmu.graph import Graph, Input, Node
 from hystfmu.identify.evidence import Evidence, Mode
 from hystfmu.inverse.dynamic import Parts, split
-from hystfmu.inverse.input_range import at_start, input_range, over_range
+from hystfmu.inverse.ports import at_start, input_range, over_range
 from hystfmu.model.inputs import beside
 
 PERIODS = 4  # of the reference in a run

@@ -11,11 +11,11 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify import fit
-from hystfmu.identify.features.auxiliary import auxiliary
 from hystfmu.identify.features.monomials import basis, lagged
 from papers.row import Row
 from papers.statements import relay_sum
 from papers.statements.branches import crossings
+from papers.statements.printed import auxiliary
 
 N, Q = 9, 2  # n_u = n_f, order: choice of the paper
 CYCLES = 20

@@ -11,10 +11,10 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.features.auxiliary import auxiliary
 from papers.nested_loops import Response
 from papers.row import Row
 from papers.statements.branches import area, crossings, least_slope
+from papers.statements.printed import auxiliary
 
 REVERSALS, SEED, FINE = 40, 1, 1e-3  # of the nested reversals on which branches are compared
 PATHS = ((0, -0.6984, 0.1889, 0), (0, -0.8448, 0.5721, -0.2808, 0))  # end at the same input and operator value

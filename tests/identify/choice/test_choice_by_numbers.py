@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from trials import E4, trial
 
-from hystfmu.identify import auto
-from hystfmu.identify.candidate import ANY, CLOSES, LAGS, LATE, OPENS, Candidate
+from hystfmu.identify import auto, entrants
+from hystfmu.identify.auto import refusal
+from hystfmu.identify.catalogue import ANY, CLOSES, LAGS, LATE, OPENS, Candidate
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, UNKNOWN, Excitation
-from hystfmu.identify.refusal import refusal
 
 
 def seen(**changed):
@@ -18,15 +18,15 @@ def seen(**changed):
 
 def test_how_many_rows_all_can_be_tried_on():
     cheap = [Candidate(ANY, 1.0, 0.1)] * 12  # 12 s, and 1.2 s per 1000 rows
-    assert auto.affordable(cheap, 10_000) == 10_000  # 24 s
-    assert auto.affordable(cheap, 10_001) == 9000
+    assert entrants.affordable(cheap, 10_000) == 10_000  # 24 s
+    assert entrants.affordable(cheap, 10_001) == 9000
     quick = [Candidate(ANY, 2.0, 4.0, quick={"N": 1})] * 2  # 0.3 of 4 s and 8 s per 1000
-    assert auto.affordable(quick, 9500) == 9500
-    assert auto.affordable([*quick, Candidate(ANY, 0.3, 0.0)], 9500) == 8550
+    assert entrants.affordable(quick, 9500) == 9500
+    assert entrants.affordable([*quick, Candidate(ANY, 0.3, 0.0)], 9500) == 8550
     expensive = [Candidate(ANY, 2.0, 4.0)] * 2  # tried on a part of the rows
-    assert auto.affordable(expensive, 9500) == 9500
-    assert auto.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 30_000) == auto.LEAST_ROWS
-    assert auto.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 500) == 500
+    assert entrants.affordable(expensive, 9500) == 9500
+    assert entrants.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 30_000) == entrants.LEAST_ROWS
+    assert entrants.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 500) == 500
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ def test_how_many_rows_all_can_be_tried_on():
     ],
 )
 def test_who_contradicts_the_record(memory, record, reason):
-    left = auto.left_out({"x": Candidate(memory, 1.0, 0.0)}, seen(**record))
+    left = entrants.left_out({"x": Candidate(memory, 1.0, 0.0)}, seen(**record))
     assert left == ({} if reason is None else {"x": reason})
 
 
@@ -105,10 +105,12 @@ def test_the_preferred_of_equal_ones(race, monkeypatch, excursions, inverses, on
     found = auto._preferred(race, True, inverses, only)
     if chosen is None:
         assert found == dict.fromkeys(("small", "large", "worse", "outsider"), "no use")
-        told = str(refusal("here", "A rule", race, seen(warnings=("few loops",)), found))
+        also = " and have a useful inverse" if only else ""
+        told = str(refusal("here", only, race, seen(warnings=("few loops",)), found))
         assert told.startswith(
-            "here: A rule. Got errors on validation blocks of large 1 % (no use), small 1.1 % (no use), worse 2 % (no "
-            "use), outsider 4.9 % (no use), bad 5.1 %. The record is poor: few loops. "
+            f"here: A kind of model must follow the data to 5 % of the span{also}. Got errors on validation blocks of "
+            "large 1 % (no use), small 1.1 % (no use), worse 2 % (no use), outsider 4.9 % (no use), bad 5.1 %. The "
+            "record is poor: few loops. "
         )
     else:
         assert found.name == chosen

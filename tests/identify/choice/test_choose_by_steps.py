@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hystfmu import Dataset, InputError
-from hystfmu.identify import auto, race
-from hystfmu.identify.candidate import ANY, LAGS, OPENS, Candidate
+from hystfmu.identify import auto, entrants, race
+from hystfmu.identify.catalogue import ANY, LAGS, OPENS, Candidate
 from hystfmu.identify.excitation.minor_loops import NONE, RETURN_POINT, UNKNOWN, Excitation
 
 N = 4000
@@ -40,11 +40,11 @@ def chosen(monkeypatch):
         monkeypatch.setattr(race.Race, "fitted", fitted)
         monkeypatch.setattr(race, "noise", lambda y: 0.0)
         monkeypatch.setattr(race, "unseen", lambda data: 0.0)
-        monkeypatch.setattr(auto, "candidates", lambda: (found, missing or {}))
+        monkeypatch.setattr(entrants, "candidates", lambda: (found, missing or {}))
         monkeypatch.setattr(auto, "examine", lambda data: seen)
-        monkeypatch.setattr(auto, "too_large", lambda rows, key, given: "")
-        monkeypatch.setattr(auto, "takes_records", lambda key: key == "key takes")
-        monkeypatch.setattr(auto, "takes_covariates", lambda key: key == "key takes")
+        monkeypatch.setattr(entrants, "too_large", lambda rows, key, given: "")
+        monkeypatch.setattr(entrants, "takes_records", lambda key: key == "key takes")
+        monkeypatch.setattr(entrants, "takes_covariates", lambda key: key == "key takes")
         monkeypatch.setattr(race.Race, "leaves", lambda self, trial: False)
         return auto.choose(data, 0, told.append, **more), asked, told
 
@@ -138,7 +138,7 @@ def test_no_kind_is_left_out_for_its_price(chosen):
     assert asked[:3] == [("cheap", 1), ("expensive", 1), ("expensive", 1)]  # the first of these is short
     assert choice.provenance["auto_choice"] == "expensive"
     assert choice.provenance["auto_left_out"] == {}
-    assert choice.provenance["auto_rows"] == auto.LEAST_ROWS
+    assert choice.provenance["auto_rows"] == entrants.LEAST_ROWS
     assert "auto_rows" not in chosen({"cheap": table["cheap"]})[0].provenance
 
 

@@ -7,10 +7,9 @@ import pytest
 
 from hystfmu import InputError
 from hystfmu.identify import catalogue
-from hystfmu.identify.candidate import ANY, CLOSES, LAGS, LATE, OPENS, Candidate
+from hystfmu.identify.catalogue import ANY, CLOSES, LAGS, LATE, OPENS, Candidate, Option
 from hystfmu.identify.features.plays import u0_option
 from hystfmu.identify.network import readout
-from hystfmu.identify.options import Option
 
 U0 = {"u0": (None, -1e300, 1e300)}
 DYNAMICS = {"delay_max": (10.0, 0.0, 1e5), "zeta_max": (5.0, 0.01, 1e3)}

@@ -11,8 +11,8 @@ from trials import DATA, E4, SPAN, U, trial
 from hystfmu import Dataset, InputError
 from hystfmu.data.reversals import noise
 from hystfmu.identify import race as module
-from hystfmu.identify.candidate import ANY, Candidate
-from hystfmu.identify.features import unseen_states
+from hystfmu.identify.catalogue import ANY, Candidate
+from hystfmu.identify.features import other_memory
 from hystfmu.identify.race import Race
 
 
@@ -30,9 +30,9 @@ def test_a_race_begins_with_the_noise_and_an_input_of_other_memory(monkeypatch):
 
 def test_what_a_kind_of_local_parameters_has_not_seen(monkeypatch):
     asked = []
-    monkeypatch.setattr(unseen_states, "coverage", lambda graph, data: (asked.append(graph), 40.0)[1])
+    monkeypatch.setattr(other_memory, "coverage", lambda graph, data: (asked.append(graph), 40.0)[1])
     data = DATA.with_train((50, 300))
-    assert unseen_states.unseen(data) == pytest.approx(0.6)
+    assert other_memory.unseen(data) == pytest.approx(0.6)
     bank, states = (asked[0].node(n) for n in ("bank", "states"))
     half = np.ptp(U[50:300]) / 2
     r = half * np.array([1, 2]) / 3
@@ -45,9 +45,9 @@ def test_what_a_kind_of_local_parameters_has_not_seen(monkeypatch):
     rows = np.array(seen)[50:300]
     assert states.value("lo") == pytest.approx(rows.min(axis=0))
     assert states.value("hi") == pytest.approx(rows.max(axis=0))
-    monkeypatch.setattr(unseen_states, "coverage", lambda graph, data: None)
-    assert unseen_states.unseen(data) == 0.0
-    assert unseen_states.unseen(Dataset(DATA.t, DATA.u, DATA.y, covariates={"T": U})) == 0.0
+    monkeypatch.setattr(other_memory, "coverage", lambda graph, data: None)
+    assert other_memory.unseen(data) == 0.0
+    assert other_memory.unseen(Dataset(DATA.t, DATA.u, DATA.y, covariates={"T": U})) == 0.0
 
 
 # ---- errors ---------------------------------------------------------------------------------------------------------

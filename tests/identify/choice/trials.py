@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from hystfmu import Dataset
-from hystfmu.identify.candidate import ANY, Candidate
+from hystfmu.identify.catalogue import ANY, Candidate
 from hystfmu.identify.race import Trial
 
 U = np.interp(np.arange(400), 10 * np.arange(41), np.random.default_rng(2).uniform(-1, 1, 41))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.identify.features.dynamics import Dynamics
+from hystfmu.identify.estimate.dynamics import Dynamics
 
 H = 1e-3
 G = Dynamics(60.0, 0.4, 2.3 * H)

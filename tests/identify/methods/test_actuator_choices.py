@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from hystfmu import Dataset
+from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.identify.features.bent_sum import BentSum
-from hystfmu.identify.features.dynamics import Dynamics
 from hystfmu.identify.methods import actuator
 from hystfmu.identify.methods.actuator import Parts, Trial
 

@@ -9,12 +9,12 @@ import pytest
 from numpy.polynomial import legendre
 
 from hystfmu import Dataset
+from hystfmu.identify.cuts import validation_rows, without_outermost
+from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.identify.features import bent_chain, bent_sum
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.features.bent_sum import BentSum
-from hystfmu.identify.features.dynamics import Dynamics
 from hystfmu.identify.features.plays import plays
-from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
 from hystfmu.identify.methods import actuator
 from hystfmu.identify.methods.actuator import Parts
 

@@ -7,7 +7,7 @@ import pytest
 from behind_g0 import TRAIN, G, H, projected
 
 import hystfmu as hy
-from hystfmu.identify.features.dynamics import Dynamics
+from hystfmu.identify.estimate.dynamics import Dynamics
 
 
 def responses(model, data):

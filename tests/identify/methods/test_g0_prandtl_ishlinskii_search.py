@@ -7,7 +7,7 @@ import pytest
 from behind_g0 import PI, TRAIN, G, H, scaled
 
 from hystfmu import Dataset
-from hystfmu.identify.features.dynamics import Dynamics
+from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.methods import g0_prandtl_ishlinskii
 from hystfmu.identify.solvers.nonnegative import nonnegative

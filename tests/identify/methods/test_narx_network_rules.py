@@ -72,7 +72,7 @@ def stages(monkeypatch, p):
         return p + 0.01, 0.0
 
     monkeypatch.setattr(kind, "train", train)
-    monkeypatch.setattr(kind, "minimise", minimise)
+    monkeypatch.setattr(kind, "levenberg_marquardt", minimise)
     return asked
 
 

@@ -7,7 +7,6 @@ import pytest
 
 from hystfmu import Dataset, InputError
 from hystfmu.graph import Graph, Input, Output
-from hystfmu.identify.features import output_bend
 from hystfmu.identify.features.constraint_factor import increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.methods import (
@@ -19,6 +18,7 @@ from hystfmu.identify.methods import (
     rate_mlp,
     zhao_tan_mlp,
 )
+from hystfmu.identify.methods.fitted_operator_mlp import straightened
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 H = 1e-3
@@ -106,7 +106,7 @@ def test_a_fitted_sum_of_plays_beside_the_input(readouts):
     _, count = fitted_operator_mlp.build(data, defaults(fitted_operator_mlp, N=5), 3, told.append)
     front, _, seed, more = readouts[0]
     a = np.column_stack([data.u, plays(data.u, thresholds(data.u[TRAIN], 5), data.u[0])])
-    v, free = output_bend.straightened(data.u[TRAIN], data.y[TRAIN], 5)
+    v, free = straightened(data.u[TRAIN], data.y[TRAIN], 5, np.zeros((230, 0)))
     w, _ = nonnegative(a[TRAIN], v, free)
     assert front.values == pytest.approx(np.column_stack([data.u, a @ w]))
     assert (seed, more, count) == (3, {}, 106)
@@ -195,7 +195,7 @@ def test_the_constraint_factor_operator_of_a_branch(readouts, span, branch):
     if branch == "literal":
         g = literal_branch(where, data.y / np.ptp(data.y[TRAIN]), TRAIN, 3)
     else:
-        v, free = output_bend.straightened(x[TRAIN], data.y[TRAIN], 5, data.covariates.values[TRAIN])
+        v, free = straightened(x[TRAIN], data.y[TRAIN], 5, data.covariates.values[TRAIN])
         g = increasing_branch(where, v, free, TRAIN, 3, 1e-4)
     h = np.zeros(301)
     inside = where.d <= g.d_max

@@ -8,8 +8,8 @@ import pytest
 from hystfmu import Dataset
 from hystfmu.graph import Node
 from hystfmu.identify.network import readout
-from hystfmu.identify.network.trainers import TRAINERS
 from hystfmu.identify.network.training import Network
+from hystfmu.identify.solvers.trainers import TRAINERS
 
 H = 1e-3
 CHOSEN = {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hystfmu import Dataset
-from hystfmu.identify.short_record import beginning, shortened
+from hystfmu.identify.cuts import beginning, shortened
 
 H = 1e-3
 

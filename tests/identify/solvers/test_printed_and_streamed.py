@@ -9,12 +9,13 @@ import pytest
 
 from hystfmu import Dataset, InputError, fit
 from hystfmu.graph import Graph
-from hystfmu.identify.features.dead_zones_and_lags import dead_zones, knots, lag
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.methods import preisach
+from hystfmu.identify.methods.preisach import dead_zones, knots, lag
 from hystfmu.identify.solvers import penalised
-from hystfmu.identify.solvers.recursive import PrintedRecursive, Recursive
+from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.identify.streaming import Stream
+from papers.statements.printed import PrintedRecursive
 
 H = 1e-3
 SEED = int(np.random.default_rng().integers(1 << 31))

@@ -12,13 +12,14 @@ from scipy.optimize import OptimizeResult
 
 from hystfmu import Dataset, InputError, fit
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.features import bent_sum, dynamics, following, other_memory, plays
+from hystfmu.identify.cuts import validation_rows
+from hystfmu.identify.estimate import dynamics
+from hystfmu.identify.estimate.dynamics import Dynamics, bounds, search, uncertainty, unknown
+from hystfmu.identify.estimate.search import standard_errors
+from hystfmu.identify.features import bent_sum, following, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
-from hystfmu.identify.features.dead_band import behind, half_width, in_front
-from hystfmu.identify.features.dynamics import Dynamics, bounds, search, uncertainty, unknown
-from hystfmu.identify.features.identifiable import standard_errors
-from hystfmu.identify.features.validation_blocks import validation_rows
+from hystfmu.identify.features.plays import behind_dead_band, dead_band, with_dead_band
 
 H = 1e-3
 OPTIONS = {"hold": "foh", "delay_max": 10.0, "zeta_max": 5.0}
@@ -199,7 +200,7 @@ def test_an_input_with_other_memory_by_its_recipe():
 def test_a_dead_band_of_two_sigma(noise, band):
     t = np.arange(4000) / 300
     u = np.sin(t) + noise * np.random.default_rng(2).normal(size=4000)
-    found = half_width(u)
+    found = dead_band(u)
     assert (found > 0) is band
     if band:
         assert found == pytest.approx(2 * noise, rel=0.1)
@@ -207,13 +208,13 @@ def test_a_dead_band_of_two_sigma(noise, band):
 
 def test_a_play_in_front_of_a_model():
     graph = Graph.single(Node("k", "scaling", {"n": 1}, {"gain": 3.0}))
-    assert in_front(graph, 0.0) is graph
-    made = in_front(graph, 0.5)
+    assert with_dead_band(graph, 0.0) is graph
+    made = with_dead_band(graph, 0.5)
     u = np.array([0.0, 1.0, 0.8, -0.4, -1.0])
     assert made.run(u).reshape(-1) == pytest.approx(3 * np.array([0.0, 0.5, 0.5, 0.1, -0.5]))
     data = Dataset.from_signal(u, u, H)
-    assert behind(data, 0.0) is data
-    assert behind(data, 0.5).u.tolist() == pytest.approx([0.0, 0.5, 0.5, 0.1, -0.5])
+    assert behind_dead_band(data, 0.0) is data
+    assert behind_dead_band(data, 0.5).u.tolist() == pytest.approx([0.0, 0.5, 0.5, 0.1, -0.5])
 
 
 def test_covariates_start_at_their_training_means():

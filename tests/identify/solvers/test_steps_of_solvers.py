@@ -7,7 +7,8 @@ import pytest
 from scipy.fft import dct
 from scipy.optimize import minimize_scalar
 
-from hystfmu.identify.solvers import conjugate_gradient, levenberg_marquardt, nonnegative, positive_solution
+from hystfmu.identify.solvers import nonnegative, trainers
+from hystfmu.identify.solvers.trainers import conjugate_gradients, levenberg_marquardt
 
 SEED = int(np.random.default_rng().integers(1 << 31))
 
@@ -21,7 +22,7 @@ def searched(f, slope_of, step, slope=0.1):
         tried.append(float(p[0]))
         return f(p[0]), np.array([slope_of(p[0])])
 
-    found = conjugate_gradient._line_search(np.zeros(1), np.ones(1), f(0.0), slope_of(0.0), step, function, slope)
+    found = trainers._line_search(np.zeros(1), np.ones(1), f(0.0), slope_of(0.0), step, function, slope)
     return found, tried
 
 
@@ -113,7 +114,7 @@ def powell_beale(p, steps):
 @pytest.mark.parametrize("steps", range(1, 9))
 def test_the_points_of_powell_and_beale(steps):
     start = np.array([1.0, -0.5, 0.8, 0.3, -0.9])
-    p, value, taken = conjugate_gradient.minimise(start, well, steps, slope=1e-8)
+    p, value, taken = conjugate_gradients(start, well, steps, slope=1e-8)
     want = powell_beale(start, steps)[-1]
     assert p == pytest.approx(want, abs=2e-5)
     assert value == well(p)[0]
@@ -127,10 +128,10 @@ def test_the_first_trial_is_a_unit_step_and_the_next_predicts_the_last_decrease(
         places.append(np.array(p))
         return float(p @ p) * 50, 100 * p
 
-    conjugate_gradient.minimise(np.array([3.0, 4.0]), function, 1)
+    conjugate_gradients(np.array([3.0, 4.0]), function, 1)
     assert np.linalg.norm(places[1] - places[0]) == pytest.approx(1.0)
     places.clear()
-    conjugate_gradient.minimise(np.array([3e-3, 4e-3]), function, 1)
+    conjugate_gradients(np.array([3e-3, 4e-3]), function, 1)
     assert places[1] == pytest.approx(places[0] - 100 * places[0])  # the gradient is shorter than 1
     values, trials = [], []
 
@@ -139,10 +140,10 @@ def test_the_first_trial_is_a_unit_step_and_the_next_predicts_the_last_decrease(
         return well(p)
 
     start = np.array([1.0, -0.5, 0.8, 0.3, -0.9])
-    first, *_ = conjugate_gradient.minimise(start, noted, 1, slope=1e-8)
+    first, *_ = conjugate_gradients(start, noted, 1, slope=1e-8)
     count = len(trials)
     trials.clear()
-    conjugate_gradient.minimise(start, noted, 2, slope=1e-8)
+    conjugate_gradients(start, noted, 2, slope=1e-8)
     g0, g1 = well(start)[1], well(first)[1]
     a = (first - start)[0] / -g0[0]
     restart = abs(g0 @ g1) >= 0.2 * g1 @ g1
@@ -153,9 +154,9 @@ def test_the_first_trial_is_a_unit_step_and_the_next_predicts_the_last_decrease(
 
 def test_a_small_gradient_ends_the_steps():
     seen = []
-    p, _, steps = conjugate_gradient.minimise(np.array([1.0, 2.0]), lambda p: (float(p @ p), 2 * p), 9, gradient=4.0)
+    p, _, steps = conjugate_gradients(np.array([1.0, 2.0]), lambda p: (float(p @ p), 2 * p), 9, gradient=4.0)
     assert (p.tolist(), steps) == ([1.0, 2.0], 0)
-    _, _, steps = conjugate_gradient.minimise(
+    _, _, steps = conjugate_gradients(
         np.array([1.0, 2.0]), lambda p: (float(p @ p), 2 * p), 9, gradient=3.99, progress=seen.append
     )
     assert steps == 1
@@ -190,7 +191,7 @@ def marquardt(p, function, iterations):
 def test_the_points_of_levenberg_and_marquardt(iterations, alone):
     start = np.array([-1.2, 1.0])
     residuals = (lambda p: valley(p)[0]) if alone else None
-    p, cost = levenberg_marquardt.minimise(start, valley, iterations, 0.0, residuals=residuals)
+    p, cost = levenberg_marquardt(start, valley, iterations, 0.0, residuals=residuals)
     want = marquardt(start, valley, iterations)
     assert p == pytest.approx(want, rel=1e-6)
     assert cost == pytest.approx(np.sum(valley(want)[0] ** 2), rel=1e-5)
@@ -203,7 +204,7 @@ def test_twelve_dampings_are_tried():
         tried.append(p[0])
         return np.array([1.0 + abs(p[0])]), np.array([[1.0]])
 
-    p, cost = levenberg_marquardt.minimise(np.zeros(1), function, 50)
+    p, cost = levenberg_marquardt(np.zeros(1), function, 50)
     assert (p.tolist(), cost, len(tried)) == ([0.0], 1.0, 13)
     assert tried[1:] == pytest.approx([-1 / (1 + 1e-2 * 4**k) for k in range(12)])
 
@@ -215,12 +216,12 @@ def test_ten_iterations_that_gain_too_little_end_the_search(tolerance, count):
     def function(p):
         return np.array([next(left) ** 0.5, 0.0]), np.array([[1.0], [1.0]])
 
-    levenberg_marquardt.minimise(np.zeros(1), function, 60, tolerance, told.append)
+    levenberg_marquardt(np.zeros(1), function, 60, tolerance, told.append)
     assert len(told) == count
 
 
 def test_a_column_without_effect_keeps_a_hundred_millionth_of_the_scale():
-    p, _ = levenberg_marquardt.minimise(
+    p, _ = levenberg_marquardt(
         np.array([0.0, 0.0]), lambda p: (np.array([p[0] - 1, 1e-9 * (p[1] - 1)]), np.diag([1.0, 1e-9])), 1
     )
     scale = 1e-8
@@ -309,7 +310,7 @@ def test_prices_add_peaks_of_the_gradient_until_none_is_left(monkeypatch):
 def test_rows_are_mixed_by_an_orthogonal_matrix():
     rng = np.random.default_rng(SEED)
     rows = rng.normal(size=(50, 7))
-    A, b = positive_solution._mixed(rows)
+    A, b = nonnegative._mixed(rows)
     mixed = np.column_stack([A, b])
     assert mixed.T @ mixed == pytest.approx(rows.T @ rows)
     draw = np.random.default_rng(0)
@@ -322,22 +323,22 @@ def test_a_correction_in_the_null_space_is_the_shortest():
     Q = np.linalg.qr(rng.normal(size=(12, 5)))[0]
     x = Q @ Q.T @ (rng.random(12) + 0.4)
     x[3] -= 0.3
-    y = positive_solution._pushed(Q, x)
+    y = nonnegative._pushed(Q, x)
     if y is not None:
         assert (y >= 0).all()
         assert Q.T @ y == pytest.approx(Q.T @ x, abs=1e-9)
     inside = rng.random(12) + 1
-    assert positive_solution._pushed(Q, inside) == pytest.approx(inside)
+    assert nonnegative._pushed(Q, inside) == pytest.approx(inside)
     many = inside.copy()
     many[:3] = -1.0  # a quarter of all
-    assert positive_solution._pushed(Q, many) is None
+    assert nonnegative._pushed(Q, many) is None
     few = rng.random(30) + 1
     few[:6] = -1e-3  # a fifth
     wide = np.linalg.qr(rng.normal(size=(30, 5)))[0]
-    found = positive_solution._pushed(wide, few)
+    found = nonnegative._pushed(wide, few)
     assert found is not None
     assert wide.T @ found == pytest.approx(wide.T @ few, abs=1e-9)
     assert np.linalg.norm(found - few) < 0.1
-    assert positive_solution._pushed(wide, 1e-9 * few) == pytest.approx(1e-9 * found, rel=1e-6, abs=1e-15)
+    assert nonnegative._pushed(wide, 1e-9 * few) == pytest.approx(1e-9 * found, rel=1e-6, abs=1e-15)
     few[6] = -1e-3
-    assert positive_solution._pushed(wide, few) is None
+    assert nonnegative._pushed(wide, few) is None

@@ -7,6 +7,8 @@ True, as (lower, upper), or as a table with any of
   scale          "log" or "linear": what the search moves; default log for what must be positive, else linear,
   rising         True: the elements of an array do not decrease,
   sum            the elements of an array are positive and make this sum.
+
+As a file a graph with free parameters has the tables of a model file, and a table ``[free]``.
 """
 
 from __future__ import annotations
@@ -14,15 +16,20 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.base.files import check, check_format, load_toml
 from hystfmu.base.near import meant
 from hystfmu.core.library import Var
 from hystfmu.graph import Graph
+from hystfmu.graph.tables import GraphTable
+from hystfmu.model.model import FORMAT
 
 KEYS = ("lower", "upper", "scale", "rising", "sum")
 SCALES = ("linear", "log")
@@ -219,3 +226,34 @@ def plain(spec: Spec) -> bool | list[float] | dict[str, Any]:
     if isinstance(spec, Mapping):
         return {k: v if isinstance(v, str | bool) else float(v) for k, v in spec.items()}
     return True if spec is True else [float(v) for v in spec]  # type: ignore[union-attr]
+
+
+class _File(GraphTable):
+    format: Literal[1]
+    free: dict[str, Any] = Field(min_length=1, max_length=1000)
+    # of a model file, to which [free] is added for another fit
+    key: str = ""
+    text: str = ""
+    step: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    fit: dict[str, Any] = Field({})
+    provenance: dict[str, Any] = Field({})
+
+
+def read_graph(path: Path) -> tuple[Graph, dict[str, Spec]]:
+    """Read a graph and its free parameters from `path`; the blocks may stand in any order.
+
+    Raises
+    ------
+    InputError
+        One line with file, key, rule and value.
+    """
+    table = load_toml(path)
+    check_format(table, FORMAT, path, required=True)
+    found = check(table, _File, path)
+    try:
+        graph = found.graph()
+        graph = Graph(graph.nodes, graph.wires, graph.inputs, graph.outputs)
+        read(graph, found.free)
+    except InputError as e:
+        raise InputError(f"{path}: {e}") from None
+    return graph, found.free

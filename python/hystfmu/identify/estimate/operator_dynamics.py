@@ -24,11 +24,9 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.estimate.coordinates import Coordinates
-from hystfmu.identify.estimate.determined import determined
+from hystfmu.identify.estimate.dynamics import Dynamics, bounds, errors, search, unknown
 from hystfmu.identify.estimate.objective import Linear, Objective
-from hystfmu.identify.estimate.search import best_of, refined
-from hystfmu.identify.features.dynamics import Dynamics, bounds, errors, search, unknown
-from hystfmu.identify.features.identifiable import correlation_time, standard_errors
+from hystfmu.identify.estimate.search import best_of, correlation_time, determined, refined, standard_errors
 
 MOST_ROWS = 5000  # more rows are thinned evenly for the starts, after filtering at the full rate
 ENOUGH = 3e-3  # misfit, relative to the span, below which no other start is tried

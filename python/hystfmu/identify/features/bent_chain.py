@@ -16,10 +16,10 @@ from numpy.polynomial import legendre
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.identify.features.bent_sum import BentSum
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
-from hystfmu.identify.features.dynamics import Dynamics
-from hystfmu.identify.features.relay_sum import RelaySum
+from hystfmu.identify.features.smooth_density import RelaySum
 
 SMOOTH = 1e-5  # largest distance of the dead zones from the polynomial, relative to its range
 MOST_KNOTS = 400

@@ -1,7 +1,7 @@
-"""An input of the same form as a record with other memory: its half cycles, shuffled between other turning points.
+"""States of the memory that a record does not show: an input that reaches them, and their share.
 
-The half cycles keep their shape over time and their duration, so that nothing moves at a speed or in a way that the
-record does not show.  Only the order and the size of the loops differ, and with them the states of the memory.
+The half cycles of the input keep their shape over time and their duration, so that nothing moves at a speed or in a way
+that the record does not show.  Only the order and the size of the loops differ, and with them the states of the memory.
 """
 
 from __future__ import annotations
@@ -11,7 +11,11 @@ from itertools import pairwise
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
 from hystfmu.data.reversals import reversals
+from hystfmu.graph import Graph, Input, Node, Output, Value
+from hystfmu.identify.features.plays import plays
+from hystfmu.model.coverage import coverage
 
 MOST_ROWS, LEAST_REVERSALS = 8000, 12
 SEED = 77
@@ -50,3 +54,26 @@ def other_memory(u: Array, start: float) -> Array:
         parts.append(last + (level - last) * shape)
         rows, last = rows + len(shape), level
     return np.concatenate(parts)
+
+
+PLAYS = 2  # that stand for the memory of a kind with local parameters
+
+
+def unseen(data: Dataset) -> float:
+    """Return the share of the states of other signals, the input and `PLAYS` plays, without a near training row."""
+    if data.covariates:  # no kind of local parameters takes them
+        return 0.0
+    u, rows = data.u, data.train
+    r = np.arange(1, PLAYS + 1) * float(np.ptp(u[rows])) / 2 / (PLAYS + 1)
+    seen = np.column_stack([u, data.along(lambda v: plays(v, r, float(v[0])))])[rows]
+    limits: dict[str, Value] = {"lo": seen.min(axis=0), "hi": seen.max(axis=0)}
+    nodes = [
+        Node("input", "scaling", {"n": 1}),
+        Node("bank", "play_bank", {"n": PLAYS}, {"r": r, "z0": float(u[0])}),
+        Node("states", "scaling", {"n": PLAYS + 1}, limits),
+    ]
+    wires = [("input.y", "bank.u"), ("input.y", "states.u[1]")]
+    wires += [(f"bank.z[{k}]", f"states.u[{k + 1}]") for k in range(1, PLAYS + 1)]
+    graph = Graph(nodes, wires, [Input("u", ("input.u",))], [Output("y", "states.y[1]")])
+    covered = coverage(graph, data)
+    return 0.0 if covered is None else 1 - covered / 100

@@ -1,4 +1,12 @@
-"""Play operators as columns of a regression, run by the C core, their thresholds, and the option for their start."""
+"""Play operators: columns of a regression, run by the C core, their thresholds, their start, and a dead band.
+
+A dead band is a play in front of a model that suppresses the reversals of input noise.  A model without return-point
+memory (Bouc-Wen, Duhem) accumulates every reversal of the noise: noise of 0.25 % of the input range costs 2.2 % of the
+output.  A play of half-width 2 sigma in front reduces that to 0.5 %; wider plays cost more in lag than they save.  The
+play is part of the model, so that an FMU has it too.  Operators with return-point memory wipe out such reversals as
+soon as the input moves on; a dead band does not improve them, so they have none.  `hystfmu.data.reversals` estimates
+the noise.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +17,9 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Node
-from hystfmu.identify.options import Option
+from hystfmu.data.reversals import noise
+from hystfmu.graph import Graph, Input, Node
+from hystfmu.identify.catalogue import Option
 
 LEAST_TRAVEL = 0.02
 
@@ -39,3 +48,39 @@ def u0_option(what: str) -> Option:
 def u0_of(data: Dataset, options: Mapping[str, Any]) -> float:
     """Return the value of the option, in the unit of measure of u."""
     return float(data.u[0]) if options["u0"] is None else float(options["u0"])
+
+
+MOST = 0.05  # of the range: a larger sigma is the excitation itself
+WIDTH = 2.0  # half-width of the play, in sigma
+DEAD_BAND = Option(
+    "dead_band",
+    None,
+    0.0,
+    1e300,
+    text="half-width of a play in front of the model, in the unit of measure of u; default: 2 sigma of noise",
+)
+
+
+def dead_band(u: Array) -> float:
+    """Return the dead band for a measured input u (n,); 0 without noise, or if the input itself is random."""
+    sigma = noise(u)
+    return WIDTH * sigma if sigma < MOST * float(np.ptp(u)) else 0.0
+
+
+def behind_dead_band(data: Dataset, band: float) -> Dataset:
+    """Return the data with the input that a model behind a play of that half-width sees."""
+    if band == 0:
+        return data
+    r, u0 = np.array([band]), float(data.u[0])
+    return data.with_input(data.along(lambda u: plays(u, r, u0)[:, 0]))
+
+
+def with_dead_band(graph: Graph, band: float) -> Graph:
+    """Return the graph with a play of that half-width in front of its first input; unchanged for 0."""
+    if band == 0:
+        return graph
+    port, *others = graph.inputs
+    node = Node("dead_band", "play_bank", {"n": 1}, {"r": band, "z0": port.start})
+    wires = [*((f"{node.name}.z", end) for end in port.to), *graph.wires]
+    entry = Input(port.name, (f"{node.name}.u",), port.unit, port.start, port.text)
+    return Graph([node, *graph.nodes], wires, [entry, *others], graph.outputs)

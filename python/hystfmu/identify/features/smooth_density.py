@@ -6,11 +6,16 @@ rectangle, so that every function is excited.  On the line d = 0 a row of B-spli
 part, a monotone function of the input.  A density that does not depend on m is a sum of plays.
 
 Outside the trained range the density goes on as at its border; the grid reaches `MARGIN` of the range beyond it.
+
+`RelaySum` has these relays as the columns of a sum, the input itself before them.  What the rows hardly excite would be
+arbitrary in a sum of so many columns: a ridge and two penalties hold the density smooth.  Their strengths are the
+middle ones of the kind `preisach`, which chooses among others by cross-validation.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -111,3 +116,40 @@ def splines(x: Array, n: int) -> Array:
     inner = np.linspace(-1.0, 1.0, n - degree + 1)
     knots = np.concatenate([np.full(degree, -1.0), inner, np.full(degree, 1.0)])
     return np.asarray(BSpline.design_matrix(np.clip(x, -1.0, 1.0), knots, degree).toarray())
+
+
+GRID, WIDTHS, MEANS = 40, 16, 8
+HELD = (1e-3, 3e-2, 3e-2)  # strengths of the ridge and of the penalties over mean and width of the density
+
+
+class RelaySum:
+    """Columns of relays for an input.
+
+    Parameters
+    ----------
+    x : array, shape (n,)
+        Input.
+    rows : slice
+        Rows whose range the density covers.
+    """
+
+    def __init__(self, x: Array, rows: slice) -> None:
+        self._x = x
+        self._density = smooth_density(x[rows], GRID, WIDTHS, MEANS, "demagnetised")
+        E = self._density.E
+        self._everett = np.column_stack([E[:, : MEANS + DEGREE + 1].sum(axis=1), E])
+
+    @cached_property
+    def columns(self) -> Array:
+        """Outputs along the input, (n, p), the first that of the input itself."""
+        return replace(self._density, E=self._everett).columns(self._x)
+
+    @property
+    def penalties(self) -> tuple[tuple[float, Array | None], ...]:
+        """Regularisation of the density (`bent_sum.Problem`); the weight of the input itself is free."""
+        smooth = (np.pad(P, ((0, 0), (1, 0))) for P in (self._density.along_mean, self._density.along_width))
+        return tuple(zip(HELD, (None, *smooth), strict=True))
+
+    def node(self, name: str, w: Array) -> Node:
+        """Return the block of the sum with weights w (p,)."""
+        return self._density.node(name, self._everett @ w)

@@ -29,16 +29,15 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph
-from hystfmu.identify.candidate import ANY, Candidate, Memory
+from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option
+from hystfmu.identify.cuts import validation_rows, without_outermost
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, Dynamics, errors, search, uncertainty, unknown
 from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_chain import chain
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Problem
-from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, errors, search, uncertainty, unknown
 from hystfmu.identify.features.following import LEVELS, Following
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
-from hystfmu.identify.features.relay_sum import RelaySum
-from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
-from hystfmu.identify.options import Option
+from hystfmu.identify.features.smooth_density import RelaySum
 
 TEXT = "plays, stops or relays, bend, creep, G0(s) with delay: the parts that validation blocks support"
 MEMORY = Memory(3500.0, "N")

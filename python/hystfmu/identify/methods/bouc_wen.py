@@ -16,13 +16,11 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import OPENS, Candidate
+from hystfmu.identify.catalogue import OPENS, Candidate, Option
 from hystfmu.identify.estimate.coordinates import Coordinates
-from hystfmu.identify.estimate.determined import determined
 from hystfmu.identify.estimate.objective import Linear, Objective
-from hystfmu.identify.estimate.search import search
-from hystfmu.identify.features import dead_band
-from hystfmu.identify.options import Option
+from hystfmu.identify.estimate.search import determined, search
+from hystfmu.identify.features.plays import DEAD_BAND
 
 TEXT = "Bouc-Wen operator as a grey box, nonlinear least squares"
 CANDIDATES = (Candidate(OPENS, 0.2, 0.4, quick={"starts": 1}),)
@@ -30,7 +28,7 @@ OPTIONS = (
     Option("starts", 6, 1, 1000, text="starts of the search"),
     Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"),
     Option("z0", None, -1.0, 1.0, text="z at the first row, as a fraction of its bound; default: fitted"),
-    dead_band.OPTION,
+    DEAD_BAND,
 )
 
 

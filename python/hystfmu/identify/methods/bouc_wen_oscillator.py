@@ -23,12 +23,10 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import LAGS, Candidate
+from hystfmu.identify.catalogue import LAGS, Candidate, Option
 from hystfmu.identify.estimate.coordinates import Coordinates
-from hystfmu.identify.estimate.determined import determined
 from hystfmu.identify.estimate.objective import Objective
-from hystfmu.identify.estimate.search import search
-from hystfmu.identify.options import Option
+from hystfmu.identify.estimate.search import determined, search
 
 TEXT = "oscillator with a Bouc-Wen force as a grey box, nonlinear least squares"
 EVALUATIONS = (8, 60)  # limit on evaluations of residuals and Jacobian: per start, for the best start

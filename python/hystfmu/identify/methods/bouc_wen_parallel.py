@@ -24,13 +24,12 @@ from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.data.reversals import reversals
 from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.identify.candidate import OPENS, Candidate, Memory
+from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option
+from hystfmu.identify.cuts import validation_rows, without_outermost
 from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.features.bent_sum import lagged
-from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
 from hystfmu.identify.methods.bouc_wen import limits, searched, shape
-from hystfmu.identify.options import Option
 from hystfmu.model.accuracy import rms
 
 TEXT = "Bouc-Wen operator beside a curve and lags of the input: spring, dashpot, creep"

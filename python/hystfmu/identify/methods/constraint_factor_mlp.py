@@ -14,14 +14,13 @@ import numpy as np
 
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.candidate import CLOSES, Candidate
-from hystfmu.identify.features import output_bend
+from hystfmu.identify.catalogue import CLOSES, Candidate, Option
 from hystfmu.identify.features.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.features.plays import u0_of, u0_option
+from hystfmu.identify.methods.fitted_operator_mlp import BEND, straightened
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.hidden_sweep import hidden_sweep
 from hystfmu.identify.network.readout import Features, fit_readout
-from hystfmu.identify.options import Option
 
 TEXT = "constraint-factor operator and a network on (x, h)"
 COVARIATES = True
@@ -43,7 +42,7 @@ OPTIONS = (
         text="extremum a branch starts from; last: the literal reading",
     ),
     Option("roughness", 1e-4, 0.0, 1e3, text="penalty on the third derivative of the branch"),
-    output_bend.OPTION,
+    BEND,
     Option("range", 1.0, 1e-6, 10.0, text="range that the input is scaled to before the operator"),
     Option("sweep", 0, 0, 1000, text="try 1 .. sweep hidden neurons; 0: use `hidden`"),
     u0_option("the operator rests"),
@@ -62,7 +61,7 @@ def fit_operator(data: Dataset, options: Mapping[str, Any]) -> tuple[Features, B
     if options["branch"] == "literal":
         branch = literal_branch(where, y / data.span, rows, options["m"])
     else:
-        v, free = output_bend.straightened(x[rows], y[rows], options["bend"], data.covariates.values[rows])
+        v, free = straightened(x[rows], y[rows], options["bend"], data.covariates.values[rows])
         branch = increasing_branch(where, v, free, rows, options["m"], options["roughness"])
     values = {"a0": branch.a[0], "a": branch.a[1:], "d_max": branch.d_max, "memory": options["memory"], "x0": x0}
     nodes = [

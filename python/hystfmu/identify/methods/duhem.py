@@ -22,9 +22,8 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import OPENS, Candidate, Memory
-from hystfmu.identify.features import dead_band
-from hystfmu.identify.options import Option
+from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option
+from hystfmu.identify.features.plays import DEAD_BAND
 
 TEXT = "polynomial slopes for rising and falling input, least squares, refined on the free run"
 MEMORY = Memory(1700.0, "q")
@@ -38,7 +37,7 @@ CANDIDATES = (Candidate(OPENS, 0.2, 0.5),)
 OPTIONS = (
     Option("m", 0, 0, 6, text="degree of the slope in the input"),
     Option("q", 5, 1, 10, text="degree of the slope in the output"),
-    dead_band.OPTION,
+    DEAD_BAND,
 )
 
 Rows = NDArray[np.intp]

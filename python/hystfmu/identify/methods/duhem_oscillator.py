@@ -27,13 +27,11 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import LAGS, Candidate
+from hystfmu.identify.catalogue import LAGS, Candidate, Option
 from hystfmu.identify.estimate.coordinates import Coordinates
-from hystfmu.identify.estimate.determined import determined
 from hystfmu.identify.estimate.objective import Objective
-from hystfmu.identify.estimate.search import refined
+from hystfmu.identify.estimate.search import determined, refined
 from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
-from hystfmu.identify.options import Option
 
 TEXT = "oscillator with a Duhem force of free shape, least squares on the free run"
 KNOTS = (5, 9, 17)  # of f; the finer ones hold the coarser, and all hold 0, where f must be positive

@@ -12,23 +12,23 @@ from typing import Any
 
 import numpy as np
 
+from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.candidate import CLOSES, Candidate, Memory
-from hystfmu.identify.features import output_bend
+from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
-from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "fitted weighted plays and a network on (x, their sum)"
 MEMORY = Memory(1800.0, "N")
 COVARIATES = True
+BEND = Option("bend", 5, 1, 20, text="degree of the polynomial of y that the operator is fitted to; 1: y itself")
 CANDIDATES = (Candidate(CLOSES, 1.0, 0.05, quick={"starts": 1, "iterations": 30}),)
 OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
-    output_bend.OPTION,
+    BEND,
     u0_option("every play rests"),
     *readout.options(hidden=12, starts=3, iterations=150),
 )
@@ -40,7 +40,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     u0 = u0_of(data, options)
     r = thresholds(u[data.train], options["N"])
     columns = np.column_stack([u, plays(u, r, u0)])[rows]
-    v, free = output_bend.straightened(u[rows], data.y[rows], options["bend"], data.covariates.values[rows])
+    v, free = straightened(u[rows], data.y[rows], options["bend"], data.covariates.values[rows])
     w, _ = nonnegative(columns, v, free)
     progress(0.2)
     nodes = [
@@ -50,3 +50,34 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     front = Features(nodes, [("input.y", "operator.u")], ["input.u"], ["input.y", "operator.y"], data)
     graph, parameters, _ = fit_readout(front, data, options, seed, lambda f: progress(0.2 + 0.8 * f))
     return graph, parameters + len(w)
+
+
+def straightened(x: Array, y: Array, degree: int, covariates: Array) -> tuple[Array, Array]:
+    """Return the target of an operator that rises with x, up to a combination of free columns.
+
+    An operator h followed by a network satisfies y = f(x, h), with f mostly a static nonlinearity of h.  If q = f^-1 is
+    near a polynomial, h = y + q_2 P_2(y) + q_3 P_3(y) + .. is linear in the weights of h and in the q: one
+    least-squares problem gives both, so that a nonlinear readout does not distort the operator.  With covariates the q
+    are linear in them.
+
+    Parameters
+    ----------
+    x, y : array, shape (n,)
+        Input and measured output.
+    degree : int
+        Degree of the polynomial of y.
+    covariates : array, shape (n, m)
+
+    Returns
+    -------
+    v : array, shape (n,)
+        y scaled to [-1, 1], negated if y falls as x rises.
+    free : array, shape (n, degree + m (degree + 1))
+        Legendre polynomials 1, P_2(v), .., P_degree(v), and all of them times each covariate, with free weights.
+    """
+    v = (2 * y - y.max() - y.min()) / np.ptp(y)
+    v = np.asarray(v * np.copysign(1.0, float(np.dot(x - x.mean(), v))))
+    basis = np.polynomial.legendre.legvander(v, degree)
+    middle, half = (covariates.max(axis=0) + covariates.min(axis=0)) / 2, np.ptp(covariates, axis=0) / 2
+    bilinear = [basis * c[:, None] for c in ((covariates - middle) / half).T]
+    return v, np.hstack([np.delete(basis, 1, axis=1), *bilinear])

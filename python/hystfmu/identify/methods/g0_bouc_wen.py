@@ -14,11 +14,10 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
-from hystfmu.identify.candidate import LATE, Candidate, Memory
+from hystfmu.identify.catalogue import LATE, Candidate, Memory, Option
 from hystfmu.identify.estimate import operator_dynamics
-from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS
 from hystfmu.identify.methods import bouc_wen
-from hystfmu.identify.options import Option
 
 TEXT = "Bouc-Wen hysteresis, then G0(s) with delay, variable projection"
 MEMORY = Memory(1000.0)

@@ -18,10 +18,9 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.candidate import LATE, Candidate, Memory
+from hystfmu.identify.catalogue import LATE, Candidate, Memory, Option
 from hystfmu.identify.estimate import operator_dynamics
-from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS
-from hystfmu.identify.options import Option
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS
 
 TEXT = "Jiles-Atherton hysteresis about a bias, then G0(s) with delay, variable projection"
 MEMORY = Memory(1000.0)

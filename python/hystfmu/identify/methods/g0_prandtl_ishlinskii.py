@@ -25,10 +25,9 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import LAGS, Candidate, Memory
-from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, errors, search, uncertainty, unknown
+from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, Dynamics, errors, search, uncertainty, unknown
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
-from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "weighted plays, then G0(s) with delay, variable projection"

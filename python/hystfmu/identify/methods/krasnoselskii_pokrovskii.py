@@ -15,9 +15,8 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import CLOSES, Candidate, Memory
+from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option
 from hystfmu.identify.features.plays import u0_of, u0_option
-from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "Krasnosel'skii-Pokrovskii kernels, weights >= 0"

@@ -19,10 +19,9 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.identify.candidate import LAGS, Candidate, Memory
+from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option
 from hystfmu.identify.network.training import train
-from hystfmu.identify.options import Option
-from hystfmu.identify.solvers.levenberg_marquardt import minimise
+from hystfmu.identify.solvers.trainers import levenberg_marquardt
 
 TEXT = "network of lagged inputs and outputs, trained in simulation"
 MEMORY = Memory(2000.0)
@@ -132,7 +131,7 @@ def trained(
         e = np.concatenate([(free - target)[counts] / size, RIDGE * p])
         return e, np.vstack([s[counts] / size, RIDGE * np.eye(len(p))])
 
-    p = minimise(p, function, iterations[1], progress=lambda f: progress(0.3 + 0.7 * f))[0]
+    p = levenberg_marquardt(p, function, iterations[1], progress=lambda f: progress(0.3 + 0.7 * f))[0]
     free, _ = simulate(p, u[lags:], y[:lags], lags, hidden, derivatives=False)
     return p, float(np.sqrt(np.sum((free - target)[counts] ** 2)) / size)
 

@@ -12,11 +12,10 @@ from typing import Any
 
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.candidate import CLOSES, Candidate, Memory
+from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option
 from hystfmu.identify.features.plays import thresholds, u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
-from hystfmu.identify.options import Option
 
 TEXT = "bank of plays and a network on them"
 MEMORY = Memory(700.0, "N")

@@ -24,11 +24,10 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import ANY, Candidate, Memory
+from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.features.monomials import basis, count, lagged
 from hystfmu.identify.features.plays import u0_of, u0_option
-from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.recursive import Recursive
 
 TEXT = "polynomial of the lagged input and Zhao-Tan operator, least squares"

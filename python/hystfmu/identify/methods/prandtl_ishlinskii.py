@@ -13,9 +13,8 @@ import numpy as np
 
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import CLOSES, Candidate, Memory
+from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
-from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "weighted plays, non-negative least squares; exact inverse"

@@ -22,10 +22,8 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import ANY, Candidate, Memory
-from hystfmu.identify.features.dead_zones_and_lags import dead_zones, knots, lag
+from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option
 from hystfmu.identify.features.smooth_density import smooth_density
-from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.penalised import Penalised, best_strengths
 
 TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the Everett function"
@@ -102,3 +100,21 @@ class _Rate:
         wires += [(f"{name}.y", f"readout.u[{i}]") for i, name in enumerate(("hysteresis", "creep", "bend_of_lag"), 1)]
         inputs = [Input("u", ("hysteresis.u", "creep.u", "lag.u"), data.unit_u, float(data.u[0]))]
         return Graph(nodes, wires, inputs, [Output("y", "readout.y", data.unit_y)])
+
+
+def knots(u: Array, n: int) -> Array:
+    """Return thresholds (n,) of dead zones, evenly inside the range of u; at 0 a dead zone would be the input."""
+    s = u.min() + np.ptp(u) * np.arange(1, n + 1) / (n + 1)
+    least = 1e-6 * np.ptp(u)
+    return np.where(np.abs(s) < least, least, s)
+
+
+def dead_zones(u: Array, s: Array) -> Array:
+    """Return one-sided dead zones of u (n,), shape (n, m); the sign of a threshold in s (m,) is its side."""
+    d = u[:, None] - s
+    return np.where(s > 0, np.maximum(d, 0), np.minimum(d, 0))
+
+
+def lag(u: Array, h: float, T: float) -> Array:
+    """Run a first-order lag of u (n,) from its steady state in the C core; step h (s), time constant T (s)."""
+    return Graph.single(Node("lag", "creep", {}, {"w": 1.0, "T": T, "start": "steady"})).run(u, h)

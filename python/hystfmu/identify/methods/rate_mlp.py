@@ -18,11 +18,10 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.candidate import LAGS, Candidate, Memory
+from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
-from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "network on the input, its rate and a bank of plays"

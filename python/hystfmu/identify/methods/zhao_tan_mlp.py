@@ -15,11 +15,10 @@ import numpy as np
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.candidate import CLOSES, OPENS, Candidate
+from hystfmu.identify.catalogue import CLOSES, OPENS, Candidate, Option
 from hystfmu.identify.features.plays import u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
-from hystfmu.identify.options import Option
 
 TEXT = "Zhao-Tan operator and a network on (x, h)"
 COVARIATES = True

@@ -22,8 +22,8 @@ import numpy as np
 from hystfmu.base import PACKAGE
 from hystfmu.base.arrays import Array
 from hystfmu.identify.network.readout import centre_and_gain
-from hystfmu.identify.network.trainers import TRAINERS
 from hystfmu.identify.network.training import decay_for, train
+from hystfmu.identify.solvers.trainers import TRAINERS
 
 WORKERS = 2
 FEW = 60  # total cost below which training is faster than starting a process

@@ -10,10 +10,10 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
+from hystfmu.identify.catalogue import Option
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
-from hystfmu.identify.network.trainers import TRAINERS
 from hystfmu.identify.network.training import LEAST_DECAY, MOST_ROWS, decay_for, train
-from hystfmu.identify.options import Option
+from hystfmu.identify.solvers.trainers import TRAINERS
 
 
 def options(hidden: int, starts: int, iterations: int, least_decay: float = LEAST_DECAY) -> tuple[Option, ...]:

@@ -7,7 +7,6 @@ only the gradient (back-propagation) and suit larger networks.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,7 @@ from torch import nn
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.identify.network.trainers import TRAINERS, lbfgs_gradient
-from hystfmu.identify.solvers import conjugate_gradient, levenberg_marquardt
+from hystfmu.identify.solvers.trainers import TRAINERS, Squares
 
 
 def train_module(
@@ -40,7 +38,7 @@ def train_module(
     y : array, shape (n,) or (n, n_out)
         Wanted outputs, scaled likewise.
     trainer : {"levenberg_marquardt", "powell_beale", "lbfgs"}
-        Optimiser; see `hystfmu.identify.network.trainers`.
+        Optimiser; see `hystfmu.identify.solvers.trainers`.
     iterations : int
         Largest number of iterations.
     progress : function
@@ -70,38 +68,15 @@ def train_module(
     gives = tuple(module(inputs[:1]).shape[1:])
     if gives != (wanted.shape[1],):
         raise InputError(f"The module must give {wanted.shape[1]} values a row, as y has. Got {gives} instead.")
-    fit = problem(module, inputs.numpy(), wanted.numpy())
+    start = nn.utils.parameters_to_vector(module.parameters()).detach().numpy().copy()
     with threadpool_limits(1):  # see hystfmu.identify.fit
-        if trainer == "levenberg_marquardt":
-            p, value = levenberg_marquardt.minimise(
-                fit.start(), fit.residuals, iterations, progress=progress, residuals=fit.errors
-            )
-        elif trainer == "powell_beale":
-            p, value, _ = conjugate_gradient.minimise(fit.start(), fit.gradient, iterations, progress=progress)
-        else:
-            p, value = lbfgs_gradient(fit.start(), fit.gradient, iterations, progress)
-    fit.store(p)
+        p, value = TRAINERS[trainer](start, problem(module, inputs.numpy(), wanted.numpy()), iterations, progress)
+    nn.utils.vector_to_parameters(torch.as_tensor(p), module.parameters())
     return float(np.sqrt(value / wanted.numel()))
 
 
-@dataclass(frozen=True)
-class Problem:
-    """Least-squares problem of a module and samples over the flat vector of its weights."""
-
-    start: Callable[[], Array]
-    """Returns the present weights, shape (p,)."""
-    residuals: Callable[[Array], tuple[Array, Array]]
-    """Returns residuals (n n_out,) and their Jacobian (n n_out, p)."""
-    errors: Callable[[Array], Array]
-    """Returns the residuals alone."""
-    gradient: Callable[[Array], tuple[float, Array]]
-    """Returns the sum of squares and its gradient (p,)."""
-    store: Callable[[Array], None]
-    """Writes weights into the module."""
-
-
-def problem(module: nn.Module, x: Array, y: Array) -> Problem:
-    """Build the least-squares problem of a float64 module that maps x (n, n_in) to y (n, n_out)."""
+def problem(module: nn.Module, x: Array, y: Array) -> Squares:
+    """Return the sum of squares over the weights of a float64 module that maps x (n, n_in) to y (n, n_out)."""
     inputs, wanted = torch.as_tensor(x), torch.as_tensor(y)
     weights = dict(module.named_parameters())
 
@@ -134,10 +109,4 @@ def problem(module: nn.Module, x: Array, y: Array) -> Problem:
         (g,) = torch.autograd.grad(value, q)
         return float(value.detach()), g.numpy()
 
-    def start() -> Array:
-        return torch.nn.utils.parameters_to_vector(weights.values()).detach().numpy().copy()
-
-    def store(p: Array) -> None:
-        torch.nn.utils.vector_to_parameters(torch.as_tensor(p), weights.values())
-
-    return Problem(start, residuals, errors, gradient, store)
+    return Squares(residuals, errors, gradient)

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.identify.solvers import levenberg_marquardt
+from hystfmu.identify.solvers.trainers import TRAINERS, Squares, Trainer
 
 LEAST_DECAY = 1e-9
 MOST_ROWS = 3000  # more rows are thinned evenly, because neighbouring rows are nearly equal
@@ -128,7 +127,7 @@ def train(
     direction: Array | None = None,
     progress: Callable[[float], None] = lambda fraction: None,
     most_rows: int = MOST_ROWS,
-    trainer: Callable[..., tuple[Array, float]] = levenberg_marquardt.minimise,
+    trainer: Trainer = TRAINERS["levenberg_marquardt"],
 ) -> tuple[Network, float]:
     """Train a network: every start for a tenth of the iterations, then the best to the end.
 
@@ -153,7 +152,7 @@ def train(
     most_rows : int
         Limit on rows; more are thinned evenly.
     trainer : function
-        Optimiser, one of `hystfmu.identify.network.trainers`.
+        Optimiser, one of `hystfmu.identify.solvers.trainers`.
 
     Returns
     -------
@@ -180,10 +179,7 @@ def train(
         (value, g), w = fit.gradient(p), ridge @ p
         return value + float(w @ w), g + 2 * (ridge.T @ w)
 
-    if trainer is levenberg_marquardt.minimise:
-        trainer = partial(trainer, residuals=lambda p: np.concatenate([fit.errors(p), ridge @ p]))
-    else:  # back-propagation takes a quarter of the time of a Jacobian
-        trainer = partial(trainer, gradient=gradient)
+    squares = Squares(function, lambda p: np.concatenate([fit.errors(p), ridge @ p]), gradient)
 
     def part(done: float, share: float) -> Callable[[float], None]:
         return lambda fraction: progress((done + fraction * share) / total)
@@ -191,9 +187,9 @@ def train(
     trials = []
     for i in range(starts):
         p = start(x, y, hidden, activation, rng, direction)
-        trials.append(trainer(p, function, first, progress=part(i * first, first)) if first else (p, 0.0))
+        trials.append(trainer(p, squares, first, part(i * first, first)) if first else (p, 0.0))
     best = min(trials, key=lambda trial: trial[1])
-    p, cost = trainer(best[0], function, iterations, progress=part(starts * first, iterations))
+    p, cost = trainer(best[0], squares, iterations, part(starts * first, iterations))
     return fit.network(p), float(np.sqrt(cost / len(x)))
 
 

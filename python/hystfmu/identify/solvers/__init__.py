@@ -1,1 +1,1 @@
-"""Least squares: Levenberg-Marquardt, conjugate gradients, non-negative, recursive."""
+"""Least squares: trainers of networks, non-negative, penalised, recursive."""

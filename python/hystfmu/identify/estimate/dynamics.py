@@ -22,9 +22,9 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.discretised import discretised
+from hystfmu.identify.catalogue import Option
+from hystfmu.identify.estimate.search import standard_errors
 from hystfmu.identify.evidence import evidence
-from hystfmu.identify.features.identifiable import standard_errors
-from hystfmu.identify.options import Option
 from hystfmu.model import Model
 
 MOST_ROWS = 60_000  # of a record whose modes are sought before the fit

@@ -1,8 +1,12 @@
-"""A shorter record of the same device, on which kinds of model race where the whole one takes too long.
+"""Cuts of a record: validation blocks spread over it, and a shorter record on which kinds of model race.
 
-Rows are thinned evenly as far as extrema and spectra allow: the output still has `SAMPLES` rows in a cycle of the
-input, and nothing of note above half of the Nyquist rate of the rows that are left.  What is still too long is cut to
-one part that shows as much of the range and of the speeds as any other, the earliest of equal ones.
+A split into a first and a last part extrapolates wherever the record changes (a decaying sine, a staircase).  Blocks
+between reversals interpolate: both sets of rows hold large and small, early and late loops.  Only the outermost loop is
+alone: what is fitted without it extrapolates wherever the memory of that loop lasts (`without_outermost`).
+
+For a shorter record rows are thinned evenly as far as extrema and spectra allow: the output still has `SAMPLES` rows in
+a cycle of the input, and nothing of note above half of the Nyquist rate of the rows that are left.  What is still too
+long is cut to one part that shows as much of the range and of the speeds as any other, the earliest of equal ones.
 """
 
 from __future__ import annotations
@@ -11,11 +15,66 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise, reversals
 from hystfmu.model.accuracy import rms
+
+BLOCKS = 40  # by default, at most
+EVERY = 4  # one of so many consecutive blocks is a validation block
+ALONE = (
+    0.01  # of the range: a block that reaches an end of the range farther than all other rows holds the outermost loop
+)
+
+
+def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> NDArray[np.bool_]:
+    """Return which rows of an input belong to validation blocks.
+
+    Parameters
+    ----------
+    u : array, shape (n,)
+        Input.
+    which : int
+        Block of every `EVERY` consecutive ones, from 0; another number gives disjoint rows.
+    blocks : int
+        Number of blocks, at most.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+    """
+    n = len(u)
+    turns = reversals(u)
+    # without reversals enough, cuts at even distances serve
+    cuts = turns if len(turns) >= 2 * EVERY else np.arange(1, 5 * EVERY) * n // (5 * EVERY)
+    wanted = np.arange(1, blocks) * n // blocks
+    chosen = np.unique(cuts[np.searchsorted(cuts, wanted).clip(0, len(cuts) - 1)])
+    block = np.searchsorted(chosen, np.arange(n), side="right")
+    return np.asarray(block % EVERY == which)
+
+
+def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return validation rows without the blocks that alone reach an end of the range of the input, if others are left.
+
+    Parameters
+    ----------
+    u : array, shape (n,)
+        Input.
+    held : array of bool, shape (n,)
+        Which rows belong to validation blocks.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+    """
+    left, block = held.copy(), np.cumsum(np.diff(held, prepend=False))
+    for v in (u, -u):
+        if v[held].max(initial=-np.inf) > v[~held].max(initial=-np.inf) + ALONE * float(np.ptp(u)):
+            left[block == block[int(np.argmax(v))]] = False
+    return left if left.any() else held
+
 
 SAMPLES = 100  # rows in a mean cycle that thinning leaves
 ABOVE = 1e-3  # of the span: RMS beyond the noise that may lie above half of the Nyquist rate of the thinned rows

@@ -1,4 +1,4 @@
-"""Input range that a model was identified on, and signals over it."""
+"""Ports and signals of an inverse, from those of the model: input range, start values, descriptions."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.graph import Input, Output
 from hystfmu.model import Model
 from hystfmu.model.inputs import with_starts
 
@@ -44,3 +45,18 @@ def input_range(model: Model, needed: str) -> tuple[float, float]:
     if not (isinstance(span, list) and len(span) == 2):
         raise InputError(f"{needed}, provenance.span_u = [min, max]. Got {span!r} instead.")
     return float(span[0]), float(span[1])
+
+
+def wanted_text(sink: Output) -> str:
+    """Describe the input of an inverse: the wanted output `sink` of the model."""
+    return _with("wanted output", sink.text)
+
+
+def given_text(source: Input) -> str:
+    """Describe the output of an inverse: the input `source` of the model."""
+    return _with("input that gives it", source.text)
+
+
+def _with(text: str, own: str) -> str:
+    what = own.rpartition(": ")[2]  # of the inverse of an inverse
+    return f"{text}: {what}" if what else text

@@ -1,0 +1,87 @@
+"""Equations of the IPMC paper as printed and corrected: auxiliary function f (eq. 3), recursion (eqs. 13 to 19).
+
+Printed: f(k) = f(u_ex) + |u - u_ex| g(|u - u_ex|), g(x) >= 0 smooth and monotone; the default is 1 - e^-x.
+Every branch adds to the last one in either direction, so f grows without bound and is not a function of a hysteresis
+state.
+Corrected: f(k) = f(u_ex) + (u - u_ex) g(|u - u_ex|).  This is the Zhao-Tan operator.  Models use the block `zhao_tan`
+with dominant extrema; here the last extremum counts, as in the text of the paper.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+
+
+def exponential(x: float) -> float:
+    """Return 1 - e^-x."""
+    return float(-np.expm1(-x))
+
+
+def auxiliary(u: Array, corrected: bool = True, g: Callable[[float], float] = exponential) -> Array:
+    """Compute f (n,) for an input (n,), from f = 0 at its first value.
+
+    Parameters
+    ----------
+    u : array, shape (n,)
+        Scaled input; g depends on the scale.
+    corrected : bool
+        Keep the sign of u - u_ex; False drops it, as printed.
+    g : function
+        Smooth, monotone and not negative for arguments >= 0.
+    """
+    f = np.zeros(len(u))
+    extreme, at_extreme, direction = float(u[0]), 0.0, 0.0
+    for k in range(1, len(u)):
+        s = float(np.sign(u[k] - u[k - 1]))
+        if s * direction < 0:
+            extreme, at_extreme = float(u[k - 1]), f[k - 1]
+        direction = s or direction
+        d = u[k] - extreme
+        f[k] = at_extreme + (d if corrected else abs(d)) * g(abs(d))
+    return f
+
+
+class PrintedRecursive:
+    """Recursion with dead zone exactly as printed (IPMC paper, eqs. 13 to 19), for replicas; it fails.
+
+    P itself is stored and grows as 1/mu^k while lambda = 0.  sigma^2 = sum e^2(k)/k only grows, and lambda uses it
+    instead of e^2, so lambda is negative as long as sigma^2 < r^2.
+
+    Parameters
+    ----------
+    n : int
+        Number of parameters.
+    r : float
+        Dead zone in the unit of measure of y.
+    eta : float
+        Initial covariance P(0) = eta I.
+    rho : float
+        Convergence factor, constant in (0, 1), hence mu = 1 - rho.
+    fraction : float
+        beta as a fraction of its bound mu Sigma.  The paper gives neither rho, beta, eta nor Sigma(0); here
+        Sigma(0) = r^2 and epsilon(k) = e(k).
+    """
+
+    def __init__(self, n: int, r: float, eta: float = 1e6, rho: float = 0.005, fraction: float = 1.0) -> None:
+        self.r, self.rho, self.fraction = r, rho, fraction
+        self.theta, self.P = np.zeros(n), eta * np.eye(n)
+        self.samples, self.variance, self.Sigma = 0, 0.0, r * r
+
+    def update(self, phi: Array, y: float) -> float:
+        """Update with one sample, the regressor phi (n,) and y; return e(k)."""
+        mu, r2 = 1 - self.rho, self.r**2
+        e = float(y - phi @ self.theta)  # eq. 13
+        self.samples += 1
+        self.variance += e * e / self.samples
+        self.Sigma += self.rho * (self.variance - self.Sigma)  # eq. 18
+        Ph = self.P @ phi
+        hPh = float(phi @ Ph)
+        lam = 0.0 if abs(e) <= self.r else self.fraction * mu * self.Sigma * (self.variance - r2) / (hPh * r2)  # eq. 19
+        K = lam * Ph / (lam * hPh + mu * self.Sigma)  # eqs. 15, 16
+        self.theta = self.theta + K * e  # eq. 14
+        self.P = (self.P - np.outer(K, Ph)) / mu  # eq. 17
+        return e
