@@ -1,4 +1,4 @@
-"""What the FMUs in a run have in common: sources of inputs, substeps, first-order hold, order of calls.
+"""Common parts of the FMUs in a run: sources of inputs, substeps, first-order hold, order of calls.
 
 The hold lays a line through the last two values of a source.  It interpolates where the source precedes the reader in
 the order, and extrapolates where it follows.

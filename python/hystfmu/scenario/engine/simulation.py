@@ -32,11 +32,11 @@ MOST_ENDED, MOST_WORDS = 2**16, 1000  # bytes, characters
 TASK, ENDED, VALUES = "task", "ended.json", "values"
 _PROGRAM = f"import sys; from {__name__} import main; main(sys.argv[1])"
 Work = Callable[[Any, IO[bytes]], dict[str, Any]]
-"""What a child does: it takes its task and the file for values, and returns what else there is to tell."""
+"""Work of a child: it takes its task and the file for values, and returns what else there is to tell."""
 
 
 def silent(fraction: float) -> None:
-    """Tell nobody."""
+    """Tell no one about the progress."""
 
 
 @dataclass(frozen=True)
