@@ -158,7 +158,7 @@ def test_another_reference_is_noticed(archive: Path, tmp_path: Path) -> None:
             content = old.read(name)
             new.writestr(name, content.replace(b"\n0.02,", b"\n0.02,1") if name == REFERENCE else content)
     assert [x for x in run_ssp(changed, "native").lines if "differs from" in x]
-    result = CliRunner().invoke(main, ["run", str(changed), "--engine", "native"])
+    result = CliRunner().invoke(main, ["simulate", str(changed), "--engine", "native"])
     assert result.exit_code == 1
     assert "reference.r" in result.output
 
@@ -268,7 +268,7 @@ def test_what_is_not_understood_is_refused(archive: Path, tmp_path: Path, old: b
                 assert old in content
                 content = content.replace(old, new)
             target.writestr(name, content)
-    result = CliRunner().invoke(main, ["run", str(bad)])
+    result = CliRunner().invoke(main, ["simulate", str(bad)])
     assert result.exit_code == 2
     assert message in result.output
     assert len(result.output.splitlines()) == 1

@@ -7,8 +7,8 @@ from typing import Literal
 
 import click
 
-from hystfmu.cli.options import OUTPUT_FILE, Command, assignments, json_option
-from hystfmu.report.verbosity import echo, say
+from hystfmu.cli.options import FILE, OUTPUT_FILE, Command, assignments, json_option
+from hystfmu.report.verbosity import echo, say, tell
 
 
 @click.command(cls=Command)
@@ -26,13 +26,18 @@ def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
     from hystfmu.graph import listing
 
     if name is None:
-        echo(listing.as_json() if as_json else listing.markdown() if markdown else listing.overview())
+        if as_json or markdown:
+            echo(listing.as_json() if as_json else listing.markdown())
+        else:
+            tell(listing.overview())
+    elif as_json:
+        echo(listing.as_json(name))
     else:
-        echo(listing.as_json(name) if as_json else listing.details(name))
+        tell(listing.details(name))
 
 
 @click.command(cls=Command)
-@click.argument("model")
+@click.argument("model", type=FILE)
 @click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="INV.model.toml", help="Model file to write.")
 @click.option(
     "--method",
@@ -70,8 +75,8 @@ def inverse(
 
     \b
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
-             hystfmu inverse piezo.model.toml --method learned --set hidden=16 -o inverse.model.toml
-             hystfmu inverse piezo.model.toml --method adaptive --set delay=1 -o inverse.model.toml
+             hystfmu inverse piezo.model.toml --method learned -o learned.model.toml
+             hystfmu inverse piezo.model.toml --method adaptive --set delay=1 -o a.toml
     """
     import hystfmu as hy
     from hystfmu.report.progress import progress
@@ -95,7 +100,7 @@ def inverse(
 
 
 @click.command(cls=Command)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.argument("files", type=FILE, nargs=-1, required=True, metavar="FILE...")
 @json_option
 def migrate(files: tuple[str, ...], as_json: bool) -> None:
     """Update files of older versions to the present format.
@@ -104,7 +109,7 @@ def migrate(files: tuple[str, ...], as_json: bool) -> None:
     the changes.  A file of a newer version is refused.
 
     \b
-    Example: hystfmu migrate mine.model.toml scenarios/mine/scenario.toml scenarios/mine/baseline.toml
+    Example: hystfmu migrate mine.model.toml mine/scenario.toml mine/baseline.toml
     """
     from hystfmu.face.migrate import migrate as migrate_file
 

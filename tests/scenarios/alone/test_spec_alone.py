@@ -214,16 +214,18 @@ def test_an_fmu_alone_hands_on_its_limits(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_an_archive_hands_on_its_limits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ssp_run, "_prepared", lambda *a: (SimpleNamespace(signals=()), "case", None))
+    case = SimpleNamespace(overrides={})
+    monkeypatch.setattr(ssp_run, "_prepared", lambda *a: (SimpleNamespace(signals=()), case, None))
     system = SimpleNamespace(columns={"a.y": 0}, n_steps=0)
     monkeypatch.setattr(ssp_run, "build", lambda case: system)
     seen = told(monkeypatch, ssp_run, "simulate", "trace")
     assert ssp_run.run_ssp("x") == ssp_run.SspRun("trace", (), ())  # type: ignore[arg-type]
     assert seen.pop()[1] == {"seconds": 600.0, "confined": True}
     seen = told(monkeypatch, ssp_run, "chunks", Stopped("why"))
-    assert ssp_run.run_ssp_file("x", "native", None, None, None, 5.0, None) == (["x: stopped: why"], False)
+    assert ssp_run.run_ssp_file("x", "native", None, None, None, 5.0, None).faults == ("x: stopped: why",)
     assert seen.pop()[1] == {"seconds": 5.0, "confined": True}
     trace = Trace(np.zeros(1), np.ones((1, 1)), {"a.y": 0}, 1)
     told(monkeypatch, ssp_run, "chunks", [trace])
     said = "x: 1 rows of 1 outputs; no reference to compare with"
-    assert ssp_run.run_ssp_file("x", "native", None, None, None, 5.0, None) == ([said], True)
+    done = ssp_run.run_ssp_file("x", "native", None, None, None, 5.0, None)
+    assert (done.lines(), done.passed) == ([said], True)
