@@ -150,7 +150,7 @@ def start(
 
     \b
     Example: hystfmu start data.csv -o mine
-             hystfmu start stage.csv --time "Zeit [ms]" --input "Spannung [V]" --error 0.5
+             hystfmu start stage.csv --time "Zeit [ms]" --error 0.5
              hystfmu start stage.csv --reference triangle:100 --bandwidth 80
     """
     from hystfmu.base.files import load_toml

@@ -118,7 +118,7 @@ def simulate(
 
     \b
     Example: hystfmu simulate loop.ssp -o out.csv
-             hystfmu simulate pump.fmu --input in.csv --set k=2 --stop 5 -o out.csv
+             hystfmu simulate pump.fmu --input in.csv --set k=2 -o out.csv
     """
     from hystfmu.report.progress import progress
 
