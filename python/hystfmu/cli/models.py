@@ -75,8 +75,8 @@ def inverse(
 
     \b
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
-             hystfmu inverse piezo.model.toml --method learned -o learned.model.toml
-             hystfmu inverse piezo.model.toml --method adaptive --set delay=1 -o a.toml
+             hystfmu inverse piezo.model.toml --method learned -o learned.toml
+             hystfmu inverse piezo.model.toml --method adaptive -o adaptive.toml
     """
     import hystfmu as hy
     from hystfmu.report.progress import progress

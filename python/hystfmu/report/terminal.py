@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hystfmu.base.printable import printable
@@ -61,7 +61,7 @@ class _Column:
         return [line.rjust(self.width) if self.right else line.ljust(self.width) for line in lines]
 
 
-def _total(widths: Any) -> int:
+def _total(widths: Iterable[int]) -> int:
     found = list(widths)
     return sum(found) + _GAP * (len(found) - 1)
 

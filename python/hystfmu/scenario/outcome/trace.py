@@ -7,11 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas
 
 MOST_VALUES = 50_000_000  # doubles of a trace in memory
 
@@ -103,6 +107,21 @@ class Trace:
     def __repr__(self) -> str:
         names = [*list(self.columns)[:4], *(["..."] if len(self.columns) > 4 else [])]
         return f"Trace({len(self.t)} rows to t = {self.t[-1]:g} s, {', '.join(names)})"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a data frame: index ``t [s]``, a column for each output ``unit.output``.
+
+        Raises
+        ------
+        MissingExtra
+            pandas is not installed.
+        """
+        from hystfmu.base.extras import extras
+
+        with extras("to_pandas()"):
+            import pandas
+        frame = pandas.DataFrame(self.values, index=pandas.Index(self.t, name="t [s]"))
+        return frame.set_axis(sorted(self.columns, key=self.columns.__getitem__), axis="columns")
 
     def __getitem__(self, end: str) -> Array:
         return self.values[:, self.columns[end]]

@@ -22,7 +22,7 @@ from hystfmu.papers.row import Row
 from hystfmu.papers.table import Report
 from hystfmu.report import terminal
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 KIND = "prandtl_ishlinskii"
 TABLES = {
     "blocks": ["blocks", "blocks zhao_tan", "blocks sliding_mode"],
