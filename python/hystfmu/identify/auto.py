@@ -61,7 +61,7 @@ LEAST_ROWS, FEWER = 2000, 0.9  # rows that race, however expensive all are; how 
 
 
 class Inverses(Protocol):
-    """What the choice asks about inverses; the room of the inverses answers, which stands above this one."""
+    """Protocol of the questions of the choice about inverses; `hystfmu.inverse` implements it."""
 
     def kind(self, model: Model) -> str:
         """Return the method of the inverse of a model, or why there is none."""
