@@ -227,7 +227,7 @@ class Race:
         return guards.leaves(trial.model.graph, self.other, self.data)
 
     def explained(self) -> bool:
-        """Return whether the best model leaves no error; with noise never, because the estimate of noise is uncertain."""
+        """Return whether the best model leaves no error; never with noise, whose estimate is uncertain."""
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
 
     def first(self, name: str, key: str, candidate: Candidate, progress: Callable[[float], None]) -> None:
