@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from hystfmu.face.model import Model as Model
     from hystfmu.face.running import run as run
     from hystfmu.face.scenario import Scenario as Scenario
+    from hystfmu.face.study import Study as Study
     from hystfmu.face.verbs import fit as fit
     from hystfmu.face.verbs import study as study
     from hystfmu.face.verbs import validate as validate
@@ -46,6 +47,7 @@ _HOME = {  # where each name lives; an empty name: the module itself
     "Node": "graph:Node",
     "Output": "graph:Output",
     "Scenario": "face.scenario:Scenario",
+    "Study": "face.study:Study",
     "Unit": "unit:Unit",
     "blocks": "graph.blocks:",
     "design": "design:",
@@ -67,6 +69,7 @@ __all__ = [
     "Node",
     "Output",
     "Scenario",
+    "Study",
     "Unit",
     "blocks",
     "design",

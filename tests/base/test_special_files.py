@@ -198,7 +198,7 @@ def test_results_that_a_foreign_fmu_replaced_are_not_waited_for(
     with pytest.raises(Stopped, match="the process that ran bad ended with status 0"):
         simulate(build(Scenario(folder).cases[0]))
     assert [p.partition(":")[0] for p in check_fmu(folder / "bad.fmu")] == ["the check failed"]
-    alone = CliRunner().invoke(main, ["run", "bad.fmu", "--step", "1e-3", "--stop", "0.01", "-o", "alone.csv"])
+    alone = CliRunner().invoke(main, ["simulate", "bad.fmu", "--step", "1e-3", "--stop", "0.01", "-o", "alone.csv"])
     assert "the process that ran the FMU ended with status 0" in alone.output
 
 

@@ -178,9 +178,9 @@ def test_an_ssp_is_written_as_it_runs(loop: Any, write: Any, tmp_path: Path, div
     write_ssp(Scenario(write(loop)).cases[0], archive, separate=True)
     whole = simulate(build(read_ssp(archive).case), "native")
     divide(64)
-    lines, passed = run_ssp(archive, "native", out=out)
-    assert passed
-    assert lines == [f"{archive}: 301 rows of {len(whole.columns)} outputs; 2 signals agree with {REFERENCE}"]
+    told = run_ssp(archive, "native", out=out)
+    assert told.passed
+    assert told.lines() == [f"{archive}: 301 rows of {len(whole.columns)} outputs; 2 signals agree with {REFERENCE}"]
     columns = {"t": whole.t} | {end: whole[end] for end in whole.columns}
     assert out.read_text() == csv_text(columns)
 
@@ -192,7 +192,7 @@ from hystfmu.scenario import Run, run_scenarios
 path, stop, out = sys.argv[1:]
 if path.endswith(".ssp"):
     try:
-        main(["run", path, "--engine", "native", "--stop", stop, "-o", out + "/rows.csv"])
+        main(["simulate", path, "--engine", "native", "--stop", stop, "-o", out + "/rows.csv"])
     except SystemExit as e:
         assert e.code == 0
 else:

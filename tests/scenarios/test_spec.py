@@ -37,7 +37,7 @@ def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
         ("stop", 0.03005, ["stop", "multiple of the step"]),
         ("stop", 1e9, ["stop", "at most"]),
         ("ripple", 0, ["ripple", "greater than or equal to 1"]),
-        ("speed", 3, ["speed", "no such key"]),
+        ("speed", 3, ["speed", "There is no such key"]),
         ("order", ["plant", "pid"], ["order", "missing: ['reference']"]),
         ("order", ["plant", "reference", "pid", "pid"], ["order", "twice: ['pid']"]),
         ("order", ["plant", "reference", "pid", "ghost"], ["order", "unknown: ['ghost']"]),
@@ -155,5 +155,5 @@ def test_a_file_of_a_newer_version_names_the_remedy(loop: Any, write: Any, below
 
 def test_a_misspelt_key_is_named_and_not_the_one_that_it_leaves_out(loop: Any, write: Any) -> None:
     loop["stopp"] = loop.pop("stop")
-    with pytest.raises(InputError, match=r"scenario\.toml: stopp: there is no such key"):
+    with pytest.raises(InputError, match=r"scenario\.toml: stopp: There is no such key. Did you mean 'stop'"):
         run_scenarios([write(loop)], Run("native"))

@@ -12,8 +12,8 @@ import click
 from hystfmu.base.errors import InputError
 from hystfmu.base.replacing import may_replace, refusal, together
 from hystfmu.cli.columns import Columns, data_options
-from hystfmu.cli.options import OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option
-from hystfmu.report.verbosity import detail, echo, say
+from hystfmu.cli.options import FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option
+from hystfmu.report.verbosity import detail, echo, say, tell
 
 if TYPE_CHECKING:
     from hystfmu.data import Dataset
@@ -28,7 +28,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 
     for key in METHODS:
         try:
-            echo(f"{key}: {description(key)}")
+            tell(f"{key}: {description(key)}")
         except MissingExtra as e:
             echo(f"{key}: {e}")
             continue
@@ -39,7 +39,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 
 
 @click.command(cls=Command)
-@click.argument("data", nargs=-1, required=True)
+@click.argument("data", type=FILE, nargs=-1, required=True)
 @click.option(
     "--models",
     is_flag=True,
@@ -111,11 +111,11 @@ def fit(
     each with a memory of its own.
 
     \b
-    Example: hystfmu fit piezo.csv --model zhao_tan_mlp --train 2000:4200 -o piezo.model.toml
-             hystfmu fit stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output 3 -o stage.model.toml
+    Example: hystfmu fit piezo.csv --model zhao_tan_mlp -o piezo.model.toml
+             hystfmu fit stage.csv --time "Zeit [ms]" --input "Spannung [V]"
              hystfmu fit record.dat --rate 200 --input 1 --output 5
              hystfmu fit monday.csv tuesday.csv --model prandtl_ishlinskii
-             hystfmu fit oven.csv --model actuator --covariate "T [degC]" --covariate load
+             hystfmu fit oven.csv --model actuator --covariate "T [degC]"
              hystfmu fit piezo.csv --graph my.graph.toml -o my.model.toml
              hystfmu fit --models
     """
@@ -123,10 +123,12 @@ def fit(
     from hystfmu.face.fit_page import interval_of, interval_text
     from hystfmu.face.rows import free_run, parts, table_of
     from hystfmu.face.summary import evidence_lines, free_table
+    from hystfmu.identify.catalogue import method
     from hystfmu.report.progress import progress
     from hystfmu.report.terminal import table
 
     options = assignments(settings)
+    method(key)  # a misspelt kind is told before a missing file
     if graph is not None:
         if key != "auto":
             raise InputError(f"--graph and --model exclude each other. Got {graph} and {key}.")

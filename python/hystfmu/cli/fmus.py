@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option, unconfined_option
+from hystfmu.cli.options import (
+    FAILED,
+    FILE,
+    OUTPUT_FILE,
+    OUTPUT_FOLDER,
+    Command,
+    assignments,
+    json_option,
+    unconfined_option,
+)
 from hystfmu.report.verbosity import VERBOSE, echo, level, say
 
 if TYPE_CHECKING:
@@ -20,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command)
-@click.argument("model", metavar="M.model.toml|BLOCK|SCENARIO")
+@click.argument("model", type=FILE, metavar="M.model.toml|BLOCK|SCENARIO")
 @click.option("-o", "out", type=OUTPUT_FILE, metavar="X.fmu", help="FMU to write.")
 @click.option(
     "--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the FMI standard."
@@ -100,7 +109,7 @@ def export(
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
              hystfmu export piezo.model.toml --modelica .      writes ./Piezo
-             hystfmu export piezo.model.toml --modelica . --sheet stroke=38e-6 --sheet blocking_force=900
+             hystfmu export piezo.model.toml --modelica . --sheet stroke=38e-6
              hystfmu export delay --set n=3 --step 1e-4 -o delay.fmu
              hystfmu export scenarios/pid --controller -o c.fmu
     """
@@ -223,7 +232,7 @@ def _block(name: str, values: dict[str, Any]) -> Block:
 
 
 @click.command(cls=Command)
-@click.argument("fmu")
+@click.argument("fmu", type=FILE)
 @click.option("--seconds", default=60.0, show_default=True, help="Time limit of each check (s).")
 @unconfined_option
 @json_option

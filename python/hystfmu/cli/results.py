@@ -13,8 +13,8 @@ import click
 
 from hystfmu.base.replacing import refuse_existing
 from hystfmu.cli.columns import Columns, data_options
-from hystfmu.cli.options import FAILED, OUTPUT_FOLDER, Command, json_option
-from hystfmu.report.verbosity import detail, echo, say, wrong
+from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
+from hystfmu.report.verbosity import detail, echo, say, verdict, wrong
 
 if TYPE_CHECKING:
     from hystfmu.face.result import Result
@@ -124,7 +124,7 @@ def demo(out: str) -> None:
 
 
 @click.command(cls=Command, interrupted=_BEGUN)
-@click.argument("data", nargs=-1, required=True)
+@click.argument("data", type=FILE, nargs=-1, required=True)
 @click.option(
     "-o", "out", default="start", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
 )
@@ -146,7 +146,9 @@ def demo(out: str) -> None:
 )
 @click.option("--delay", type=int, metavar="STEPS", help="Steps between a measurement and its command. Default: 1.")
 @click.option("--resonance", metavar="HZ[,ZETA]", help="A known resonance that the record does not show.")
-@click.option("--amplifier", metavar="slew=..,max=..,min=..,current=..,capacitance=..", help="Limits of the amplifier.")
+@click.option(
+    "--amplifier", metavar="NAME=VALUE,...", help="Limits of the amplifier: slew, max, min, current, capacitance."
+)
 @click.option("--requirements", metavar="FILE", help="TOML file with the last ten options as keys.")
 @json_option
 def start(
@@ -171,7 +173,7 @@ def start(
 
     \b
     Example: hystfmu start data.csv -o mine
-             hystfmu start stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output "Weg [um]" --error 0.5
+             hystfmu start stage.csv --time "Zeit [ms]" --error 0.5
              hystfmu start stage.csv --reference triangle:100 --bandwidth 80
     """
     from hystfmu.base.files import load_toml
@@ -201,7 +203,9 @@ def start(
     detail(f"\n{made.model}")
     if loop is not None:
         if loop.race.found:
-            say("\n" + table(*race_table(loop, values=False)))
+            say("\n" + table(*race_table(loop, page=False)))
+            for why in dict.fromkeys(loop.race.refused.values()):
+                say(f"left out: {', '.join(n for n, reason in loop.race.refused.items() if reason == why)}: {why}")
         say("\n" + table(*reference_table(made.verdict)))
         head = ["case", "RMS % of stroke", "max %", "asked RMS %", "verdict", "what"]
         detail("\n" + table(head, [[*c.values()] for c in cases]))
@@ -214,8 +218,10 @@ def start(
     notes = [*made.verdict["reasons"], *made.notes, *made.model.fit.get("warnings", ())]
     for note in notes:
         echo(note if loop is None and note == notes[0] else f"warning: {note}", err=True)
-    say("\n" + table(["written", "file", "the same alone"], [[k, str(p), c] for k, (p, c) in made.files.items()]))
-    echo(sentence(made.verdict), err=not made.approved)
+    say("\nfiles, and the commands that make them:")
+    for what, (path, command) in made.files.items():
+        say(f"{what}: {path}\n    {command}")
+    verdict(sentence(made.verdict), made.approved)
     sys.exit(0 if made.approved else FAILED)
 
 

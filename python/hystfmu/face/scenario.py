@@ -575,6 +575,12 @@ class Scenario:
         spec = completed(self._spec, self._attached, self._origin)
         return Cases.of(check(spec, ScenarioSpec, self._origin), self._origin, self._attached, self._folder)
 
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: units in their order, connections, metrics, cases."""
+        from hystfmu.face.listed import scenario_html
+
+        return scenario_html(self._spec)
+
     def __repr__(self) -> str:
         counts = [(len(self._spec.get(key, ())), word) for key, word in (("units", "unit"), ("metrics", "metric"))]
         shown = [f"{n} {word}{'' if n == 1 else 's'}" for n, word in [*counts, (len(self.cases), "case")]]

@@ -77,7 +77,7 @@ class ClosedLoop:
 
     @property
     def approved(self) -> bool:
-        """Whether the loop keeps its margins over the set, every draw is bounded, and all that is asked is reached."""
+        """True if the loop keeps its margins over the set, every draw is bounded, and all requirements are met."""
         return self.results.passed and not self.margins.broken()
 
     @property
@@ -220,7 +220,7 @@ def _said(t: Tuned) -> str:
 
 @dataclass(frozen=True)
 class _Plan:
-    """What a scenario is built from."""
+    """Parts of a scenario."""
 
     found: Device
     ahead: Preview

@@ -34,7 +34,7 @@ _OPTION = re.compile(r"(\w+)=(\S+)")
 
 @dataclass(frozen=True)
 class Started:
-    """What `start` made.
+    """Result of `start`.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Started:
 
     @property
     def approved(self) -> bool:
-        """Whether there is a loop that holds what is asked."""
+        """True if there is a loop that meets the requirements."""
         return bool(self.verdict["approved"])
 
 

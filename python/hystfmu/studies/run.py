@@ -6,9 +6,10 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.extras import extras
 from hystfmu.report.plot import Figure
 from hystfmu.scenario import Run, build
 from hystfmu.studies.dask_pool import DaskPool
@@ -20,6 +21,9 @@ from hystfmu.studies.spec import LOOP_METRICS, Study, StudySpec
 from hystfmu.studies.store import Store
 from hystfmu.studies.summary import Summary, summarise
 from hystfmu.studies.task import OUTSIDE, Task, fingerprint, identity, row_of
+
+if TYPE_CHECKING:
+    import pandas
 
 _LIMIT_OF = {"timeout": "timeout", "memory": "memory", "killed": "memory"}  # native code without memory crashes
 
@@ -76,6 +80,23 @@ class Outcome:
     def _repr_html_(self) -> str:
         """As a notebook shows it: the answer, percentiles, failed runs, where table and report are."""
         return outcome_html(self.summary, self.failed, [self.table, self.report])
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a data frame with a row for each run: variation, case, parameters, metrics, status, reason.
+
+        Raises
+        ------
+        MissingExtra
+            pandas is not installed.
+        """
+        with extras("to_pandas()"):
+            import pandas
+        rows = [
+            {"variation": r["variation"], "case": r["case"], **r["values"], **r["metrics"]}
+            | {"status": r["status"], "reason": r["reason"]}
+            for r in self.rows
+        ]
+        return pandas.DataFrame(rows, index=pandas.Index([r["index"] for r in self.rows], name="index"))
 
     def plot(self) -> Figure:
         """The distributions of the metrics, those with a limit if there are any.

@@ -265,7 +265,7 @@ def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
     (tmp_path / "in.csv").write_text("t,u\n0,0\n1,1\n")
     out = tmp_path / "out.csv"
     command = [
-        "run",
+        "simulate",
         str(tmp_path / "gain.fmu"),
         "--input",
         str(tmp_path / "in.csv"),
@@ -278,6 +278,6 @@ def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert out.read_text() == "t,y\n0.0,0.0\n0.25,0.0\n0.5,-0.75\n0.75,-1.5\n1.0,-2.25\n"
     assert "5 rows, 0 to 1 s\ny  min -2.25  max 0  end -2.25" in done.output
-    done = CliRunner().invoke(main, [*command, "--case", "x"])
+    done = CliRunner().invoke(main, [*command, "--coupling", "jacobi"])
     assert done.exit_code == 2
-    assert "an FMU runs alone: it takes no --case" in done.output
+    assert "gain.fmu: --coupling is an option of .ssp files." in done.output

@@ -145,11 +145,11 @@ class MarginTable:
         if self.rows and delays:
             keys = [k for k in AT_DELAY if k not in OPTIONAL or any(r.margins[k] is not None for r in self.rows)]
             head = ["scenario", "cases", "slopes", "further steps", *(COLUMNS[k] for k in keys), "sector"]
-            lines.append(table(head, [c for r in self.rows for c in r.cells_at_delay(keys)]))
+            lines.append(table(head, [c for r in self.rows for c in r.cells_at_delay(keys)], keys=2))
         elif self.rows:
             keys = [k for k in COLUMNS if k not in OPTIONAL or any(r.margins[k] is not None for r in self.rows)]
             head = ["scenario", "cases", "slopes", *(COLUMNS[k] for k in keys)]
-            lines.append(table(head, [r.cells(keys) for r in self.rows]))
+            lines.append(table(head, [r.cells(keys) for r in self.rows], keys=2))
             lines += [FALLING] if COLUMNS["simulated_delay_steps"] in head else []
         if found := sorted({r.scenario for r in self.rows if r.margins["conditionally_stable"]}):
             lines.append(f"{CONDITIONAL}: {', '.join(found)}")

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from hystfmu.data.csv_file import csv_head, csv_rows
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.spec import MetricSpec
 from hystfmu.scenario.system.system import SHORTEST_CHUNK, Rows, System, signals
+
+if TYPE_CHECKING:
+    import pandas
 
 MOST_VALUES = 50_000_000  # doubles of a trace in memory
 
@@ -110,6 +114,21 @@ class Trace:
     def __repr__(self) -> str:
         names = [*list(self.columns)[:4], *(["..."] if len(self.columns) > 4 else [])]
         return f"Trace({len(self.t)} rows to t = {self.t[-1]:g} s, {', '.join(names)})"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a data frame: index ``t [s]``, a column for each output ``unit.output``.
+
+        Raises
+        ------
+        MissingExtra
+            pandas is not installed.
+        """
+        from hystfmu.base.extras import extras
+
+        with extras("to_pandas()"):
+            import pandas
+        frame = pandas.DataFrame(self.values, index=pandas.Index(self.t, name="t [s]"))
+        return frame.set_axis(sorted(self.columns, key=self.columns.__getitem__), axis="columns")
 
     def __getitem__(self, end: str) -> Array:
         return self.values[:, self.columns[end]]
