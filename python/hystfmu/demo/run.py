@@ -12,7 +12,7 @@ from hystfmu.base.steps import Steps
 from hystfmu.data import Dataset
 from hystfmu.data.signals import held_out
 from hystfmu.data.synthetic import VOLTS, displacement, piezo
-from hystfmu.face.explore import explorer
+from hystfmu.face.explore import explorer, explorer_of
 from hystfmu.fmu.check.check import check_fmu
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.identify import description, fit
@@ -137,7 +137,7 @@ def _export(steps: Steps, models: list[Model], out: Path) -> tuple[list[str], in
 
 def _checked(m: Model, path: Path, version: Literal[2, 3], name: str) -> list[str]:
     """Write an FMU and return the problems that the checks find."""
-    return [str(p) for p in check_fmu(export_fmu(m, path, fmi=version, name=name))]
+    return [str(p) for p in check_fmu(export_fmu(m, path, version, name, explorer=explorer_of(m)))]
 
 
 def _sections(models: list[Model], rows: list[list[str]], data: Dataset) -> list[Section]:
