@@ -153,7 +153,7 @@ build/tools: .venv/pyvenv.cfg constraints.txt
 	touch $@
 
 build/installed: build/tools pyproject.toml
-	$(EDITABLE) '.[train]'
+	$(EDITABLE) .
 	$(COMPILE)
 	touch $@
 
