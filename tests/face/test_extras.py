@@ -116,7 +116,7 @@ def test_an_import_that_nobody_guards_is_one_line_of_the_command(
 ) -> None:
     """The commands themselves are the last guard, for instance for the `demo`."""
 
-    def demo(_: Path) -> None:
+    def demo(_: Path, full: bool) -> None:
         raise ModuleNotFoundError(f"No module named '{package}.nn'", name=f"{package}.nn")
 
     monkeypatch.setattr("hystfmu.demo.run.demo", demo)

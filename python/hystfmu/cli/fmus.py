@@ -52,11 +52,6 @@ if TYPE_CHECKING:
     help="Also pack the C source: one file that contains the data, and needs FMI headers.",
 )
 @click.option(
-    "--explorer",
-    is_flag=True,
-    help="Put the explorer into the documentation: the model runs in the page, some 60 kB more.",
-)
-@click.option(
     "--modelica", "folder", type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write a Modelica package into."
 )
 @click.option(
@@ -81,7 +76,6 @@ def export(
     name: str | None,
     platforms: Literal["host", "all"],
     source: bool,
-    explorer: bool,
     folder: str | None,
     sheet: tuple[str, ...],
     settings: tuple[str, ...],
@@ -122,7 +116,6 @@ def export(
             "--set": settings,
             "--step": step,
             "--in-range": in_range,
-            "--explorer": explorer,
             "--sheet": sheet,
         }
         if wrong := [option for option, value in others.items() if value]:
@@ -170,7 +163,7 @@ def export(
         say(f"library path of HystFMU, which it uses: {shipped_library()}")
     if out is None:
         return
-    path = loaded.export(out, version, name or own, platforms, source, explorer)
+    path = loaded.export(out, version, name or own, platforms, source)
     _wrote(path, version, source)
 
 

@@ -110,17 +110,19 @@ def _papers(folder: str | None) -> ModuleType:
 @click.option(
     "-o", "out", default="demo", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
 )
-def demo(out: str) -> None:
+@click.option("--full", is_flag=True, help="Fit five kinds of model and run all shipped scenarios too; needs torch.")
+def demo(out: str, full: bool) -> None:
     """Run the whole workflow on built-in data.
 
-    Fits and compares models, exports FMUs, runs scenarios and writes a report.
+    Fits a model, inverts it, exports FMUs and Modelica, runs a closed loop with its corners and writes a report.
 
     \b
     Example: hystfmu demo -o demo
+             hystfmu demo --full -o all
     """
     from hystfmu.demo.run import demo as run_demo
 
-    sys.exit(0 if run_demo(Path(out)) else FAILED)
+    sys.exit(0 if run_demo(Path(out), full) else FAILED)
 
 
 @click.command(cls=Command, interrupted=_BEGUN)

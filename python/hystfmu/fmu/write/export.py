@@ -107,7 +107,7 @@ def export_fmu(
     source : bool
         Also pack the source: one C file, which needs the headers of the FMI standard and the C library.
     explorer : Explorer, optional
-        The model in the page of the documentation, which is then some 60 kB larger.
+        The model in the page of the documentation, instead of the picture of the reference experiment.
     stop : float, optional
         End (s) of the default experiment; by default 1000 steps.
     text : str, optional

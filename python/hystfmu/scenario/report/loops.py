@@ -14,7 +14,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph
 from hystfmu.graph.rate_classes import is_hysteretic
 from hystfmu.model.explored import explored_graph
-from hystfmu.report.explorer import Explored, Explorer, packed_core
+from hystfmu.report.explorer import Explored, Explorer
 from hystfmu.report.page import Section, Table
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Stopped
@@ -108,13 +108,12 @@ DIVERGED = 1e9  # no input of a stable loop, in any unit of measure
 def loop_explorer(systems: Sequence[System]) -> Section | None:
     """Return the part of a page for the hysteretic units of systems with equal units of measure at their ports.
 
-    None without such units, or without the core for pages.  A unit that differs from another in values only is left
-    out: a reader can move them.
+    None without such units.  A unit that differs from another in values only is left out: a reader can move them.
     """
     models: dict[str, Explored] = {}
     ports: tuple[str, str] | None = None
     seen: set[str] = set()
-    for system in systems if packed_core() is not None else ():
+    for system in systems:
         for part in _plants(system):
             own = tuple(unit_of(system, f"{part.name}.{names[0]}") for names in (part.inputs, part.outputs))
             form = f"{own} {[(n.name, n.type, n.dims) for n in part.own.nodes]} {part.own.wires}"

@@ -21,8 +21,8 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.archive.cache import unpacked
-from hystfmu.scenario.ssp.elements import SSV, connections
-from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE, SSD
+from hystfmu.scenario.ssp.elements import SSD, SSV, connections
+from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, Scheme, UnitSpec
