@@ -120,7 +120,7 @@ def fit(
              hystfmu fit --models
     """
     import hystfmu as hy
-    from hystfmu.face.fit_page import interval_of, interval_text
+    from hystfmu.face.interval import interval_text, known, with_interval
     from hystfmu.face.rows import free_run, parts, table_of
     from hystfmu.face.summary import evidence_lines, free_table
     from hystfmu.identify.catalogue import method
@@ -141,6 +141,7 @@ def fit(
     with progress(f"fitting {key}") as report:
         kind: Any = Path(graph) if graph is not None else key
         model = hy.fit(measured, kind, seed=seed, progress=report, purpose=purpose, **options)
+        model = with_interval(model, measured)
     name = f"{measured.stem}.{model.key}"
     if out is None:
         out, folder = f"{name}.model.toml", folder or "."
@@ -149,11 +150,10 @@ def fit(
         page = None if folder is None else model.report(measured, Path(folder) / f"{name}.html")
     f = model.fit
     y = free_run(model, measured)
-    found, (new, which) = parts(y, measured, True), interval_of(model, y, measured, False)
+    found = parts(y, measured, True)
     if as_json:
         told = [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]
-        more: dict[str, Any] = {"interval": vars(new)} if new else {}
-        more |= {"page": str(page)} if page else {}
+        more = {"page": str(page)} if page else {}
         echo(json.dumps({"model": model.key, "file": out, **f, "errors": told, **more}))
         return
     if key == "auto":
@@ -185,8 +185,7 @@ def fit(
     if len(found) > 1:
         shown = table_of(found, measured.unit_y)
         say("\n" + table(shown.head, shown.rows))
-    if new is not None:
-        say(interval_text(new, which, measured.unit_y))
+    say(interval_text(known(model, measured), measured.unit_y))
     for line in evidence_lines(model):
         say(line)
     detail(f"\n{model}\n")

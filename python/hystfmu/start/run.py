@@ -15,6 +15,7 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.base.steps import Steps
 from hystfmu.data import Dataset
+from hystfmu.face.interval import with_interval
 from hystfmu.face.model import Model
 from hystfmu.identify.auto import REFUSED
 from hystfmu.start.closed_loop import ClosedLoop, close
@@ -116,7 +117,7 @@ def start(
     def fitted() -> tuple[str, list[str]]:
         with shown("fitting") as progress:
             model, why, notes = _model(data, key, seed, progress)
-        model.save(file)
+            with_interval(model, data).save(file)
         return why, notes
 
     why, notes = steps.run("fit", [*data.identity, key, seed], [file], fitted)
