@@ -85,7 +85,7 @@ def bouc_wen(p, state, u, t, dt):
 
 
 def jiles_atherton(p, state, u, t, dt):
-    """dM/dH = chi / (1 - alpha chi), chi = max(0, s (M_an - M)) / k + c dM_an/dH_e, Jiles & Atherton 1986; Runge-Kutta."""
+    """dM/dH = chi / (1 - alpha chi), chi = max(0, s (M_an - M)) / k + c dM_an/dH_e, Jiles & Atherton 1986."""
     if p.m0:
         raise NotImplementedError("a magnetised start")
     m, last = (0.0, p.u0) if state is None else state
