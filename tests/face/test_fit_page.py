@@ -16,7 +16,7 @@ from hystfmu.data.signals import decaying_sine, training
 from hystfmu.face.fit_page import densities
 from hystfmu.face.interval import FOLDS, cross_errors, interval_text, known
 from hystfmu.face.rows import parts
-from hystfmu.identify.features.validation_blocks import validation_rows
+from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.one import fit_one
 
 

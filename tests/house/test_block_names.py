@@ -126,6 +126,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         "sum": "plant_model(): what the model misses",
     },
     "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
+    "demo/loop.py": {"noise": "unit of the loop", "pid": "unit of the loop"},
     "face/defaults.py": {"reference": "the reference signal of a new scenario"},
     "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},
     "modelica/actuator": dict.fromkeys(

@@ -101,7 +101,7 @@ def cross_errors(model: Model, data: Dataset, e: Array) -> Array:
     e : array, shape (n,)
         Errors of `model`.
     """
-    from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
+    from hystfmu.identify.cuts import validation_rows, without_outermost
 
     tested, alone = np.full(len(e), np.nan), np.zeros(len(e), dtype=bool)
     for fold in FOLDS:

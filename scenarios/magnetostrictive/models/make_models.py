@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.features.dynamics import hysteresis
+from hystfmu.identify.estimate.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
 

@@ -15,12 +15,12 @@ from pathlib import Path
 import click
 import pytest
 from click.testing import CliRunner
-from hystfmu.papers.row import Row
-from hystfmu.papers.table import Report
 
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.report import terminal
+from papers.row import Row
+from papers.table import Report
 
 ROOT = Path(__file__).parents[3]
 KIND = "prandtl_ishlinskii"
@@ -73,7 +73,7 @@ def narrow(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(terminal, "width", lambda: 80)
     rows = [Row("tracking error of the compensator over all of the records", 1.0, 1.1, 1.2, target=2.0, seeds=5)]
     report = Report("zhao_tan_2008", "a source with a title", tuple(rows), ())
-    monkeypatch.setattr("hystfmu.papers.zhao_tan_2008.table", lambda *_: report)
+    monkeypatch.setattr("papers.zhao_tan_2008.table", lambda *_: report)
     return folder
 
 

@@ -13,10 +13,10 @@ from click.testing import CliRunner
 
 import hystfmu as hy
 from hystfmu.cli import main
-from hystfmu.identify.features.dynamics import hysteresis
-from hystfmu.scenario import Scenario, build, run_scenarios
-from hystfmu.scenario.loop_margins import open_loop
-from hystfmu.scenario.verdict.baseline import Baseline
+from hystfmu.identify.estimate.dynamics import hysteresis
+from hystfmu.scenario import Run, Scenario, build, run_scenarios
+from hystfmu.scenario.loop.opening import open_loop
+from hystfmu.scenario.outcome.baseline import Baseline
 
 ROOT = Path(__file__).parents[3]
 ROD = ROOT / "scenarios" / "magnetostrictive"
@@ -128,7 +128,7 @@ def test_they_run_as_fmus_with_the_bits_of_the_core(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["pid", *(pytest.param(name, marks=pytest.mark.stress) for name in LOOPS[:2])])
 def test_every_case_meets_limit_and_baseline(name: str) -> None:
-    results = run_scenarios([ROD / name], engine="native")
+    results = run_scenarios([ROD / name], Run("native"))
     assert [line for r in results for line in r.failures()] == []
     assert all(v.limit is not None for r in results for v in r.verdicts)
 
