@@ -93,8 +93,9 @@ def export(
 
     The Modelica package contains a record of the parameter values, a block and an example.  It uses the HystFMU
     library, which is installed with this program; a line says where.  A model from volts to a length also gives a piezo
-    actuator between pins and flanges.  --sheet takes stroke (m), blocking_force (N), capacitance (F, small signal),
-    capacitance_ratio (mean over small signal), resonance (Hz) and damping.
+    actuator between pins and flanges, one from amperes a magnetostrictive one.  --sheet takes stroke (m),
+    blocking_force (N), capacitance (F, small signal), capacitance_ratio (mean over small signal), or inductance (H,
+    mean) and resistance (ohm) of a coil, resonance (Hz) and damping.
 
     --controller makes one unit of all between reference r and measured output y on one side and command u on the other:
     feed-forward, controller, inverse, known limits, anti-windup.  It is called once for each sample.  With u_present,
