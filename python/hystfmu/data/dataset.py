@@ -22,6 +22,7 @@ from hystfmu.data.record_rows import (
     LEAST_ROWS,
     check_finite,
     check_one_step,
+    check_time,
     line_of,
     row_behind,
     row_of,
@@ -29,7 +30,6 @@ from hystfmu.data.record_rows import (
     train_rows,
 )
 from hystfmu.data.resampling import resample_rows
-from hystfmu.data.time_grid import check_time
 
 if TYPE_CHECKING:
     import pandas
@@ -467,7 +467,7 @@ class Dataset:
         MissingExtra
             pandas is not installed.
         """
-        from hystfmu.base.extras import extras
+        from hystfmu.base.errors import extras
 
         with extras("to_pandas()"):
             import pandas

@@ -15,9 +15,8 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.data.record_rows import train_rows
+from hystfmu.data.record_rows import check_increasing, train_rows
 from hystfmu.data.reversals import reversals
-from hystfmu.data.time_grid import check_increasing
 
 GAP = 4.5  # median steps: three lost samples in a row are bridged, four are not
 LOST = 0.02  # share of lost samples up to which a record is resampled without a word of its user

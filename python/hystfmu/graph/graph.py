@@ -17,9 +17,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.core.executor import Executor
 from hystfmu.core.library import Var
 from hystfmu.graph.block_file import block_file, token_of
-from hystfmu.graph.dependencies import dependencies
+from hystfmu.graph.dependencies import dependencies, evaluation_order
 from hystfmu.graph.node import Node, Value
-from hystfmu.graph.order import evaluation_order
 from hystfmu.graph.ports import ContinuousState, Input, Output, Port, element_names
 
 __all__ = ["ContinuousState", "Graph", "Input", "Node", "Output", "Port", "Value"]

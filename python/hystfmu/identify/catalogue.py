@@ -6,9 +6,7 @@ import importlib
 import pkgutil
 from types import ModuleType
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import MissingExtra, extras
-from hystfmu.base.near import meant
+from hystfmu.base.errors import InputError, MissingExtra, extras, meant
 from hystfmu.identify import methods
 from hystfmu.identify.candidate import Candidate
 from hystfmu.identify.options import Option

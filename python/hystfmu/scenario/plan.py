@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.near import meant
+from hystfmu.base.errors import InputError, meant
 from hystfmu.scenario.system.case import Case, Scenario, split_end
 from hystfmu.scenario.system.inside import scenario_folders
 from hystfmu.scenario.system.spec import Scheme

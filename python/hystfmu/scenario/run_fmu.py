@@ -15,7 +15,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import MOST_BYTES, check_target
 from hystfmu.base.printable import printable
 from hystfmu.data.csv_file import write_csv
-from hystfmu.data.reader.measures import TIME
+from hystfmu.data.reader.headings import TIME
 from hystfmu.data.reader.reading import table_in
 from hystfmu.data.reader.roles import NAMES
 from hystfmu.scenario.engine.alone import Task, run_alone

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.fmu.foreign.finding import Ended, Finding
+from hystfmu.fmu.foreign.instance import Ended, Finding
 from hystfmu.scenario import run_fmu as module
 from hystfmu.scenario.engine import alone
 from hystfmu.scenario.engine.alone import Task, _inputs, _run, main

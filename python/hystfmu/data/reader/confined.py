@@ -13,11 +13,10 @@ import numpy as np
 
 from hystfmu.base.child import Child
 from hystfmu.base.confine import Box
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.data.reader.arrays import Named, table_of
 from hystfmu.data.reader.delimited import delimited
-from hystfmu.data.reader.measures import spelling
+from hystfmu.data.reader.headings import spelling
 from hystfmu.data.reader.table import Table
 
 SECONDS = 120.0  # time limit of the parser

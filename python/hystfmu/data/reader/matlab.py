@@ -19,7 +19,7 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.data.reader.arrays import Named, table_of
-from hystfmu.data.reader.header import stated_step
+from hystfmu.data.reader.headings import stated_step
 from hystfmu.data.reader.table import Table
 
 HEADER, TAG = 128, 8

@@ -17,10 +17,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hystfmu.fmu.check.foreign_library import STEPS, ForeignFmu, tangent_differs
-from hystfmu.fmu.check.trial import MADE, Trial, making
-from hystfmu.fmu.foreign.finding import Finding
-from hystfmu.fmu.foreign.instance import REAL, Instance, Values, count
+from hystfmu.fmu.check.foreign_library import MADE, STEPS, ForeignFmu, Trial, making, tangent_differs
+from hystfmu.fmu.foreign.instance import REAL, Finding, Instance, Values, count
 
 _SMALL = 1e-4  # fraction of a step: the effect of direct feed-through stays, that of a state vanishes
 _LEAK, _LEAST_GROWTH = 32, 1 << 20  # bytes per step; total bytes above the noise of the allocator

@@ -13,13 +13,12 @@ from typing import Literal
 
 from hystfmu.base import __version__
 from hystfmu.core.library import Var
-from hystfmu.fmu.archive.xml_file import xml_file
+from hystfmu.fmu.archive.writing import xml_file
+from hystfmu.fmu.write.about import Facts
 from hystfmu.fmu.write.measures import rate_unit, unit_definitions
-from hystfmu.fmu.write.trained import Facts
 from hystfmu.graph import Graph, Port
 from hystfmu.graph.dependencies import Knowns, dependencies
-from hystfmu.graph.rate_classes import is_hysteretic, is_sampled, needs_step
-from hystfmu.graph.sample_time import sample_time, suitable_step
+from hystfmu.graph.sample_time import is_hysteretic, is_sampled, needs_step, sample_time, suitable_step
 
 Fmi = Literal[2, 3]
 

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.near import meant
+from hystfmu.base.errors import InputError, meant
 from hystfmu.core.library import Var
 from hystfmu.graph import Graph
 

@@ -16,11 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.child import Child, late, limit_memory
+from hystfmu.base.child import Child, late, limit_memory, open_result, read_result
 from hystfmu.base.confine import Box
-from hystfmu.base.results import open_result, read_result
-from hystfmu.fmu.foreign.finding import Ended, Finding
-from hystfmu.fmu.foreign.instance import REAL
+from hystfmu.fmu.foreign.instance import REAL, Ended, Finding
 from hystfmu.fmu.foreign.simulated import Simulated
 from hystfmu.scenario.engine.isolated import MOST_ENDED, one_line, without_result
 from hystfmu.scenario.outcome.trace import Stopped

@@ -15,9 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hystfmu.base.child import Child, late, limit_memory
+from hystfmu.base.child import Child, late, limit_memory, open_result, read_result
 from hystfmu.base.confine import CANNOT, Box
-from hystfmu.base.results import open_result, read_result
 from hystfmu.scenario.engine.master import Engine, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.system.foreign import Foreign

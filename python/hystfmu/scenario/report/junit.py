@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hystfmu.base.files import write_bytes
-from hystfmu.fmu.archive.xml_file import xml_file
+from hystfmu.fmu.archive.writing import xml_file
 
 if TYPE_CHECKING:
     from hystfmu.scenario.verdict.result import Result
