@@ -10,6 +10,7 @@ import functools
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from hystfmu.base import PACKAGE
 
@@ -22,49 +23,27 @@ _D = C.POINTER(C.c_double)
 _I = C.POINTER(C.c_int)
 
 
+def _fields(text: str) -> list[tuple[str, Any]]:
+    """Return the fields of a structure: name and letter of the type of each."""
+    kinds = {"s": C.c_char_p, "i": C.c_int, "d": C.c_double, "p": C.c_void_p}
+    return [(name, kinds[letter]) for name, _, letter in (word.partition(":") for word in text.split())]
+
+
 class RawVar(C.Structure):
     """`hyst_var` of hyst.h."""
 
-    _fields_ = [
-        ("name", C.c_char_p),
-        ("kind", C.c_int),
-        ("type", C.c_char_p),
-        ("start", C.c_double),
-        ("lo", C.c_double),
-        ("hi", C.c_double),
-        ("size", C.c_char_p),
-        ("unit", C.c_char_p),
-        ("text", C.c_char_p),
-    ]
+    _fields_ = _fields("name:s kind:i type:s start:d lo:d hi:d size:s unit:s text:s")
 
 
 class _Dim(C.Structure):
-    _fields_ = [
-        ("name", C.c_char_p),
-        ("start", C.c_int),
-        ("lo", C.c_int),
-        ("hi", C.c_int),
-        ("text", C.c_char_p),
-    ]
+    _fields_ = _fields("name:s start:i lo:i hi:i text:s")
 
 
 class _Told(C.Structure):
-    _fields_ = [
-        ("text", C.c_char_p),
-        ("equation", C.c_char_p),
-        ("source", C.c_char_p),
-        ("family", C.c_char_p),
-        ("inverts", C.c_char_p),
-        ("invert_condition", C.c_char_p),
-        ("tolerance", C.c_char_p),
-        ("hold", C.c_char_p),
-        ("rule_error", C.c_double),
-        ("rule_step", C.c_double),
-        ("smooth", C.c_double),
-        ("sensitivity", C.c_void_p),
-        ("derives", C.c_int),
-        ("differences", C.c_char_p),
-    ]
+    _fields_ = _fields(
+        "text:s equation:s source:s family:s inverts:s invert_condition:s tolerance:s hold:s "
+        "rule_error:d rule_step:d smooth:d sensitivity:p derives:i differences:s"
+    )
 
 
 _OUTPUT = C.CFUNCTYPE(None, _I, _D, _D, _D, _D)
@@ -254,27 +233,17 @@ class BlockType:
         return (C.c_int * (len(self.dims) + 1))(*[dims[d.name] for d in self.dims])  # + 1: a block may have no size
 
 
-def _library() -> C.CDLL:
+@functools.cache
+def library() -> C.CDLL:
+    """Load the compiled core and declare the argument types of the graph executor."""
     suffix = {"win32": "dll", "darwin": "dylib"}.get(sys.platform, "so")
     path = PACKAGE / f"_core.{suffix}"
     if not path.exists():
         raise ImportError(f"the compiled core {path.name} is missing: install the package with 'pip install .'")
-    return C.CDLL(str(path))
-
-
-@functools.cache
-def library() -> C.CDLL:
-    """Load the compiled core and declare the argument types of the graph executor."""
-    lib = _library()
+    lib = C.CDLL(str(path))
     lib.hyst_graph_measure.argtypes = [C.c_char_p, C.c_size_t, C.POINTER(C.c_size_t), C.POINTER(RawError)]
-    lib.hyst_graph_open.argtypes = [
-        C.c_char_p,
-        C.c_size_t,
-        C.c_void_p,
-        C.c_size_t,
-        C.POINTER(C.c_void_p),
-        C.POINTER(RawError),
-    ]
+    size, handle = C.c_size_t, C.POINTER(C.c_void_p)
+    lib.hyst_graph_open.argtypes = [C.c_char_p, size, C.c_void_p, size, handle, C.POINTER(RawError)]
     lib.hyst_message.argtypes = [C.POINTER(RawError), C.c_char_p, C.c_size_t]
     lib.hyst_interval.argtypes = [C.POINTER(RawVar), C.c_char_p, C.c_size_t]
     lib.hyst_interval.restype = None

@@ -24,12 +24,11 @@ from hystfmu.data.record_rows import (
     check_one_step,
     check_time,
     line_of,
-    row_behind,
     row_of,
     starts_of,
     train_rows,
 )
-from hystfmu.data.resampling import resample_rows
+from hystfmu.data.resampling import resample
 
 if TYPE_CHECKING:
     import pandas
@@ -156,7 +155,7 @@ class Dataset:
         object.__setattr__(self, "covariates", covariates)
         object.__setattr__(self, "starts", starts_of(starts, len(self.t), where))
         for rows in self.records:
-            check_time(self.t[rows], partial(row_behind, where, rows.start), None)
+            check_time(self.t[rows], partial(row_of, where, first=rows.start), None)
         check_one_step(self.t, self.records, where)
         object.__setattr__(self, "train", train_rows(train, len(self.t), where))
         object.__setattr__(self, "read_as", "")
@@ -380,7 +379,7 @@ class Dataset:
             raise InputError(
                 f"{where}: The data to resample must be one record. Got {len(self.starts)} records instead."
             )
-        t, u, y, rows = resample_rows(self.t, self.u, self.y, self.train, rate, where, partial(row_of, where))
+        t, u, y, rows = resample(self.t, self.u, self.y, rate, where, rows=self.train)
         made = replace(self, t=t, u=u, y=y, train=rows, covariates=self.covariates.at(t, self.t))
         object.__setattr__(made, "titles", self.titles)
         return made

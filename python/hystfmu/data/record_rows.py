@@ -72,14 +72,9 @@ def check_one_step(t: Array, records: Sequence[slice], where: str) -> None:
             )
 
 
-def row_of(where: str, row: int) -> str:
-    """Name a row for a message."""
-    return f"{where}: row {row}"
-
-
-def row_behind(where: str, first: int, row: int) -> str:
-    """Name a row of a part that begins at row `first` for a message."""
-    return row_of(where, first + row)
+def row_of(where: str, row: int, first: int = 0) -> str:
+    """Name a row for a message, of a part that begins at row `first`."""
+    return f"{where}: row {first + row}"
 
 
 def line_of(where: str, lines: Sequence[int], row: int) -> str:

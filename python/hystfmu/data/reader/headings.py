@@ -20,27 +20,8 @@ TIME = {  # unit of time: counts of it in a second, or seconds in a count
 }
 DRIVES = ("V", "mV", "kV", "A", "mA", "A/m", "kA/m", "Oe", "V/m", "kV/mm", "kV/cm")
 LENGTHS = ("m", "mm", "um", "nm", "pm", "cm")
-OTHERS = (
-    "N",
-    "mN",
-    "kN",
-    "Pa",
-    "MPa",
-    "T",
-    "mT",
-    "rad",
-    "mrad",
-    "urad",
-    "deg",
-    "K",
-    "degC",
-    "%",
-    "Hz",
-    "kHz",
-    "C",
-    "1",
-)
-KNOWN = frozenset((*TIME, *DRIVES, *LENGTHS, *OTHERS))
+MORE = ("N", "mN", "kN", "Pa", "MPa", "T", "mT", "rad", "mrad", "urad", "deg", "K", "degC", "%", "Hz", "kHz", "C", "1")
+KNOWN = frozenset((*TIME, *DRIVES, *LENGTHS, *MORE))
 _WORDS = {  # other spellings, in small letters
     **dict.fromkeys(("sec", "secs", "second", "seconds", "sek", "sekunde", "sekunden", "seconde", "secondes"), "s"),
     **dict.fromkeys(("msec", "millisecond", "milliseconds", "millisekunden"), "ms"),

@@ -42,7 +42,6 @@ QUANTITIES = {  # a sensor has them the other way round: see `chosen`
     ),
 }
 
-
 _MATRIX = re.compile(r"|.*\(:,\d+\)")  # columns without names
 _NUMBERED = re.compile(
     rf"{_MATRIX.pattern}|(?:ch|chan|channel|kanal|ai|c)?[ _]?\d+|(?:ch|channel|kanal) ?[a-h]", re.IGNORECASE
