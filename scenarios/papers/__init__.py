@@ -14,8 +14,7 @@ from types import ModuleType
 
 from threadpoolctl import threadpool_limits
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from papers.row import Row
 from papers.table import Report
 

@@ -18,8 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.data import Dataset, synthetic
 from hystfmu.data.synthetic import DECIMATE_MULTISINE, DECIMATE_SWEEP, RATE, UPSAMPLING, benchmark_multisine, decimate
 from hystfmu.model.accuracy import rms

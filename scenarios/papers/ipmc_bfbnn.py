@@ -1,6 +1,6 @@
 """IPMC paper: basis-function network with and without the auxiliary function f, on a synthetic sensor.
 
-The measurements of the paper are not published.  The sensor is `hystfmu.data.synthetic_ipmc`, scaled to 1 mV.  Figure
+The measurements of the paper are not published.  The sensor is `papers.ipmc_sensor`, scaled to 1 mV.  Figure
 3 and table 1 keep the protocol of the paper: one decaying sine, here of 10 Hz, validated on another decay, the first
 0.098 s left out.  The decays, the length (not printed) and the reading of equation 3 are scanned:
 as printed f only grows; with the sign of u - u_ex it is an operator.  The noise is the largest that the printed IC(10)
@@ -22,7 +22,6 @@ from threadpoolctl import threadpool_limits
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset, signals
-from hystfmu.data.synthetic_ipmc import RATE, STROKE, VOLTAGE, excitation, ipmc, sensor
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import errors, fit
 from hystfmu.identify.features.monomials import basis, lagged
@@ -30,6 +29,7 @@ from hystfmu.identify.methods.polynomial_narx import least_squares
 from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.model import Model
 from hystfmu.report.plot import Line, Plot
+from papers.ipmc_sensor import RATE, STROKE, VOLTAGE, excitation, ipmc, sensor
 from papers.row import Row
 from papers.statements import ipmc_bfbnn as statements
 from papers.statements.ipmc_bfbnn import N, Q

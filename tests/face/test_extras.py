@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 import hystfmu as hy
-from hystfmu.base.extras import EXTRAS, MissingExtra, extras
+from hystfmu.base.errors import EXTRAS, MissingExtra, extras
 from hystfmu.cli import main
 
 PROGRAM = """

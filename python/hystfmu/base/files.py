@@ -15,8 +15,7 @@ from typing import IO, Any, TypeVar
 import pydantic
 import tomli_w
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.near import meant, meant_file
+from hystfmu.base.errors import InputError, meant, meant_file
 from hystfmu.base.printable import printable, unprintable
 from hystfmu.base.replacing import place
 

@@ -8,8 +8,7 @@ from typing import Any
 import click
 
 from hystfmu import __version__
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.base.printable import printable
 from hystfmu.cli import design, fit, fmus, models, predict, results, run, scenarios, simulate, study
 from hystfmu.cli.options import BAD_INPUT, INTERRUPTED, Command

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def _list_models(context: click.Context, option: click.Parameter, asked: bool) -> None:
     if not asked:
         return
-    from hystfmu.base.extras import MissingExtra
+    from hystfmu.base.errors import MissingExtra
     from hystfmu.identify import METHODS, description, options
     from hystfmu.report.terminal import table
 

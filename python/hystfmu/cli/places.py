@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.near import meant, meant_file
+from hystfmu.base.errors import InputError, meant, meant_file
 from hystfmu.report.verbosity import echo
 
 

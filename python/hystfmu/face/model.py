@@ -16,7 +16,7 @@ from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.printable import escape
 from hystfmu.data import Dataset
-from hystfmu.data.reader.frames import Columns, is_frame
+from hystfmu.data.reader.arrays import Columns, is_frame
 from hystfmu.face.summary import evidence_lines, names, tables
 from hystfmu.graph.blocks import Block
 from hystfmu.model import Model as Record

@@ -83,7 +83,7 @@ class Results(list[Result]):
         MissingExtra
             pandas is not installed.
         """
-        from hystfmu.base.extras import extras
+        from hystfmu.base.errors import extras
 
         with extras("to_pandas()"):
             import pandas

@@ -15,9 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import MissingExtra, extras
-from hystfmu.base.near import meant
+from hystfmu.base.errors import InputError, MissingExtra, extras, meant
 from hystfmu.identify import methods
 
 

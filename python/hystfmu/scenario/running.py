@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.near import meant
+from hystfmu.base.errors import InputError, meant
 from hystfmu.scenario.engine.fmu_member import FmuStore
 from hystfmu.scenario.engine.simulation import Run, chunks
 from hystfmu.scenario.loop.limits import loop_figures

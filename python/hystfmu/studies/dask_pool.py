@@ -14,8 +14,7 @@ from contextlib import suppress
 from itertools import islice
 from typing import Any
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.scenario.engine.simulation import Run
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.task import Runner, Task, row_of

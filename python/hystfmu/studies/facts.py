@@ -13,8 +13,7 @@ import pydantic
 from pydantic import Field
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.base.files import read_bytes
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.spec import Study

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.report.plot import Figure
 from hystfmu.scenario import Run, build
 from hystfmu.studies.dask_pool import DaskPool

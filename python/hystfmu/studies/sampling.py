@@ -10,8 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.studies.loop_limits import LoopLimits
 from hystfmu.studies.spec import MOST_ROWS, Study
 

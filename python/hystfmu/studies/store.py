@@ -22,8 +22,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.base.files import check_target, read_bytes, write_bytes
 from hystfmu.base.replacing import own, refuse_existing
 from hystfmu.studies.folder_lock import close_locked, open_locked

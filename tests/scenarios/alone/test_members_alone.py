@@ -18,7 +18,7 @@ import pytest
 from engines import ready
 from reference_fmus import reference_fmu
 
-from hystfmu.fmu.foreign.finding import Finding
+from hystfmu.fmu.foreign.instance import Finding
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Node
 from hystfmu.scenario.engine.master import ENGINES, chunks_here

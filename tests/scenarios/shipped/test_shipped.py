@@ -14,11 +14,11 @@ from click.testing import CliRunner
 from hystfmu.cli import main
 from hystfmu.data import Dataset
 from hystfmu.data.signals import decaying_sine
-from hystfmu.data.synthetic_ipmc import RATE, STROKE, sensor
 from hystfmu.identify import fit
 from hystfmu.model import Model
 from hystfmu.scenario import Run, Scenario, build, run_scenarios
 from hystfmu.scenario.outcome.baseline import Baseline
+from papers.ipmc_sensor import RATE, STROKE, sensor
 
 ROOT = Path(__file__).parents[3] / "scenarios"
 FOLDERS = sorted(p.parent for p in ROOT.glob("*/scenario.toml"))

@@ -297,7 +297,7 @@ def write_target(case: Case, folder: str | Path, name: str | None = None) -> tup
     InputError
         The controller cannot be cut out of the case, the name is none of C, or a file cannot be written.
     """
-    from hystfmu.fmu.write.target import target_files
+    from hystfmu.fmu.write.sources import target_files
 
     found, name = controller(case), case.scenario if name is None else name
     if not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):

@@ -9,7 +9,7 @@ import ctypes as C
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from hystfmu.fmu.foreign.finding import Finding
+from hystfmu.fmu.foreign.instance import Finding
 from hystfmu.fmu.foreign.simulated import Simulated
 from hystfmu.scenario.engine.fmu_member import FmuMember, FmuStore
 from hystfmu.scenario.engine.member import Calls, Slot, SteppedMember

@@ -17,10 +17,9 @@ from typing import IO, Any
 
 import numpy as np
 
-from hystfmu.base.child import Child, late, limit_memory
+from hystfmu.base.child import Child, late, limit_memory, open_result, read_result
 from hystfmu.base.confine import CANNOT, Box
-from hystfmu.base.results import open_result, read_result
-from hystfmu.fmu.foreign.finding import Finding
+from hystfmu.fmu.foreign.instance import Finding
 from hystfmu.scenario.engine.fmu_member import FmuStore
 from hystfmu.scenario.engine.master import Engine, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace

@@ -123,7 +123,7 @@ class Trace:
         MissingExtra
             pandas is not installed.
         """
-        from hystfmu.base.extras import extras
+        from hystfmu.base.errors import extras
 
         with extras("to_pandas()"):
             import pandas

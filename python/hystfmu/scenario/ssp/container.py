@@ -20,10 +20,8 @@ from hystfmu.base import PACKAGE, __version__
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED
-from hystfmu.fmu.archive.xml_file import xml_file
-from hystfmu.fmu.archive.zip_file import zip_file
-from hystfmu.fmu.foreign.carried import carried
-from hystfmu.fmu.foreign.finding import Finding
+from hystfmu.fmu.archive.writing import xml_file, zip_file
+from hystfmu.fmu.foreign.instance import Finding, carried
 from hystfmu.fmu.write.platforms import binaries, host
 from hystfmu.scenario.engine.member import slots
 from hystfmu.scenario.system.events import cuts

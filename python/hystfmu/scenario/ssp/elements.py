@@ -13,10 +13,8 @@ from collections.abc import Callable, Container, Mapping
 from typing import Any
 
 from hystfmu.base.errors import InputError
-from hystfmu.fmu.archive.xml_file import xml_file
-from hystfmu.fmu.foreign.carried import carried
-from hystfmu.fmu.foreign.finding import Finding
-from hystfmu.fmu.foreign.instance import REAL
+from hystfmu.fmu.archive.writing import xml_file
+from hystfmu.fmu.foreign.instance import REAL, Finding, carried
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import Part
 

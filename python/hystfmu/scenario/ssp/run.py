@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.near import meant
+from hystfmu.base.errors import InputError, meant
 from hystfmu.scenario.engine.master import Engine
 from hystfmu.scenario.engine.simulation import Run, chunks, silent
 from hystfmu.scenario.outcome.trace import Excerpt, Stopped, Trace, row_file

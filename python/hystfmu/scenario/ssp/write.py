@@ -19,7 +19,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_bytes
 from hystfmu.data.csv_file import csv_text
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED
-from hystfmu.fmu.archive.xml_file import xml_file
+from hystfmu.fmu.archive.writing import xml_file
 from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph
 from hystfmu.scenario.engine.simulation import simulate

@@ -17,10 +17,8 @@ from typing import Any, Literal
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.archive.cache import unpacked
-from hystfmu.fmu.foreign.carried import carried, numbers
 from hystfmu.fmu.foreign.description import check_binary, read_description
-from hystfmu.fmu.foreign.finding import Finding
-from hystfmu.fmu.foreign.instance import CARRIED, REAL, version
+from hystfmu.fmu.foreign.instance import CARRIED, REAL, Finding, carried, numbers, version
 from hystfmu.graph.ports import element_names
 
 MOST_PORTS = 100_000

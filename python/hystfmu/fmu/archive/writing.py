@@ -1,11 +1,25 @@
-"""Write ZIP archives with members that are deflated already, which `zipfile` of Python cannot."""
+"""Write ZIP and XML files reproducibly: equal content gives equal bytes."""
 
 from __future__ import annotations
 
 import struct
+import xml.etree.ElementTree as ET
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+
+from hystfmu.base.printable import xml_text
+
+
+def xml_file(root: ET.Element) -> bytes:
+    """Return the bytes of an XML file."""
+    for element in root.iter():
+        element.attrib.update({name: xml_text(value) for name, value in element.attrib.items()})
+        if element.text is not None:
+            element.text = xml_text(element.text)
+    ET.indent(root)
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'.encode()
+
 
 _VERSION = 20  # 2.0: deflate
 _UNIX = 3
