@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,6 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.base.progress import Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.identify import guards
@@ -31,7 +32,6 @@ from hystfmu.model.coverage import coverage
 from hystfmu.model.inputs import run_along
 from hystfmu.model.trained_range import trained_range
 
-Progress = Callable[[float], None]
 WORST = 0.5  # of the span: no constant has a larger RMS error
 SMALLEST = 1e-100
 """Least span, and one over the largest value: beyond them squares overflow or vanish, and NNLS aborts the process."""
@@ -134,10 +134,7 @@ def _check_run(key: str, y: Array, data: Dataset) -> None:
 def check(data: Dataset) -> None:
     """Check that a model can be fitted to the data.
 
-    Raises
-    ------
-    InputError
-        No output was measured, a value is too large, or u or y does not vary.
+    An InputError are data without output, a value that is too large, or u, y or a covariate that does not vary.
     """
     where = data.path or data.name
     if not data.has_output:
