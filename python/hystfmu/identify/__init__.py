@@ -10,8 +10,8 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
+from hystfmu.base.arrays import Progress, silent
 from hystfmu.base.errors import InputError
-from hystfmu.base.progress import Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.graph.blocks import Block
@@ -23,7 +23,7 @@ from hystfmu.identify.estimate.free import Spec, plain, read_graph
 from hystfmu.identify.excitation import closed_loop, sensor_lag
 from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.excitation.rest import places_memory, remembered, rest
-from hystfmu.identify.one import Fitted, check, finished, fit_one
+from hystfmu.identify.one import check, finished, fit_one
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors
 
@@ -152,7 +152,7 @@ def fit_graph(
         given_free = dict(free)
     with threadpool_limits(1):
         found = graph_fit.fit_graph(data, graph, given_free, chosen, seed, progress or silent, alone and free is None)
-    model = finished(data, GRAPH, graph_fit.TEXT, Fitted(*found, started), chosen, seed)
+    model = finished(data, GRAPH, graph_fit.TEXT, found, time.perf_counter() - started, chosen, seed)
     told = {"free": {k: plain(v) for k, v in given_free.items() if k not in found[2].get("held", ())}}
     return _examined(replace(model, provenance={**model.provenance, **told}), data)
 

@@ -34,8 +34,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hystfmu.base.arrays import Progress
 from hystfmu.base.errors import InputError
-from hystfmu.base.progress import Progress
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import (
     CLOSES,

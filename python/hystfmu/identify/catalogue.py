@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.extras import MissingExtra, extras
 from hystfmu.base.near import meant
 from hystfmu.graph import Graph
 from hystfmu.identify import methods
@@ -176,27 +175,13 @@ def method(key: str) -> ModuleType:
         raise InputError(f"The model must be {REMOVED[key]}, which replace {key}. Got {key!r} instead.")
     if key not in METHODS:
         raise InputError(f"The model must be one of {', '.join(METHODS)}. Got {key!r} instead.{meant(key, METHODS)}")
-    with extras(f"the model {key}"):
-        module = importlib.import_module("hystfmu.identify.auto" if key == AUTO else f"{methods.__name__}.{key}")
-        return module
+    return importlib.import_module("hystfmu.identify.auto" if key == AUTO else f"{methods.__name__}.{key}")
 
 
-def candidates() -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
-    """Return the kinds that compete in ``auto``, and those whose packages are missing.
-
-    By name, e.g. ``zhao_tan_mlp memory=last``, the key of the kind and its candidate; by key the sentence that says
-    so.
-    """
-    found, missing = {}, {}
-    for key in (k for k in METHODS if k != AUTO):
-        try:
-            module = method(key)
-        except MissingExtra as e:
-            missing[key] = str(e)
-            continue
-        for candidate in getattr(module, "CANDIDATES", ()):
-            found[candidate.named(key)] = (key, candidate)
-    return found, missing
+def candidates() -> dict[str, tuple[str, Candidate]]:
+    """Return the kinds that compete in ``auto``: by name, e.g. ``zhao_tan_mlp memory=last``, key and candidate."""
+    kinds = ((key, getattr(method(key), "CANDIDATES", ())) for key in METHODS if key != AUTO)
+    return {candidate.named(key): (key, candidate) for key, table in kinds for candidate in table}
 
 
 def takes_records(key: str) -> bool:

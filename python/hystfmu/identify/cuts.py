@@ -61,6 +61,16 @@ AS_MUCH = 0.95  # of the most range and speed of any part: the earliest such par
 FAST = 95.0  # percentile of the speeds
 
 
+def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """Return the rows that count, thinned evenly to at most `most`, those to fit, and those in validation blocks."""
+    held = np.zeros(data.train.stop, dtype=bool)
+    held[data.train] = validation_rows(data.u[data.train])
+    held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
+    every = np.arange(data.train.stop)[data.counted]
+    every = every[:: -(-len(every) // most)]
+    return every, every[~held[every]], every[held[every]]
+
+
 def shortened(data: Dataset, most: int) -> Dataset:
     """Return a record of about `most` training rows at most, without later rows; several records stay as they are."""
     n = data.train.stop - data.train.start

@@ -39,8 +39,8 @@ LEAST = 400.0  # bytes per row of any fit
 
 def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
     """Return the candidates that suit the data, each with its key, and the reasons of the others."""
-    found, missing = candidates()
-    reasons = missing | left_out({n: c for n, (_, c) in found.items()}, seen)
+    found = candidates()
+    reasons = left_out({n: c for n, (_, c) in found.items()}, seen)
     if len(data.starts) > 1:
         reasons |= {n: "it takes one record only" for n, (key, _) in found.items() if not takes_records(key)}
     if data.covariates:

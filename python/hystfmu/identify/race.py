@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.base.errors import InputError
-from hystfmu.base.progress import Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.identify import guards

@@ -26,8 +26,8 @@ from typing import Any
 
 import numpy as np
 
+from hystfmu.base.arrays import Progress, silent
 from hystfmu.base.errors import InputError
-from hystfmu.base.progress import Progress, silent
 from hystfmu.inverse.adaptive import adaptive_inverse
 from hystfmu.inverse.dynamic import dynamic_inverse, split, wanted
 from hystfmu.inverse.exact import exact_inverse

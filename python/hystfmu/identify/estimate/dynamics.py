@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
-from hystfmu.base.progress import Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.discretised import discretised
@@ -238,28 +237,24 @@ def unknown(g: Dynamics, spread: Array, data: Dataset, options: Options) -> list
     return found
 
 
-def errors(g: Dynamics, spread: Array, data: Dataset, options: Options) -> dict[str, float]:
-    """Return entries of `Model.fit`: standard errors ``f_n_se`` (Hz) and ``zeta_se`` of what the record determines.
+def told(g: Dynamics, spread: Array, data: Dataset, options: Options) -> dict[str, Any]:
+    """Return entries of `Model.fit`: g, standard errors ``f_n_se`` (Hz) and ``zeta_se``, ``warnings`` of `unknown`.
 
-    A value at a bound of the search, or without effect on the residuals, has no entry.
+    A value at a bound of the search, or without effect on the residuals, has no standard error.
     """
     lo, hi = bounds(data, options)
     p, room = g.point(data.h), 1e-3
-    named = {"f_n_se": g.f_n, "zeta_se": g.zeta}
     inside = (lo + room < p) & (p < hi - room) & np.isfinite(spread)
-    return {key: float(value * spread[k]) for k, (key, value) in enumerate(named.items()) if inside[k]}
+    values = (("f_n_se", g.f_n), ("zeta_se", g.zeta))
+    known = {key: float(value * spread[k]) for k, (key, value) in enumerate(values) if inside[k]}
+    return {**g.told, **known, "warnings": unknown(g, spread, data, options)}
 
 
 def hysteresis(model: Model) -> Model:
     """Return the model without G0 and delay: the static part, which `hystfmu.inverse.inverse` inverts.
 
     Put a ``feedforward`` block with ``f_n`` and ``zeta`` of ``model.fit`` in front of that inverse.  It needs the
-    reference with two derivatives, ``delay`` seconds ahead.
-
-    Raises
-    ------
-    InputError
-        The model has no dynamics of this kind.
+    reference with two derivatives, ``delay`` seconds ahead.  A model without such dynamics is an InputError.
     """
     g = model.graph
     if not model.key.startswith("g0_"):

@@ -12,9 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
-from hystfmu.base.progress import Progress
 from hystfmu.core.groups import group
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node

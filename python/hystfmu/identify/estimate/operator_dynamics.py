@@ -18,13 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import Built, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
-from hystfmu.identify.estimate.dynamics import Dynamics, bounds, errors, search, unknown
+from hystfmu.identify.estimate.dynamics import Dynamics, bounds, search, told
 from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.search import best_of, correlation_time, determined, refined, standard_errors
 from hystfmu.identify.graphs import device, wired
@@ -103,10 +102,10 @@ def build(operator: Operator, data: Dataset, options: Options, progress: Progres
         if independent * np.log(again.cost / found.cost) <= np.log(independent):
             best, p, q, parameters = without, Coordinates.joined(prompt, p_0, again.p), again.p, parameters - 1
     g = Dynamics.at(p, h)
-    warned = unknown(g, spread[:3], data, options)  # the standard errors are those with the delay searched
     limited = operator.searched(p[3:], operator.lo, operator.hi)
-    told = {**g.told, **errors(g, spread[:3], data, options), "bounded": limited, "free": determined(best, q).table}
-    return chains.finished(best.graph(q)), parameters, {**told, **({"warnings": warned} if warned else {})}
+    # the standard errors are those with the delay searched
+    found_of = {**told(g, spread[:3], data, options), "bounded": limited, "free": determined(best, q).table}
+    return chains.finished(best.graph(q)), parameters, found_of
 
 
 class _Bank:

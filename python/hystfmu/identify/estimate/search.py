@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress, silent
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.identify.estimate.objective import Objective, OutOfTime
 
 EVALUATIONS = (30, 200)  # limit on evaluations of residuals and Jacobian: per start, for the best start

@@ -15,13 +15,12 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import Options
-from hystfmu.identify.cuts import validation_rows, without_outermost
+from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.dynamics import Dynamics, search
 from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Problem
@@ -85,12 +84,7 @@ class Fitting:
         seen = data.covariates.values[: rows.stop]
         self.low, self.high = seen[rows].min(axis=0), seen[rows].max(axis=0)
         self.theta = (seen - (self.low + self.high) / 2) * 2 / (self.high - self.low)
-        every = np.arange(rows.stop)[data.counted]
-        self.all = every[:: -(-len(every) // MOST_ROWS)]
-        held = np.zeros(rows.stop, dtype=bool)
-        held[rows] = validation_rows(data.u[rows])
-        held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
-        self.kept, self.held = self.all[~held[self.all]], self.all[held[self.all]]
+        self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
 
     def columns(self, operator: str) -> Array:
         """Return what an operator sums."""

@@ -23,10 +23,10 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.progress import Progress, silent
+from hystfmu.base.arrays import Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import ANY, Built, Candidate, Memory, Option, Options
-from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, errors, uncertainty, unknown
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told, uncertainty
 from hystfmu.identify.features.bent_chain import PLAYS, RELAYS, STOPS, Fitting, Parts, Trial, chain
 from hystfmu.identify.features.following import LEVELS, Following
 from hystfmu.identify.features.plays import u0_option
@@ -82,16 +82,15 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
         for name, level in zip(data.covariates.names, parts.levels, strict=True)
         if level == "none"
     ]
-    told: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
+    found: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
     if parts.g:
         residuals = f.residuals(replace(best, fit=fitted), f.all)
         spread = uncertainty(residuals, parts.g, data, options)
-        warned += unknown(parts.g, spread, data, options)
-        told |= parts.g.told | errors(parts.g, spread, data, options)
-    told |= {"warnings": warned} if warned else {}
+        found |= told(parts.g, spread, data, options)
+    found["warnings"] = [*warned, *found.get("warnings", ())]
     count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (parts.g.parameters if parts.g else 0)
     count += Following(f.theta, parts.levels).parameters(parts.degree + 1)
-    return chain(f, parts, fitted), count, told
+    return chain(f, parts, fitted), count, found
 
 
 def _following(f: Fitting, trial: Trial) -> Trial:

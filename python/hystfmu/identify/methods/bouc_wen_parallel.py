@@ -17,14 +17,13 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.optimize import least_squares
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.data.reversals import reversals
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import OPENS, Built, Candidate, Memory, Option, Options
-from hystfmu.identify.cuts import validation_rows, without_outermost
+from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.features.bent_sum import lagged
@@ -72,12 +71,7 @@ class _Fitting:
         seen = data.u[data.counted]  # a curve of high degree knows nothing beyond the rows that it is fitted to
         self.middle, self.half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
         self.data, self.x = data, (data.u[: data.train.stop] - self.middle) / self.half
-        every = np.arange(data.train.stop)[data.counted]
-        held = np.zeros(data.train.stop, dtype=bool)
-        held[data.train] = validation_rows(data.u[data.train])
-        held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
-        self.all = every[:: -(-len(every) // MOST_ROWS)]
-        self.kept, self.held = self.all[~held[self.all]], self.all[held[self.all]]
+        self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
         self.lo, self.hi, self.scale = limits(options["n_max"])
 
     def columns(self, parts: Parts) -> Array:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.base.progress import Progress
+from hystfmu.base.arrays import Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import CLOSES, Candidate, Option, Options

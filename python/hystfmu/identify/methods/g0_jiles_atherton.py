@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LATE, Built, Candidate, Memory, Option, Options

@@ -18,12 +18,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress, silent
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import LAGS, Built, Candidate, Memory, Option, Options
-from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, Dynamics, errors, search, uncertainty, unknown
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, Dynamics, search, told, uncertainty
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
 from hystfmu.identify.graphs import device, wired
 from hystfmu.identify.solvers.nonnegative import nonnegative
@@ -80,9 +79,8 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
         progress(0.5 + 0.5 * (i + 1) / ROUNDS)
     _, w, offset = project(g, columns)
     spread = uncertainty(lambda g: project(g, columns)[0], g, data, options)
-    warned = unknown(g, spread, data, options)
-    told = {**g.told, **errors(g, spread, data, options), **({"warnings": warned} if warned else {})}
-    return graph(g, w, r, x0, (middle, half, offset), hold, data), len(r) + 5, told
+    made = graph(g, w, r, x0, (middle, half, offset), hold, data)
+    return made, len(r) + 5, told(g, spread, data, options)
 
 
 def graph(

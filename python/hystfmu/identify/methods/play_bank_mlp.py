@@ -7,7 +7,7 @@ rest, which is small and has kinks: the least weight decay is larger than that o
 
 from __future__ import annotations
 
-from hystfmu.base.progress import Progress
+from hystfmu.base.arrays import Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option, Options

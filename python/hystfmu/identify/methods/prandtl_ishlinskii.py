@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.progress import Progress
+from hystfmu.base.arrays import Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option, Options

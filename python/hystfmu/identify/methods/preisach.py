@@ -17,8 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options

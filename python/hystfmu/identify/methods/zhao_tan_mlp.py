@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from hystfmu.base.arrays import Progress, silent
 from hystfmu.base.errors import InputError
-from hystfmu.base.progress import Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import CLOSES, OPENS, Candidate, Option, Options

@@ -20,8 +20,7 @@ from typing import IO
 import numpy as np
 
 from hystfmu.base import PACKAGE
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress, silent
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.identify.catalogue import Options
 from hystfmu.identify.network.readout import centre_and_gain
 from hystfmu.identify.network.training import decay_for, train

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.catalogue import Option, Options

@@ -13,9 +13,8 @@ import torch
 from threadpoolctl import threadpool_limits
 from torch import nn
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.base.errors import InputError
-from hystfmu.base.progress import Progress, silent
 from hystfmu.identify.solvers.trainers import TRAINERS, Squares
 
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress, silent
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.identify.solvers.trainers import TRAINERS, Squares, Trainer
 
 LEAST_DECAY = 1e-9

@@ -11,8 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 FOLDS = 10

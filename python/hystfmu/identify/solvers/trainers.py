@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.progress import Progress, silent
+from hystfmu.base.arrays import Array, Progress, silent
 
 ORTHOGONAL = 0.2  # Powell's limit of |g_{k-1}'g_k| / |g_k|^2
 ENOUGH = 1e-4  # least fraction of the predicted decrease that a step must achieve (Armijo)
