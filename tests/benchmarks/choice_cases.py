@@ -93,7 +93,7 @@ def equal(family, form):
 
 def options(key, family):
     """Options with which a kind stands for itself: a NARX network as small as the choice takes it."""
-    return dict(next(c.options for k, c in candidates()[0].values() if k == key)) if key == "narx_network" else {}
+    return dict(next(c.options for k, c in candidates().values() if k == key)) if key == "narx_network" else {}
 
 
 def kinds(family):

@@ -33,7 +33,7 @@ from hystfmu import InputError
 from hystfmu.identify.catalogue import candidates
 
 WITHOUT = {"g0_bouc_wen": "bouc_wen", "g0_prandtl_ishlinskii": "prandtl_ishlinskii"}  # the same kinds without dynamics
-SHORT = {key: dict(c.quick) for key, c in candidates()[0].values() if c.quick and not c.options}
+SHORT = {key: dict(c.quick) for key, c in candidates().values() if c.quick and not c.options}
 FAR = 10.0  # times the least error: beyond it no full fit
 COMMAND = "make choice"
 MEDIAN, WORST, POOR = 1.3, 2.0, 3.0  # limits of auto / best; a refusal counts where the best kind is above (%FS)

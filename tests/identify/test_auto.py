@@ -11,14 +11,14 @@ import pytest
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.data.reversals import turning_points
-from hystfmu.identify import auto, entrants, fit, options
+from hystfmu.identify import entrants, fit, options
 from hystfmu.identify.catalogue import candidates
 from hystfmu.identify.excitation.minor_loops import Excitation, examine, gaps
 from hystfmu.identify.race import AS_GOOD, EXACT, FOLDS, Race
 from hystfmu.inverse.worth import Inverses
 
 U = signals.training(60, 1)
-CANDIDATES = candidates()[0]
+CANDIDATES = candidates()
 
 
 def last_extremum(u):
@@ -41,7 +41,7 @@ def only(monkeypatch):
     """Let only some candidates compete."""
 
     def patch(*names):
-        monkeypatch.setattr(auto, "candidates", lambda: ({n: CANDIDATES[n] for n in names}, {}))
+        monkeypatch.setattr(entrants, "candidates", lambda: {n: CANDIDATES[n] for n in names})
 
     return patch
 

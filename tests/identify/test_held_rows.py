@@ -12,7 +12,7 @@ from hystfmu.identify.one import fit_one
 
 CHEAP = ("prandtl_ishlinskii", "krasnoselskii_pokrovskii", "polynomial_narx")
 SHORT = {"starts": 1, "iterations": 5}
-KEYS = sorted({key for key, _ in candidates()[0].values()})
+KEYS = sorted({key for key, _ in candidates().values()})
 U = signals.training(12, 3, 0.05)
 Y = plants.asymmetric(U)
 

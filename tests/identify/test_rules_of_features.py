@@ -128,10 +128,9 @@ def test_a_bend_follows_its_covariates():
     again = f.coefficients(found, 3)
     assert again[0].tolist() == q.tolist()
     assert again[1].tolist() == c.tolist()
-    some = f.rows(np.array([3, 5]))
     y = np.array([2.0, 4.0])
     used = theta[[3, 5], 1:]
-    assert some.started(y) == pytest.approx(np.column_stack([np.ones(2), used, used * y[:, None]]))
+    assert f.started(y, np.array([3, 5])) == pytest.approx(np.column_stack([np.ones(2), used, used * y[:, None]]))
 
 
 # ---- excitation -----------------------------------------------------------------------------------------------------

@@ -49,7 +49,7 @@ def test_folds_of_one_kind_agree_where_the_plant_is_of_this_kind():
     spreads = {}
     for name, y in (("prandtl_ishlinskii", 2 * DECAY + 0.5), ("krasnoselskii_pokrovskii", plays.predict(DECAY))):
         race = Race(Dataset.from_signal(DECAY, y, 1e-3), 0)
-        race.first(name, name, candidates()[0][name][1], lambda done: None)
+        race.first(name, name, candidates()[name][1], lambda done: None)
         race.again(list(race.trials.values()))
         assert race.trials[name].folds == 2
         spreads[name] = race.trials[name].spread

@@ -10,6 +10,7 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
+from hystfmu.base.arrays import Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
@@ -22,7 +23,7 @@ from hystfmu.identify.estimate.free import Spec, plain, read_graph
 from hystfmu.identify.excitation import closed_loop, sensor_lag
 from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.excitation.rest import places_memory, remembered, rest
-from hystfmu.identify.one import Fitted, Progress, check, finished, fit_one
+from hystfmu.identify.one import check, finished, fit_one
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors
 
@@ -75,7 +76,7 @@ def fit(
         Unknown method or option, value out of range, data without output or without variation, a record that takes more
         than half of the memory.
     """
-    report = progress or (lambda fraction: None)
+    report = progress or silent
     resolve(key, options(key), given)
     check(data)
     if why := too_large(len(data.t), key, given):
@@ -86,11 +87,11 @@ def fit(
         return _examined(fit_one(data, key, seed, report, {**memory, **given}), data)
     started = time.perf_counter()
     choice = auto.choose(data, seed, report, inverses, only_invertible)
-    model = fit_one(data, choice.method, seed, lambda fraction: None, choice.options)
+    model = fit_one(data, choice.method, seed, silent, choice.options)
     while only_invertible and inverses is not None and (fault := inverses.fault(model)):
         # the race saw fits to other rows
         choice = choice.without(fault)
-        model = fit_one(data, choice.method, seed, lambda fraction: None, choice.options)
+        model = fit_one(data, choice.method, seed, silent, choice.options)
     warned = [*choice.fit["warnings"], *model.fit.get("warnings", [])]
     found = {**model.fit, **choice.fit, "warnings": warned, "seconds": round(time.perf_counter() - started, 4)}
     return _examined(replace(model, fit=found, provenance={**model.provenance, **choice.provenance}), data)
@@ -150,10 +151,8 @@ def fit_graph(
     else:
         given_free = dict(free)
     with threadpool_limits(1):
-        found = graph_fit.fit_graph(
-            data, graph, given_free, chosen, seed, progress or (lambda fraction: None), alone and free is None
-        )
-    model = finished(data, GRAPH, graph_fit.TEXT, Fitted(*found, started), chosen, seed)
+        found = graph_fit.fit_graph(data, graph, given_free, chosen, seed, progress or silent, alone and free is None)
+    model = finished(data, GRAPH, graph_fit.TEXT, found, time.perf_counter() - started, chosen, seed)
     told = {"free": {k: plain(v) for k, v in given_free.items() if k not in found[2].get("held", ())}}
     return _examined(replace(model, provenance={**model.provenance, **told}), data)
 

@@ -34,6 +34,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hystfmu.base.arrays import Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import (
@@ -100,29 +101,14 @@ class Choice:
 def choose(
     data: Dataset,
     seed: int,
-    progress: Callable[[float], None],
+    progress: Progress,
     inverses: Inverses | None = None,
     only_invertible: bool = False,
 ) -> Choice:
     """Let the candidates that suit the data race, and choose.
 
-    Parameters
-    ----------
-    data : Dataset
-        Measured data.
-    seed : int
-        Seed of random starts.
-    progress : function
-        Called with the fraction done, 0..1.
-    inverses : Inverses, optional
-        Tells which inverse a model has.
-    only_invertible : bool
-        Whether only models with a useful inverse compete.
-
-    Raises
-    ------
-    InputError
-        No candidate can be fitted, none follows the data, or none has a useful inverse.
+    `inverses` tells which inverse a model has; with `only_invertible` only models with a useful one compete.  It
+    raises InputError if no candidate can be fitted, none follows the data, or none has a useful inverse.
     """
     where = data.path or data.name
     seen = examine(data.longest())
@@ -180,7 +166,7 @@ def choose(
     return chosen({})
 
 
-def _rising(progress: Callable[[float], None]) -> Callable[[float], None]:
+def _rising(progress: Progress) -> Progress:
     """Return a report that never falls, not even by rounding."""
     told = 0.0
 
@@ -192,7 +178,7 @@ def _rising(progress: Callable[[float], None]) -> Callable[[float], None]:
     return report
 
 
-def _share(progress: Callable[[float], None], first: float, last: float, part: float) -> None:
+def _share(progress: Progress, first: float, last: float, part: float) -> None:
     progress(min(first + (last - first) * part, last))
 
 
@@ -254,21 +240,7 @@ def _warnings(best: Trial, seen: Excitation) -> list[str]:
 def refusal(
     where: str, only_invertible: bool, race: Race, seen: Excitation, faults: Mapping[str, str] | None = None
 ) -> InputError:
-    """Return the refusal of a choice.
-
-    Parameters
-    ----------
-    where : str
-        File or name of the record.
-    only_invertible : bool
-        Whether a kind must have a useful inverse.
-    race : Race
-        Candidates that were fitted, and the reasons of the others.
-    seen : Excitation
-        What the record is too poor for.
-    faults : dict, optional
-        Reasons of candidates beside their errors.
-    """
+    """Return the refusal of a choice for the record `where`, with the faults of candidates beside their errors."""
     faults, also = faults or {}, " and have a useful inverse" if only_invertible else ""
     rule = f"A kind of model must follow the data to {REFUSED:g} % of the span{also}"
     ranked = sorted(race.trials.values(), key=race.excess)

@@ -15,8 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.errors import InputError, MissingExtra, extras, meant
+from hystfmu.base.errors import InputError, meant
+from hystfmu.graph import Graph
 from hystfmu.identify import methods
+
+Options = Mapping[str, Any]
+"""Values of the options of a kind by name, checked."""
+Built = tuple[Graph, int, dict[str, Any]]
+"""A fitted graph, the number of its parameters, and what else was found, with ``warnings`` and ``bounded``."""
 
 
 @dataclass(frozen=True)
@@ -63,13 +69,7 @@ class Option:
         return str(self.default).lower() if isinstance(self.default, bool) else str(self.default)
 
     def check(self, value: Any) -> Any:
-        """Convert a value to the type of the option.
-
-        Raises
-        ------
-        InputError
-            The value is not legal.
-        """
+        """Convert a value to the type of the option; InputError if it is not legal."""
         if self.choices:
             if value in self.choices:
                 return value
@@ -86,10 +86,7 @@ class Option:
 def resolve(method: str, table: Sequence[Option], given: Mapping[str, Any]) -> dict[str, Any]:
     """Return all options of a method: validated values for those given, defaults for the others.
 
-    Raises
-    ------
-    InputError
-        Unknown option (the message lists the legal ones), or value out of range.
+    An unknown option is an InputError that lists the legal ones, as is a value out of range.
     """
     rows = {o.name: o for o in table}
     for name in given:
@@ -149,14 +146,8 @@ class Candidate:
 class Memory:
     """Measured memory of a fit; a kind whose module states no ``MEMORY`` takes the least.
 
-    Parameters
-    ----------
-    per_row : float
-        Peak of a fit with the default options (bytes per row of a long record).
-    option : str
-        Option that it grows with; empty: none.
-    power : int
-        With which power of it.
+    `per_row` is the peak of a fit with the default options (bytes per row of a long record), which grows with this
+    power of an option; without a name it does not.
     """
 
     per_row: float
@@ -164,15 +155,7 @@ class Memory:
     power: int = 1
 
     def grown(self, given: Mapping[str, Any], default: float) -> float:
-        """Return the bytes per row of a fit with these options.
-
-        Parameters
-        ----------
-        given : mapping
-            Options of the kind that differ from their defaults.
-        default : float
-            Default of the option that the memory grows with.
-        """
+        """Return the bytes per row of a fit with these options; `default` is that of the option that it grows with."""
         size = float(given.get(self.option, default))
         return float(self.per_row * (size / default) ** self.power)
 
@@ -186,42 +169,18 @@ REMOVED = {  # kinds of older versions: what takes their place
 
 
 def method(key: str) -> ModuleType:
-    """Import the module of a kind of model; it states ``TEXT`` and ``OPTIONS``.
-
-    Raises
-    ------
-    InputError
-        Unknown key.
-    """
+    """Import the module of a kind of model; it states ``TEXT`` and ``OPTIONS``.  An unknown key is an InputError."""
     if key in REMOVED:
         raise InputError(f"The model must be {REMOVED[key]}, which replace {key}. Got {key!r} instead.")
     if key not in METHODS:
         raise InputError(f"The model must be one of {', '.join(METHODS)}. Got {key!r} instead.{meant(key, METHODS)}")
-    with extras(f"the model {key}"):
-        module = importlib.import_module("hystfmu.identify.auto" if key == AUTO else f"{methods.__name__}.{key}")
-        return module
+    return importlib.import_module("hystfmu.identify.auto" if key == AUTO else f"{methods.__name__}.{key}")
 
 
-def candidates() -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
-    """Return the kinds that compete in ``auto``.
-
-    Returns
-    -------
-    found : dict
-        For each name, e.g. ``zhao_tan_mlp memory=last``, the key of the kind and its candidate.
-    missing : dict
-        For each kind whose packages are not installed the sentence that says so.
-    """
-    found, missing = {}, {}
-    for key in (k for k in METHODS if k != AUTO):
-        try:
-            module = method(key)
-        except MissingExtra as e:
-            missing[key] = str(e)
-            continue
-        for candidate in getattr(module, "CANDIDATES", ()):
-            found[candidate.named(key)] = (key, candidate)
-    return found, missing
+def candidates() -> dict[str, tuple[str, Candidate]]:
+    """Return the kinds that compete in ``auto``: by name, e.g. ``zhao_tan_mlp memory=last``, key and candidate."""
+    kinds = ((key, getattr(method(key), "CANDIDATES", ())) for key in METHODS if key != AUTO)
+    return {candidate.named(key): (key, candidate) for key, table in kinds for candidate in table}
 
 
 def takes_records(key: str) -> bool:
@@ -235,24 +194,12 @@ def takes_covariates(key: str) -> bool:
 
 
 def description(key: str) -> str:
-    """Return the line that describes the method `key`.
-
-    Raises
-    ------
-    InputError
-        Unknown key.
-    """
+    """Return the line that describes the method `key`."""
     line: str = method(key).TEXT
     return line
 
 
 def options(key: str) -> tuple[Option, ...]:
-    """Return the options of the method `key`.
-
-    Raises
-    ------
-    InputError
-        Unknown key.
-    """
+    """Return the options of the method `key`."""
     table: tuple[Option, ...] = method(key).OPTIONS
     return table

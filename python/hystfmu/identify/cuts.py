@@ -30,20 +30,10 @@ ALONE = (
 
 
 def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> NDArray[np.bool_]:
-    """Return which rows of an input belong to validation blocks.
+    """Return which rows of an input u (n,) belong to validation blocks, (n,).
 
-    Parameters
-    ----------
-    u : array, shape (n,)
-        Input.
-    which : int
-        Block of every `EVERY` consecutive ones, from 0; another number gives disjoint rows.
-    blocks : int
-        Number of blocks, at most.
-
-    Returns
-    -------
-    array of bool, shape (n,)
+    Of every `EVERY` consecutive ones of at most so many blocks it is the block `which`, from 0; another number gives
+    disjoint rows.
     """
     n = len(u)
     turns = reversals(u)
@@ -56,19 +46,7 @@ def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> N
 
 
 def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return validation rows without the blocks that alone reach an end of the range of the input, if others are left.
-
-    Parameters
-    ----------
-    u : array, shape (n,)
-        Input.
-    held : array of bool, shape (n,)
-        Which rows belong to validation blocks.
-
-    Returns
-    -------
-    array of bool, shape (n,)
-    """
+    """Return validation rows (n,) without the blocks that alone reach an end of the range of u, if others are left."""
     left, block = held.copy(), np.cumsum(np.diff(held, prepend=False))
     for v in (u, -u):
         if v[held].max(initial=-np.inf) > v[~held].max(initial=-np.inf) + ALONE * float(np.ptp(u)):
@@ -83,21 +61,18 @@ AS_MUCH = 0.95  # of the most range and speed of any part: the earliest such par
 FAST = 95.0  # percentile of the speeds
 
 
+def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """Return the rows that count, thinned evenly to at most `most`, those to fit, and those in validation blocks."""
+    held = np.zeros(data.train.stop, dtype=bool)
+    held[data.train] = validation_rows(data.u[data.train])
+    held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
+    every = np.arange(data.train.stop)[data.counted]
+    every = every[:: -(-len(every) // most)]
+    return every, every[~held[every]], every[held[every]]
+
+
 def shortened(data: Dataset, most: int) -> Dataset:
-    """Return a record of about `most` training rows at most; several records stay as they are.
-
-    Parameters
-    ----------
-    data : Dataset
-        Measured data.
-    most : int
-        Training rows wanted.
-
-    Returns
-    -------
-    Dataset
-        The same data where they are short enough; later rows than the training rows are left out otherwise.
-    """
+    """Return a record of about `most` training rows at most, without later rows; several records stay as they are."""
     n = data.train.stop - data.train.start
     if n <= most or len(data.starts) > 1:
         return data

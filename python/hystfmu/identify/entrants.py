@@ -9,7 +9,6 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import (
@@ -20,6 +19,7 @@ from hystfmu.identify.catalogue import (
     OPENS,
     Candidate,
     Memory,
+    Options,
     candidates,
     method,
     options,
@@ -39,8 +39,8 @@ LEAST = 400.0  # bytes per row of any fit
 
 def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
     """Return the candidates that suit the data, each with its key, and the reasons of the others."""
-    found, missing = candidates()
-    reasons = missing | left_out({n: c for n, (_, c) in found.items()}, seen)
+    found = candidates()
+    reasons = left_out({n: c for n, (_, c) in found.items()}, seen)
     if len(data.starts) > 1:
         reasons |= {n: "it takes one record only" for n, (key, _) in found.items() if not takes_records(key)}
     if data.covariates:
@@ -72,17 +72,10 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]
     return reasons
 
 
-def too_large(rows: int, key: str, given: Mapping[str, Any]) -> str:
-    """Return why a fit would take too much memory; empty if it would not.
+def too_large(rows: int, key: str, given: Options) -> str:
+    """Return why a fit to so many rows would take too much memory; empty if it would not.
 
-    Parameters
-    ----------
-    rows : int
-        Rows of the record.
-    key : str
-        Kind of model; ``"auto"`` stands for the one that takes least.
-    given : mapping
-        Options of the kind that differ from their defaults.
+    ``"auto"`` stands for the kind that takes least; given are options of the kind that differ from their defaults.
     """
     have = _memory()
     if have is None:

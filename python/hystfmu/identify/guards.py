@@ -48,30 +48,10 @@ def other_signal(data: Dataset) -> Array:
 
 
 def warnings(key: str, graph: Graph, data: Dataset, bounded: Bounded, covered: float | None) -> list[str]:
-    """Check a fitted model of the kind `key` by the rules of this module.
+    """Check a fitted model of the kind `key` by the rules of this module; return a line for each finding.
 
-    Parameters
-    ----------
-    key : str
-        Kind of model.
-    graph : Graph
-        The model.
-    data : Dataset
-        Data of the fit.
-    bounded : Bounded
-        Parameters that were searched between bounds.
-    covered : float or None
-        Coverage of the input space of a network (%).
-
-    Returns
-    -------
-    list of str
-        A line for each finding.
-
-    Raises
-    ------
-    InputError
-        The model is unstable on another signal.
+    `bounded` are parameters that were searched between bounds, `covered` is the coverage of the input space of a
+    network (%).  A model that is unstable on another signal is an InputError.
     """
     return [*excursion(key, graph, data), *_fast_poles(graph, data.h), *_at_bounds(bounded), *_unseen(covered)]
 

@@ -10,19 +10,18 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.identify import guards
-from hystfmu.identify.catalogue import AUTO, METHODS, method, resolve, takes_covariates, takes_records
+from hystfmu.identify.catalogue import AUTO, METHODS, Built, method, resolve, takes_covariates, takes_records
 from hystfmu.identify.excitation import drift
 from hystfmu.identify.features.plays import DEAD_BAND, behind_dead_band, dead_band, with_dead_band
 from hystfmu.model import Model
@@ -31,7 +30,6 @@ from hystfmu.model.coverage import coverage
 from hystfmu.model.inputs import run_along
 from hystfmu.model.trained_range import trained_range
 
-Progress = Callable[[float], None]
 WORST = 0.5  # of the span: no constant has a larger RMS error
 SMALLEST = 1e-100
 """Least span, and one over the largest value: beyond them squares overflow or vanish, and NNLS aborts the process."""
@@ -42,18 +40,14 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     module = method(key)
     chosen = resolve(key, module.OPTIONS, given)
     check(data)
-    if len(data.starts) > 1 and not takes_records(key):
-        kinds = ", ".join(k for k in METHODS if k != AUTO and takes_records(k))
-        raise InputError(
-            f"{data.path or data.name}: The data of {key} must be one record. Got {len(data.starts)} records, which "
-            f"{kinds} take."
-        )
-    if data.covariates and not takes_covariates(key):
-        kinds = ", ".join(k for k in METHODS if k != AUTO and takes_covariates(k))
-        raise InputError(
-            f"{data.path or data.name}: The data of {key} must have no covariates. Got "
-            f"{', '.join(data.covariates.names)}, which {kinds} take."
-        )
+    where, several = data.path or data.name, len(data.starts) > 1
+    for asked, takes, rule, got in (
+        (several, takes_records, "be one record", f"{len(data.starts)} records"),
+        (data.covariates, takes_covariates, "have no covariates", ", ".join(data.covariates.names)),
+    ):
+        if asked and not takes(key):
+            kinds = ", ".join(k for k in METHODS if k != AUTO and takes(k))
+            raise InputError(f"{where}: The data of {key} must {rule}. Got {got}, which {kinds} take.")
     started = time.perf_counter()
     if chosen.get(DEAD_BAND.name, 0.0) is None:
         chosen[DEAD_BAND.name] = dead_band(data.u[: data.train.stop])
@@ -62,55 +56,32 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     with threadpool_limits(1):
         behind = behind_dead_band(data, band)
         graph, parameters, *more = module.build(behind, chosen, seed, progress)
-    fitted = Fitted(with_dead_band(graph, band), parameters, dict(more[0]) if more else {}, started)
-    return finished(data, key, module.TEXT, fitted, {k: v for k, v in chosen.items() if v is not None}, seed)
+    built = with_dead_band(graph, band), parameters, dict(more[0]) if more else {}
+    given = {k: v for k, v in chosen.items() if v is not None}
+    return finished(data, key, module.TEXT, built, time.perf_counter() - started, given, seed)
 
 
-@dataclass(frozen=True)
-class Fitted:
-    """Result of an identification before its errors are known.
-
-    Attributes
-    ----------
-    graph : Graph
-    parameters : int
-        Number of fitted parameters.
-    found : dict
-        Entries of `Model.fit`, with ``warnings`` and ``bounded`` (`hystfmu.identify.guards`).
-    started : float
-        When it began (`time.perf_counter`).
-    """
-
-    graph: Graph
-    parameters: int
-    found: Mapping[str, Any]
-    started: float
-
-
-def finished(data: Dataset, key: str, text: str, fitted: Fitted, chosen: dict[str, Any], seed: int) -> Model:
+def finished(
+    data: Dataset, key: str, text: str, built: Built, seconds: float, chosen: dict[str, Any], seed: int
+) -> Model:
     """Run a fitted graph free, compute its errors, look for what the data do not show, record the provenance.
 
-    Raises
-    ------
-    InputError
-        The run diverges or does not follow the data.
+    A run that diverges, or does not follow the data, is an InputError.
     """
-    seconds = time.perf_counter() - fitted.started
-    graph, found = with_texts(fitted.graph, data), dict(fitted.found)
+    graph, parameters, found = with_texts(built[0], data), built[1], dict(built[2])
     y = run_along(graph, data)
     _check_run(key, y, data)
     rows = len(data.y[data.counted])
     warned = [*found.pop("warnings", ()), *drift.warnings((data.y - y)[data.counted], data.span)]
-    if fitted.parameters >= rows:
+    if parameters >= rows:
         warned.append(
-            f"{fitted.parameters} parameters from {rows} train rows: the error on these rows does not predict other "
-            "errors"
+            f"{parameters} parameters from {rows} train rows: the error on these rows does not predict other errors"
         )
     covered = coverage(graph, data)
     warned += guards.warnings(key, graph, data, found.pop("bounded", {}), covered)
     result = {
         **errors(y[data.counted], data.y[data.counted], data.span),
-        "parameters": int(fitted.parameters),
+        "parameters": int(parameters),
         **({} if covered is None else {"coverage_percent": covered}),
         **found,
         **({"warnings": warned} if warned else {}),
@@ -134,10 +105,7 @@ def _check_run(key: str, y: Array, data: Dataset) -> None:
 def check(data: Dataset) -> None:
     """Check that a model can be fitted to the data.
 
-    Raises
-    ------
-    InputError
-        No output was measured, a value is too large, or u or y does not vary.
+    An InputError are data without output, a value that is too large, or u, y or a covariate that does not vary.
     """
     where = data.path or data.name
     if not data.has_output:

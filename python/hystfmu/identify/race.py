@@ -7,19 +7,17 @@ Statistics 17 (1989) 1176-1197), and the standard error of the output on an inpu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.identify import guards
-from hystfmu.identify.catalogue import Candidate
+from hystfmu.identify.catalogue import Candidate, Options
 from hystfmu.identify.cuts import beginning, validation_rows, without_outermost
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.features.other_memory import other_memory, unseen
@@ -43,31 +41,13 @@ OUTSIDE = 3.0  # % of the span: error of a network or of local parameters in sta
 
 @dataclass
 class Trial:
-    """A candidate in the race.
+    """A candidate in the race, an entry of the table of its kind, with its fit without the blocks of the first fold.
 
-    Parameters
-    ----------
-    name, key : str
-        Candidate and its kind.
-    candidate : Candidate
-        Entry of the table of the kind.
-    model : Model
-        Fit without the blocks of the first fold.
-    outside : float
-        Share of the states of other signals of which the model knows nothing.
-    errors : array, shape (m,)
-        Errors on the validation rows so far.
-    others : list of array, shape (n,)
-        Output on the input with other memory, one for each fold, from the second fold on.
-    folds : int
-        Number of folds run.
-    by_block : list of float
-        RMS error in each validation block so far (unit of measure of y).
-    whole : float
-        RMS error over the whole training part.  Rows of the fit can only flatter: what is missed there is missed, also
-        where no block has been held out yet, such as in a sweep at the end.
-    first : float
-        Mean square of the errors after the first fold.
+    `outside` is the share of the states of other signals of which the model knows nothing; `errors` (m,) those on
+    the validation rows so far, `by_block` their RMS in each block; `others` (n,) the output on the input with other
+    memory, for each fold from the second one on; `first` the mean square of the errors after the first fold.
+    `whole` is the RMS error over the whole training part.  Rows of the fit can only flatter: what is missed there is
+    missed, also where no block has been held out yet, such as in a sweep at the end.
     """
 
     name: str
@@ -110,15 +90,8 @@ class Trial:
 class Race:
     """Folds, candidates that are left, and the reasons of the others.
 
-    Parameters
-    ----------
-    data : Dataset
-        Measured data.
-    seed : int
-        Seed of random starts.
-    poor : bool
-        Whether the record is poor in reversals, such as one oscillation: blocks repeat what was fitted and cannot tell
-        candidates apart that are no losers.
+    A record is poor in reversals, such as one oscillation, where blocks repeat what was fitted and cannot tell
+    candidates apart that are no losers.
     """
 
     data: Dataset
@@ -154,7 +127,7 @@ class Race:
         return part, counted, np.cumsum(np.diff(held, prepend=False))[counted]
 
     def fitted(
-        self, fold: int, key: str, options: Mapping[str, Any], progress: Callable[[float], None], share: float = 1.0
+        self, fold: int, key: str, options: Options, progress: Progress, share: float = 1.0
     ) -> tuple[Model, Array, list[float], float]:
         """Fit to a share of the rows outside a fold; return the model, errors there, the RMS of blocks and of all."""
         part, rows, block = self.held(fold)
@@ -173,8 +146,8 @@ class Race:
         name: str,
         key: str,
         candidate: Candidate,
-        options: Mapping[str, Any],
-        progress: Callable[[float], None],
+        options: Options,
+        progress: Progress,
         share: float = 1.0,
     ) -> Trial:
         """Fit a candidate without the first fold."""
@@ -228,14 +201,14 @@ class Race:
         """Return whether the best model leaves no error; never with noise, whose estimate is uncertain."""
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
 
-    def first(self, name: str, key: str, candidate: Candidate, progress: Callable[[float], None]) -> None:
+    def first(self, name: str, key: str, candidate: Candidate, progress: Progress) -> None:
         """Let a candidate enter: a short trial fit if it has one, then a fit without the first fold."""
         try:
             if candidate.tries(self.data.train.stop) and self.trials:
                 share = 1.0 if candidate.quick else PART
                 # a short fit is not reported: the progress of the full one starts from 0
                 options = {**candidate.options, **candidate.quick}
-                short = self.excess(self.trial(name, key, candidate, options, lambda done: None, share))
+                short = self.excess(self.trial(name, key, candidate, options, silent, share))
                 if not short <= HOPE * self.least():
                     self.reasons[name] = f"{short:.2g} % of the span after a short trial fit"
                     return
@@ -270,7 +243,7 @@ class Race:
         """Let candidates run on their next fold."""
         for t in trials:
             try:
-                model, more, blocks, _ = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, lambda done: None)
+                model, more, blocks, _ = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, silent)
                 t.others += [self._other(m) for m in ([model] if t.others else [t.model, model])]
             except InputError:
                 more, blocks = np.full(1, np.inf), []

@@ -21,12 +21,12 @@ dynamics for smooth signals up to a tenth of the natural frequency, after the la
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from hystfmu.base.arrays import Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.inverse.adaptive import adaptive_inverse
 from hystfmu.inverse.dynamic import dynamic_inverse, split, wanted
@@ -47,7 +47,7 @@ def inverse(
     model: Model,
     method: str = "exact",
     seed: int = 0,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Progress = silent,
     **options: Any,
 ) -> Model:
     """Invert a model: input `u` of the inverse is the wanted output, its output `y` the input to apply.
@@ -88,7 +88,7 @@ def invert(
     model: Model,
     method: str = "exact",
     seed: int = 0,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Progress = silent,
     **options: Any,
 ) -> Model:
     """Invert a model without the cascade test of `inverse`; parameters as there.

@@ -17,14 +17,14 @@ Trap: two threads take ten times as long for these small matrices as with one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.exact import exact_inverse
@@ -43,9 +43,7 @@ ENOUGH = 0.02  # of the span of the wanted output
 FALLING = 0.05  # share of the rows on which the output moves against the input, from which on a warning is due
 
 
-def learned_inverse(
-    model: Model, seed: int, options: dict[str, Any], progress: Callable[[float], None] = lambda fraction: None
-) -> Model:
+def learned_inverse(model: Model, seed: int, options: dict[str, Any], progress: Progress = silent) -> Model:
     """Train an inverse of a model that states its input range; `options` are those of ``play_bank_mlp``.
 
     `progress` is called with the fraction done, 0..1; it ends early if the first of two networks is good enough.
@@ -79,9 +77,7 @@ def learned_inverse(
     return Model(f"{model.key}_inverse", graph, model.step, f"learned inverse: {model.text}", found, provenance)
 
 
-def _corrected(
-    model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any], progress: Callable[[float], None]
-) -> Model:
+def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any], progress: Progress) -> Model:
     """Fit plays, invert them, and train a network in front that corrects the wanted output."""
     from hystfmu.identify import errors, fit, options
     from hystfmu.identify.catalogue import resolve
@@ -129,9 +125,7 @@ def _corrected(
     return replace(made, fit={**worth, "parameters": parameters + PLAYS + 1}, provenance=provenance)
 
 
-def _direct(
-    model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any], progress: Callable[[float], None]
-) -> Model:
+def _direct(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any], progress: Progress) -> Model:
     """Fit the input itself: a bank of plays of the wanted output and a network."""
     from hystfmu.identify import fit
 

@@ -23,7 +23,7 @@ SEEN = Excitation(60, 150.0, 20, 0.25, True, UNKNOWN, (), ())
 def chosen(monkeypatch):
     """Choose between candidates with given errors (% of the span, by fold) and parameters."""
 
-    def make(table, seen=SEEN, data=DATA, missing=None, **more):
+    def make(table, seen=SEEN, data=DATA, **more):
         asked, told = [], []
         found = {name: (f"key {name}", c) for name, (c, *_) in table.items()}
         by_key = {f"key {name}": rest for name, (_, *rest) in table.items()}
@@ -40,7 +40,7 @@ def chosen(monkeypatch):
         monkeypatch.setattr(race.Race, "fitted", fitted)
         monkeypatch.setattr(race, "noise", lambda y: 0.0)
         monkeypatch.setattr(race, "unseen", lambda data: 0.0)
-        monkeypatch.setattr(entrants, "candidates", lambda: (found, missing or {}))
+        monkeypatch.setattr(entrants, "candidates", lambda: found)
         monkeypatch.setattr(auto, "examine", lambda data: seen)
         monkeypatch.setattr(entrants, "too_large", lambda rows, key, given: "")
         monkeypatch.setattr(entrants, "takes_records", lambda key: key == "key takes")
@@ -122,10 +122,10 @@ def test_the_only_one_left_runs_until_its_spread_is_known(chosen):
 def test_who_is_left_out_before_the_race(chosen):
     records = Dataset.joined([DATA, DATA])
     table = {"takes": flat(1.0, 1.0), "not": flat(0.5, 1.0), "slow": flat(90.0, 1.0)}
-    choice, asked, _ = chosen(table, data=records, missing={"gone": "no package"})
+    choice, asked, _ = chosen(table, data=records)
     assert {name for name, _ in asked} == {"takes"}
     left = choice.provenance["auto_left_out"]
-    assert left == {"gone": "no package", "not": "it takes one record only", "slow": "it takes one record only"}
+    assert left == {"not": "it takes one record only", "slow": "it takes one record only"}
     beside = Dataset(DATA.t, DATA.u, DATA.y, covariates={"T": np.arange(float(N))})
     assert chosen(table, data=beside)[0].provenance["auto_left_out"]["not"] == "it takes no covariates"
     assert list(left) == choice.provenance["auto_not_tried"], "none of them was fitted"

@@ -10,9 +10,11 @@ import pytest
 
 from hystfmu import Dataset
 from hystfmu.identify.estimate.dynamics import Dynamics
+from hystfmu.identify.features import bent_chain
+from hystfmu.identify.features.bent_chain import Fitting as Fit
+from hystfmu.identify.features.bent_chain import Parts, Trial
 from hystfmu.identify.features.bent_sum import BentSum
 from hystfmu.identify.methods import actuator
-from hystfmu.identify.methods.actuator import Parts, Trial
 
 H = 1e-3
 RISING, BUTTERFLY = np.array([0.0, 1.0]), np.array([0.0, 0.1, 1.0])
@@ -185,10 +187,10 @@ def test_dynamics_are_searched_twice_more_on_all_rows(monkeypatch):
         rows.append(len(residuals(Dynamics(90.0, 0.7, 0.0))))
         return next(searched)
 
-    monkeypatch.setattr(actuator, "search", search)
+    monkeypatch.setattr(bent_chain, "search", search)
     data = Dataset.from_signal(record().u, record().y, H)
     graph, count, found = actuator.build(data, {**OPTIONS, "dynamics": "yes"}, 0, told.append)
-    kept = len(actuator._Fitting(data, OPTIONS).kept)
+    kept = len(Fit(data, OPTIONS).kept)
     assert rows == [-(-kept // 3), 400, 400]
     assert (found["f_n"], found["zeta"], found["delay"]) == (92.0, 0.7, 0.0)
     assert found["parts"].endswith("G0(s) with delay")

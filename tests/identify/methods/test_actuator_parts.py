@@ -12,11 +12,10 @@ from hystfmu import Dataset
 from hystfmu.identify.cuts import validation_rows, without_outermost
 from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.identify.features import bent_chain, bent_sum
-from hystfmu.identify.features.bent_chain import dead_zones
+from hystfmu.identify.features.bent_chain import Parts, dead_zones
 from hystfmu.identify.features.bent_sum import BentSum
 from hystfmu.identify.features.plays import plays
 from hystfmu.identify.methods import actuator
-from hystfmu.identify.methods.actuator import Parts
 
 H = 1e-3
 OPTIONS = {
@@ -67,7 +66,7 @@ def test_a_straight_bend_has_one_dead_zone_without_weight(q, w0):
 @pytest.mark.parametrize("u0", [None, 28.0])
 def test_columns_are_scaled_plays_and_stops_up_to_the_last_training_row(u0):
     data = record(covariates=2)
-    f = actuator._Fitting(data, {**OPTIONS, "u0": u0})
+    f = bent_chain.Fitting(data, {**OPTIONS, "u0": u0})
     u = data.u[TRAIN]
     x = (2 * data.u[:560] - u.max() - u.min()) / np.ptp(u)
     x0 = x[0] if u0 is None else (2 * 28.0 - u.max() - u.min()) / np.ptp(u)
@@ -87,7 +86,7 @@ def test_columns_are_scaled_plays_and_stops_up_to_the_last_training_row(u0):
 
 @pytest.mark.parametrize(("n", "stride"), [(6000, 1), (6001, 2)])
 def test_more_than_6000_rows_are_thinned(n, stride):
-    f = actuator._Fitting(record(n, train=None), OPTIONS)
+    f = bent_chain.Fitting(record(n, train=None), OPTIONS)
     assert f.all.tolist() == list(range(0, n, stride))
 
 
@@ -121,7 +120,7 @@ STRUCTURES = [
 @pytest.mark.parametrize("parts", STRUCTURES)
 def test_the_graph_of_a_structure_runs_as_bent_sum_does(parts):
     data = record(covariates=len(parts.levels))
-    f = actuator._Fitting(data, OPTIONS)
+    f = bent_chain.Fitting(data, OPTIONS)
     s = fitted(f, parts)
     graph = bent_chain.chain(f, parts, s)
     used = [j for j, level in enumerate(parts.levels) if level != "none"]
@@ -152,7 +151,7 @@ def test_a_structure_in_words():
 
 def test_a_fit_grows_from_one_with_fewer_parts(monkeypatch):
     data, asked = record(covariates=2), []
-    f = actuator._Fitting(data, OPTIONS)
+    f = bent_chain.Fitting(data, OPTIONS)
     monkeypatch.setattr(bent_sum, "fit", lambda p, start, wanted=0.0: (asked.append((p, start)), start)[1])
     start = replace(fitted(f, Parts(degree=3)), k=np.zeros(0), g=np.array([0.5, 0.6]))
     grown = f.fit(Parts(degree=5, T=(0.1, 1.0), levels=("gain", "bend")), f.kept, start)
@@ -160,16 +159,16 @@ def test_a_fit_grows_from_one_with_fewer_parts(monkeypatch):
     assert grown.k.tolist() == [1e-3, 1e-3]
     assert grown.g.tolist() == [0.5, 0.0]
     assert grown.c.shape == (2, 6)
-    shrunk = f.fit(Parts(degree=1), f.kept, replace(start, k=np.zeros(0)))
+    shrunk = f.fit(Parts(degree=1), f.kept, replace(start, k=np.zeros(0), g=np.zeros(0)))
     assert shrunk.q.tolist() == start.q[:2].tolist()
-    kept = f.fit(Parts(degree=3, T=(0.1,)), f.kept, replace(start, k=np.array([0.7])))
+    kept = f.fit(Parts(degree=3, T=(0.1,)), f.kept, replace(start, k=np.array([0.7]), g=np.zeros(0)))
     assert kept.k.tolist() == [0.7]
     straight = f.fit(Parts(), f.kept)
     assert len(straight.q) == 2
     p = asked[0][0]
     assert (p.least, p.h, p.T.tolist()) == (0.01, H, [0.1, 1.0])
     assert p.y.tolist() == data.y[f.kept].tolist()
-    assert asked[1][0].following is None
-    trial = f.tried(Parts(degree=3), replace(start, k=np.zeros(0)))
+    assert asked[1][0].following.levels == ()
+    trial = f.tried(Parts(degree=3), replace(start, k=np.zeros(0), g=np.zeros(0)))
     e = bent_sum.model(f.problem(Parts(degree=3), f.held), trial.fit) - data.y[f.held]
     assert trial.error == pytest.approx(np.sqrt(np.mean(e**2)))

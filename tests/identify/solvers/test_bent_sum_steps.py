@@ -36,7 +36,7 @@ def test_a_fit_starts_from_weights_without_a_bend():
     assert s.w == pytest.approx(w / size)
     assert s.q == pytest.approx([3, size, 0, 0], abs=1e-9)
     assert s.k.tolist() == [0.0]
-    assert (s.g.shape, s.c.shape) == ((0,), (0, 0))
+    assert (s.g.shape, s.c.shape) == ((0,), (0, 4))
     assert s.rms < 1e-9
 
 
@@ -60,10 +60,9 @@ def test_covariates_join_the_start_as_free_columns():
 @pytest.mark.parametrize("degree", [0, 1, 2])
 def test_the_slope_of_a_bend(degree):
     q = np.array([0.5, 2.0, 0.3])[: degree + 1]
-    s = BentSum(np.ones(2), q, np.zeros(0))
     v = np.linspace(-1, 1, 7)
     want = np.zeros(7) if degree == 0 else legendre.legval(v, legendre.legder(q))
-    assert bent_sum._slope(problem(X), s, v) == pytest.approx(want)
+    assert problem(X).following.slope(v, q, np.zeros((0, degree + 1)), np.zeros(0)) == pytest.approx(want)
 
 
 def delayed(columns):
@@ -73,7 +72,7 @@ def delayed(columns):
 @pytest.mark.parametrize("after", [None, delayed])
 @pytest.mark.parametrize("followed", [False, True])
 def test_derivatives_of_the_output_by_weights_creep_and_gains(after, followed):
-    f = Following(THETA, ("gain", "offset")) if followed else None
+    f = Following(THETA, ("gain", "offset")) if followed else Following(THETA[:, :0], ())
     p = problem(X**3, T=(0.05, 0.5), after=after, following=f)
     n = 2 if followed else 0
     s = BentSum(

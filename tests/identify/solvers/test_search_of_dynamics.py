@@ -18,8 +18,8 @@ from hystfmu.identify.estimate.dynamics import Dynamics, bounds, search, uncerta
 from hystfmu.identify.estimate.search import standard_errors
 from hystfmu.identify.features import bent_sum, following, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
-from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.features.plays import behind_dead_band, dead_band, with_dead_band
+from hystfmu.identify.graphs import covariate_inputs
 
 H = 1e-3
 OPTIONS = {"hold": "foh", "delay_max": 10.0, "zeta_max": 5.0}

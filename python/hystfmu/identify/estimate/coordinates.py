@@ -27,16 +27,10 @@ MARGIN = 1e-10  # of a start to its bounds, relative to the room between them or
 
 @dataclass(frozen=True)
 class Coordinates:
-    """The coordinates of a search.
+    """The coordinates (n,) of a search with their bounds `lo`, `hi`.
 
-    Parameters
-    ----------
-    lo, hi : array, shape (n,)
-        Bounds.
-    scale : array, shape (n,)
-        By how much a coordinate changes the output about as much as the others do.
-    values : function
-        Returns the values of parameters, by ``node.parameter``, at a point (n,); those of arrays are whole.
+    `scale` says by how much a coordinate changes the output about as much as the others do; `values` returns the
+    values of parameters, by ``node.parameter``, at a point (n,); those of arrays are whole.
     """
 
     lo: Array
@@ -141,16 +135,10 @@ class _Part:
 def made_coordinates(
     frees: Sequence[Free], bounds: Sequence[tuple[float, float]], whole: Mapping[str, Array]
 ) -> tuple[Coordinates, Array]:
-    """Return the coordinates of a search and its first start.
+    """Return the coordinates of a search and its first start, for what is searched and its bounds.
 
-    Parameters
-    ----------
-    frees : sequence of Free
-        What is searched.
-    bounds : sequence of (float, float)
-        Their bounds.
-    whole : mapping of str to array
-        Values of the parameters in the graph, by ``node.parameter``, with the elements that are not free.
+    `whole` holds the values of the parameters in the graph, by ``node.parameter``, with the elements that are not
+    free.
     """
     parts = [_part(free, lo, hi) for free, (lo, hi) in zip(frees, bounds, strict=True)]
     ends = np.cumsum([0, *(len(part.start) for part in parts)])

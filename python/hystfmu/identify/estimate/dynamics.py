@@ -10,19 +10,19 @@ the transfer function, with a phase error of (omega tau)^5/720, 5e-9 rad at a fi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.discretised import discretised
-from hystfmu.identify.catalogue import Option
+from hystfmu.identify.catalogue import Option, Options
 from hystfmu.identify.estimate.search import standard_errors
 from hystfmu.identify.evidence import evidence
 from hystfmu.model import Model
@@ -119,7 +119,7 @@ def polynomials(g: Dynamics, rest: float) -> tuple[Array, Array]:
     return np.polymul(b, pade * [1, -1, 1]), np.polymul(a, pade)
 
 
-def bounds(data: Dataset, options: Mapping[str, Any]) -> tuple[Array, Array]:
+def bounds(data: Dataset, options: Options) -> tuple[Array, Array]:
     """Return the bounds of (ln f_n, ln zeta, delay in samples): one cycle per record to Nyquist, 0.01 to zeta_max."""
     n = data.train.stop - data.train.start
     lo = np.array([np.log(1 / (n * data.h)), np.log(0.01), 0.0])
@@ -129,8 +129,8 @@ def bounds(data: Dataset, options: Mapping[str, Any]) -> tuple[Array, Array]:
 def search(
     residuals: Callable[[Dynamics], Array],
     data: Dataset,
-    options: Mapping[str, Any],
-    progress: Callable[[float], None],
+    options: Options,
+    progress: Progress,
     near: Dynamics | None = None,
 ) -> Dynamics:
     """Minimise the residuals by trust-region steps from `near`, or from the best two of a grid of f_n."""
@@ -206,9 +206,7 @@ def _jacobian(error: Callable[[Array], Array], p: Array, hi: Array) -> Array:
     return np.column_stack([(error(p + s * e) - here) / s for s, e in zip(steps, np.eye(len(p)), strict=True)])
 
 
-def uncertainty(
-    residuals: Callable[[Dynamics], Array], g: Dynamics, data: Dataset, options: Mapping[str, Any]
-) -> Array:
+def uncertainty(residuals: Callable[[Dynamics], Array], g: Dynamics, data: Dataset, options: Options) -> Array:
     """Return the standard errors of ln f_n, ln zeta and the delay (samples), shape (3,), for the identified `g`."""
     lo, hi = bounds(data, options)
     p = g.point(data.h)
@@ -217,17 +215,11 @@ def uncertainty(
     return standard_errors(residuals(g), jacobian, free)
 
 
-def unknown(g: Dynamics, spread: Array, data: Dataset, options: Mapping[str, Any]) -> list[str]:
+def unknown(g: Dynamics, spread: Array, data: Dataset, options: Options) -> list[str]:
     """Return a warning for each of f_n, zeta and the delay that the data do not determine.
 
-    Parameters
-    ----------
-    g : Dynamics
-        Identified dynamics.
-    spread : array, shape (3,)
-        Standard errors of ln f_n, ln zeta and the delay (samples).
-    data, options
-        Data and options of the fit, which give the bounds of the search.
+    `spread` (3,) holds the standard errors of ln f_n, ln zeta and the delay (samples); options give the bounds of
+    the search.
     """
     lo, hi = bounds(data, options)
     p, room = g.point(data.h), 1e-3
@@ -245,31 +237,24 @@ def unknown(g: Dynamics, spread: Array, data: Dataset, options: Mapping[str, Any
     return found
 
 
-def errors(g: Dynamics, spread: Array, data: Dataset, options: Mapping[str, Any]) -> dict[str, float]:
-    """Return entries of `Model.fit`: standard errors ``f_n_se`` (Hz) and ``zeta_se`` of what the record determines.
+def told(g: Dynamics, spread: Array, data: Dataset, options: Options) -> dict[str, Any]:
+    """Return entries of `Model.fit`: g, standard errors ``f_n_se`` (Hz) and ``zeta_se``, ``warnings`` of `unknown`.
 
-    Parameters
-    ----------
-    g, spread, data, options
-        As `unknown`; a value at a bound of the search, or without effect on the residuals, has no entry.
+    A value at a bound of the search, or without effect on the residuals, has no standard error.
     """
     lo, hi = bounds(data, options)
     p, room = g.point(data.h), 1e-3
-    named = {"f_n_se": g.f_n, "zeta_se": g.zeta}
     inside = (lo + room < p) & (p < hi - room) & np.isfinite(spread)
-    return {key: float(value * spread[k]) for k, (key, value) in enumerate(named.items()) if inside[k]}
+    values = (("f_n_se", g.f_n), ("zeta_se", g.zeta))
+    known = {key: float(value * spread[k]) for k, (key, value) in enumerate(values) if inside[k]}
+    return {**g.told, **known, "warnings": unknown(g, spread, data, options)}
 
 
 def hysteresis(model: Model) -> Model:
     """Return the model without G0 and delay: the static part, which `hystfmu.inverse.inverse` inverts.
 
     Put a ``feedforward`` block with ``f_n`` and ``zeta`` of ``model.fit`` in front of that inverse.  It needs the
-    reference with two derivatives, ``delay`` seconds ahead.
-
-    Raises
-    ------
-    InputError
-        The model has no dynamics of this kind.
+    reference with two derivatives, ``delay`` seconds ahead.  A model without such dynamics is an InputError.
     """
     g = model.graph
     if not model.key.startswith("g0_"):

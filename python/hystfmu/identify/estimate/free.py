@@ -40,30 +40,10 @@ Spec = bool | Sequence[float] | Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Free:
-    """One free parameter as given.
+    """One free parameter as given, of the node and parameter of these names.
 
-    Attributes
-    ----------
-    name : str
-        As given.
-    node, parameter : str
-        Names of node and parameter.
-    elements : tuple of int
-        Which elements are free, from 0.
-    row : Var
-        Row of the block's table.
-    start : array, shape (n,)
-        Values of these elements in the graph.
-    whole : int
-        Number of elements of the parameter.
-    lower, upper : float or None
-        Bounds as given.
-    scale : str or None
-        As given.
-    rising : bool
-        Whether the elements must not decrease.
-    sum : float or None
-        Sum of the elements.
+    `elements` are free, from 0, of the `whole` number; `start` (n,) are their values in the graph, `row` is that of
+    the block's table.  Bounds, scale, rising and sum as given.
     """
 
     name: str
@@ -109,19 +89,10 @@ class Free:
 
 
 def read(graph: Graph, given: Mapping[str, Spec]) -> tuple[Free, ...]:
-    """Check what is freed.
+    """Check what is freed, see the module.
 
-    Parameters
-    ----------
-    graph : Graph
-    given : mapping of str to True, (lower, upper) or a table
-        See the module.
-
-    Raises
-    ------
-    InputError
-        Unknown node or parameter, a size or another structural parameter, a bad table, bounds that exclude the value in
-        the graph, an element freed twice, nothing freed.
+    An InputError are an unknown node or parameter, a size or another structural parameter, a bad table, bounds that
+    exclude the value in the graph, an element freed twice, nothing freed.
     """
     if not given:
         raise InputError("The free parameters must be at least one, e.g. free={'node.parameter': True}. Got none.")
@@ -241,10 +212,7 @@ class _File(GraphTable):
 def read_graph(path: Path) -> tuple[Graph, dict[str, Spec]]:
     """Read a graph and its free parameters from `path`; the blocks may stand in any order.
 
-    Raises
-    ------
-    InputError
-        One line with file, key, rule and value.
+    An InputError is one line with file, key, rule and value.
     """
     table = load_toml(path)
     check_format(table, FORMAT, path, required=True)

@@ -6,24 +6,24 @@ A block alone is fitted as a graph too: its input scaled to [-1, 1], its outputs
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.core.groups import group
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import Option
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.catalogue import Built, Option, Options
 from hystfmu.identify.estimate.coordinates import default_bounds, is_log, made_coordinates
 from hystfmu.identify.estimate.free import Free, Spec, read
 from hystfmu.identify.estimate.linear_parts import linear_parts
 from hystfmu.identify.estimate.objective import Linear, Objective, OutOfTime
 from hystfmu.identify.estimate.search import determined, search
+from hystfmu.identify.graphs import device
 
 TEXT = "graph of blocks, free parameters by least squares on the free run"
 REPEATED = 1e-4  # part of an effect that those of other parameters leave, which counts as none
@@ -39,41 +39,18 @@ def fit_graph(
     data: Dataset,
     graph: Graph,
     free: Mapping[str, Spec],
-    options: Mapping[str, Any],
+    options: Options,
     seed: int,
-    progress: Callable[[float], None],
+    progress: Progress,
     hold: bool = False,
-) -> tuple[Graph, int, dict[str, Any]]:
+) -> Built:
     """Fit the free parameters of a graph to the free run on every record.
 
-    Parameters
-    ----------
-    data : Dataset
-    graph : Graph
-        With one output.  Its first input is u, further ones are covariates of the data, by name.
-    free : mapping of str to True, (lower, upper) or a table
-        The free parameters, see `hystfmu.identify.estimate.free`.
-    options : mapping
-        Of `OPTIONS`.
-    seed : int
-        Of the drawn starts.
-    progress : function
-        Called with the fraction done, 0..1.
-    hold : bool
-        Whether to hold what only repeats what other free parameters do.
+    The graph has one output; its first input is u, further ones are covariates of the data, by name.  `free` as in
+    `hystfmu.identify.estimate.free`; with `hold` it leaves out what only repeats what other free parameters do.  Found
+    are ``free`` and ``condition`` of `determined`, ``held``, ``bounded`` and ``warnings``.
 
-    Returns
-    -------
-    graph : Graph
-    parameters : int
-        Their number.
-    found : dict
-        ``free`` and ``condition`` of `determined`, ``held``, ``bounded`` and ``warnings``.
-
-    Raises
-    ------
-    InputError
-        A graph with other ports; a bad free parameter; a graph that the core cannot run on the data as it is.
+    An InputError are other ports, a bad free parameter, a graph that the core cannot run on the data as it is.
     """
     _check_ports(graph, data)
     frees, until = read(graph, free), time.monotonic() + options["seconds"]
@@ -189,7 +166,7 @@ def _check_logs(searched: Sequence[Free], bounds: Sequence[tuple[float, float]])
             raise InputError(f"The lower bound of {free.name!r} must be positive for the scale 'log'. Got {lo:g}.")
 
 
-def _drawn(objective: Objective, count: int, seed: int, progress: Callable[[float], None]) -> list[Array]:
+def _drawn(objective: Objective, count: int, seed: int, progress: Progress) -> list[Array]:
     """Draw points between the bounds and return the best of them."""
     c, rng = objective.coordinates, np.random.default_rng(seed)
     if not len(c.lo):
@@ -208,12 +185,8 @@ def around(node: Node, data: Dataset) -> tuple[Graph, dict[str, Spec]]:
     """Return ``input -> node -> readout`` and its free parameters.
 
     Free are the weights of the outputs, the offset, and every real parameter of the block whose value is not given.
-    Inputs at rest that are not given are the first one of the record.
-
-    Raises
-    ------
-    InputError
-        The block has other inputs than one, or no output.
+    Inputs at rest that are not given are the first one of the record.  A block with other inputs than one, or
+    without output, is an InputError.
     """
     block, sizes = node.block, node.sizes
     inputs, outputs = block.of("input"), block.of("output")
@@ -237,8 +210,7 @@ def around(node: Node, data: Dataset) -> tuple[Graph, dict[str, Spec]]:
         Node("readout", "sum", {"n": len(ends)}, {"k": np.ones(len(ends))}),
     ]
     wires = [("input.y", f"{node.name}.{inputs[0].name}"), *((a, f"readout.u[{k}]") for k, a in enumerate(ends, 1))]
-    ports = [Input("u", ("input.u",), data.unit_u, float(data.u[0]))]
-    graph = Graph(nodes, wires, ports, [Output("y", "readout.y", data.unit_y)])
+    graph = device(data, nodes, wires)
     free: dict[str, Spec] = {f"{node.name}.{v.name}": True for v in rows if v.name not in rest}
     return graph, {**free, "readout.k": True, "readout.offset": True}
 

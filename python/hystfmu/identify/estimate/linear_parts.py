@@ -28,15 +28,7 @@ EQUAL = 1e-9  # difference of two changes, relative to their size and to the out
 def linear_parts(graph: Graph, frees: Sequence[Free], data: Dataset, seed: int = 0) -> tuple[Linear, ...]:
     """Return the parameters to eliminate: linear each, linear together, without bounds other than 0.
 
-    Parameters
-    ----------
-    graph : Graph
-    frees : sequence of Free
-        What is freed.
-    data : Dataset
-        The first rows are run.
-    seed : int
-        Of the random values.
+    The first rows of the data are run, with random values by `seed`.
     """
     able = [f for f in frees if _may(f)]
     if not able:

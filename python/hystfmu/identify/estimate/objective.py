@@ -32,17 +32,7 @@ MOST = 1e100  # largest output: squares of larger ones overflow
 
 @dataclass(frozen=True)
 class Linear:
-    """A parameter that enters the output linearly, whose elements are eliminated.
-
-    Parameters
-    ----------
-    name : str
-        ``node.parameter``.
-    elements : tuple of int
-        Which of its elements, from 0.
-    positive : bool
-        Whether they must not be negative.
-    """
+    """A parameter ``node.parameter`` that enters the output linearly, whose elements, from 0, are eliminated."""
 
     name: str
     elements: tuple[int, ...] = (0,)
@@ -66,22 +56,11 @@ class OutOfTime(Exception):
 class Objective:
     """Residuals of the free run at the rows that count.
 
-    Parameters
-    ----------
-    data : Dataset
-    graph : Graph, or function
-        With one output; its inputs are u and covariates of the data.  A function returns the graph at a point of the
-        coordinates, the same object for the same structure: a delay of other samples is another structure.
-    coordinates : Coordinates
-        What is searched.
-    linear : sequence of Linear
-        What is eliminated.
-    size : float, optional
-        What the residuals are relative to, root of the number of rows included; default that of the span of y.
-    rows : array of int, optional
-        Rows whose residuals count; default those of the data.
-    until : float
-        Time (`time.monotonic`) at which a search ends, with the best point so far.
+    The graph has one output; its inputs are u and covariates of the data.  A function returns the graph at a point
+    of the coordinates, the same object for the same structure: a delay of other samples is another structure.
+    Residuals are relative to `size`, root of the number of rows included; default that of the span of y.  `rows`
+    count, by default those of the data.  At the time `until` (`time.monotonic`) a search ends, with the best point
+    so far.
     """
 
     def __init__(
@@ -156,10 +135,7 @@ class Objective:
     def columns(self, p: Array) -> tuple[Array, Array]:
         """Return the output without the linear part, (rows,), and what a weight of 1 of each adds, (rows, weights).
 
-        Raises
-        ------
-        InputError
-            The core refuses the values, or the output is not finite.
+        Values that the core refuses are an InputError, as is an output that is not finite.
         """
         values = self.values(p, np.zeros(len(self.positive)))
         base, found = self._run(self.structure(p), values, self.weighed(values), 1.0)

@@ -12,21 +12,21 @@ information criterion): it trades against f_n, whose standard error it multiplie
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.catalogue import Built, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
-from hystfmu.identify.estimate.dynamics import Dynamics, bounds, errors, search, unknown
+from hystfmu.identify.estimate.dynamics import Dynamics, bounds, search, told
 from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.search import best_of, correlation_time, determined, refined, standard_errors
+from hystfmu.identify.graphs import device, wired
 
 MOST_ROWS = 5000  # more rows are thinned evenly for the starts, after filtering at the full rate
 ENOUGH = 3e-3  # misfit, relative to the span, below which no other start is tried
@@ -37,24 +37,12 @@ EVALUATIONS = (15, 60)  # limit on evaluations of residuals and Jacobian: per st
 
 @dataclass(frozen=True)
 class Operator:
-    """A class of operators with a searched shape.
+    """A class of operators with a searched shape, a point (n,) with bounds `lo`, `hi` and `scale`.
 
-    Parameters
-    ----------
-    nodes : function
-        Returns the blocks ``input``, which scales u, ``operator`` and more behind it for a record.
-    shape : function
-        Returns the values of these blocks, by ``node.parameter``, at a point (n,) of the search.
-    lo, hi, scale : array, shape (n,)
-        Bounds and scale of the points.
-    columns : tuple of str
-        Ports whose weighted sum enters the dynamics.
-    starts, bank : tuple of array, shape (n,)
-        Points of the search, the likeliest first, and those of the bank.
-    searched : function
-        Returns the parameters with their bounds at (p, lo, hi), as ``bounded`` of the fit.
-    wires : tuple of (str, str)
-        From the operator to the blocks behind it.
+    `nodes` returns the blocks ``input``, which scales u, ``operator`` and more behind it for a record, with `wires`
+    between them; `shape` the values of these blocks, by ``node.parameter``, at a point; `searched` the parameters
+    with their bounds at (p, lo, hi), as ``bounded`` of the fit.  The weighted sum of the ports `columns` enters the
+    dynamics.  `starts` are points of the search, the likeliest first, `bank` those of the bank.
     """
 
     nodes: Callable[[Dataset], list[Node]]
@@ -69,9 +57,7 @@ class Operator:
     wires: tuple[tuple[str, str], ...] = ()
 
 
-def build(
-    operator: Operator, data: Dataset, options: Mapping[str, Any], progress: Callable[[float], None]
-) -> tuple[Graph, int, dict[str, Any]]:
+def build(operator: Operator, data: Dataset, options: Options, progress: Progress) -> Built:
     """Build the graph ``scaling -> operator -> sum -> transfer_function [-> delay] -> scaling``.
 
     It returns the graph, the number of its parameters, and f_n (Hz), zeta, delay (s), with a warning for each of these
@@ -116,10 +102,10 @@ def build(
         if independent * np.log(again.cost / found.cost) <= np.log(independent):
             best, p, q, parameters = without, Coordinates.joined(prompt, p_0, again.p), again.p, parameters - 1
     g = Dynamics.at(p, h)
-    warned = unknown(g, spread[:3], data, options)  # the standard errors are those with the delay searched
     limited = operator.searched(p[3:], operator.lo, operator.hi)
-    told = {**g.told, **errors(g, spread[:3], data, options), "bounded": limited, "free": determined(best, q).table}
-    return chains.finished(best.graph(q)), parameters, {**told, **({"warnings": warned} if warned else {})}
+    # the standard errors are those with the delay searched
+    found_of = {**told(g, spread[:3], data, options), "bounded": limited, "free": determined(best, q).table}
+    return chains.finished(best.graph(q)), parameters, found_of
 
 
 class _Bank:
@@ -191,10 +177,8 @@ class _Chains:
         into = [end if column == "input.y" else column for column in self.operator.columns]
         wires = [(end, "operator.u"), *self.operator.wires]
         wires += [(port, f"{tail[0].name}.u[{i}]") for i, port in enumerate(into, 1)]
-        wires += [(f"{a.name}.y", f"{b.name}.u") for nodes in (front, tail) for a, b in pairwise(nodes)]
-        inputs = [Input("u", (f"{front[0].name}.u",), self.data.unit_u, float(self.data.u[0]))]
-        outputs = [Output("y", f"{tail[-1].name}.y", self.data.unit_y)]
-        return Graph([*front, *operator, *tail], wires, inputs, outputs)
+        wires += wired(front) + wired(tail)
+        return device(self.data, [*front, *operator, *tail], wires, [f"{front[0].name}.u"], f"{tail[-1].name}.y")
 
 
 def _run(operator: Operator, nodes: list[Node], u: Array) -> Array:

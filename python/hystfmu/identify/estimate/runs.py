@@ -19,12 +19,7 @@ DIFFERENCE = 1e-6  # of a change, by which blocks without a sensitivity are move
 
 
 class Runs:
-    """A graph with one output, loaded into the core.
-
-    Parameters
-    ----------
-    graph : Graph
-    """
+    """A graph with one output, loaded into the core, which raises InputError where it refuses values."""
 
     def __init__(self, graph: Graph) -> None:
         self._executor = Executor(graph.to_bytes())
@@ -37,13 +32,7 @@ class Runs:
         self._implicit = any(node.block.trial for node in graph.nodes)
 
     def put(self, values: Values) -> None:
-        """Set values.
-
-        Raises
-        ------
-        InputError
-            A value is out of range.
-        """
+        """Set values."""
         for name, given in values.items():
             if np.array_equal(given, self._last.get(name, ())):
                 continue
@@ -54,13 +43,7 @@ class Runs:
             self._last[name] = np.array(given)
 
     def run(self, inputs: Array, h: float) -> Array:
-        """Run over the input rows (n, n_inputs) from a fresh start; shape (n,).
-
-        Raises
-        ------
-        InputError
-            The core refuses the values.
-        """
+        """Run over the input rows (n, n_inputs), h (s) apart, from a fresh start; shape (n,)."""
         return self._executor.run(inputs, 1, h)[:, 0]
 
     def sensitivities(
@@ -73,28 +56,9 @@ class Runs:
     ) -> tuple[Array, Array]:
         """Run with the derivatives of the output by changes of values.
 
-        Parameters
-        ----------
-        inputs : array, shape (n, n_inputs)
-        h : float
-            Time between rows (s).
-        changes : sequence of mapping of str to array
-            By how much the elements of parameters change, for each derivative.
-        rows : array of int, shape (k,)
-            Rows to return, rising.
-        step : float
-            Part of a change by which blocks without a sensitivity are moved; 1 for what enters linearly.
-
-        Returns
-        -------
-        y : array, shape (k,)
-        dy : array, shape (k, len(changes))
-            0 for a change of nothing.
-
-        Raises
-        ------
-        InputError
-            The core refuses the values.
+        For each derivative `changes` says by how much the elements of parameters change.  `step` is the part of a
+        change by which blocks without a sensitivity are moved; 1 for what enters linearly.  It returns the output
+        (k,) and derivatives (k, changes) at `rows` (k,), which rise; a derivative is 0 for a change of nothing.
         """
         if self._implicit:
             return self._differences(inputs, h, changes, rows, step)

@@ -10,7 +10,7 @@ parameters in it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.identify.estimate.objective import Objective, OutOfTime
 
 EVALUATIONS = (30, 200)  # limit on evaluations of residuals and Jacobian: per start, for the best start
@@ -28,17 +28,7 @@ ENOUGH = 1e-4  # misfit, relative to the size of the residuals, below which no o
 
 @dataclass(frozen=True)
 class Found:
-    """Result of a search.
-
-    Attributes
-    ----------
-    p : array, shape (n,)
-        Coordinates.
-    cost : float
-        Half the sum of the squared residuals.
-    whole : bool
-        Whether the search came to its end, or ended at its limit of time.
-    """
+    """Result of a search: coordinates p (n,), half the sum of the squared residuals, and whether it came to its end."""
 
     p: Array
     cost: float
@@ -53,18 +43,10 @@ class Found:
 def refined(
     objective: Objective, p: Array, evaluations: int, tolerance: float = TOLERANCES[1], by_jacobian: bool = False
 ) -> Found:
-    """Minimise the misfit from a point by trust-region steps.
+    """Minimise the misfit from a point p (n,) by trust-region steps.
 
-    Parameters
-    ----------
-    objective : Objective
-    p : array, shape (n,)
-    evaluations : int
-        Limit on evaluations of residuals and Jacobian.
-    tolerance : float
-        Relative change of cost and coordinates that ends the search.
-    by_jacobian : bool
-        Whether the columns of the Jacobian scale the steps, not the coordinates.
+    They end at a relative change of cost and coordinates of `tolerance`, or a number of evaluations of residuals and
+    Jacobian.  With `by_jacobian` the columns of the Jacobian scale the steps, not the coordinates.
     """
     c = objective.coordinates
     if not len(p):
@@ -87,7 +69,7 @@ def best_of(
     objective: Objective,
     starts: Iterable[Array],
     evaluations: int,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Progress = silent,
     enough: float = ENOUGH,
 ) -> Found:
     """Search briefly from each start, and return the best; parameters as in `search`."""
@@ -106,23 +88,14 @@ def best_of(
 def search(
     objective: Objective,
     starts: Sequence[Array],
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Progress = silent,
     evaluations: tuple[int, int] = EVALUATIONS,
     enough: float = ENOUGH,
 ) -> Found:
-    """Search briefly from each start, from the best to the end.
+    """Search briefly from each start (n,), the likeliest first, from the best to the end.
 
-    Parameters
-    ----------
-    objective : Objective
-    starts : sequence of array, shape (n,)
-        Points to start from, the likeliest first.
-    progress : function
-        Called with the fraction done, 0..1.
-    evaluations : (int, int)
-        Limits on evaluations of residuals and Jacobian: per start, for the best start.
-    enough : float
-        Misfit, relative to the size of the residuals, below which no other start is tried.
+    `evaluations` of residuals and Jacobian limit the search per start and that from the best.  Below the misfit
+    `enough`, relative to the size of the residuals, no other start is tried.
     """
     share = len(starts) / (len(starts) + 1)
     try:
@@ -137,21 +110,10 @@ def search(
 
 
 def standard_errors(residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> Array:
-    """Compute the standard errors of the parameters.
+    """Compute the standard errors of parameters (n,) from residuals (m,) and their Jacobian (m, n).
 
-    Parameters
-    ----------
-    residuals : array, shape (m,)
-        Residuals of the fit.
-    jacobian : array, shape (m, n)
-        Derivatives of the residuals by the parameters.
-    free : array of bool, shape (n,)
-        Whether a parameter is off its bounds.
-
-    Returns
-    -------
-    array, shape (n,)
-        Standard errors; 0 for a parameter at a bound, infinite for one without effect on the residuals.
+    Free are those off their bounds; the others have an error of 0, one without effect on the residuals an infinite
+    one.
     """
     found = np.zeros(jacobian.shape[1])
     j = jacobian[:, free]
@@ -185,20 +147,11 @@ WIDE = 0.25  # standard error, relative to the room between the bounds, of a par
 
 @dataclass(frozen=True)
 class Determined:
-    """Values and standard errors.
+    """Values and standard errors of elements of the free parameters, in the order of their labels.
 
-    Attributes
-    ----------
-    labels : tuple of str
-        Elements of the free parameters.
-    values, errors : array, shape (n,)
-        Values; standard errors, infinite for what the record does not determine, 0 at a bound.
-    bound : array, shape (n,) of bool
-        Whether a value is at a bound.
-    condition : float
-        Largest over smallest singular value of the scaled Jacobian, without what is at a bound.
-    together : tuple of tuple of str
-        Parameters of which the record tells only a combination; one alone has no effect.
+    An error is infinite for what the record does not determine, 0 at a bound.  `condition` is the largest over the
+    smallest singular value of the scaled Jacobian, without what is at a bound.  `together` holds the parameters of
+    which the record tells only a combination; one alone has no effect.
     """
 
     labels: tuple[str, ...]
@@ -231,14 +184,7 @@ class Determined:
 
 
 def determined(objective: Objective, p: Array) -> Determined:
-    """Find what the record tells of every element of a parameter that the coordinates or the weights move.
-
-    Parameters
-    ----------
-    objective : Objective
-    p : array, shape (n,)
-        Coordinates that were found.
-    """
+    """Find what the record tells of every element of a parameter that the coordinates p (n,) or the weights move."""
     residuals, weights, _ = objective.project(p)
     n, c = len(p), objective.coordinates
     _, columns = objective.columns(p)

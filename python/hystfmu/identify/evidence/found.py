@@ -63,13 +63,7 @@ class Evidence:
     noise_density: float
 
     def lines(self, unit: str = "") -> list[str]:
-        """Say in a few lines what the record shows.
-
-        Parameters
-        ----------
-        unit : str
-            Unit of measure of y.
-        """
+        """Say in a few lines what the record shows, with the unit of measure of y."""
         lowest, highest = self.band
         band = f"input and output are coherent from {lowest:.3g} to {highest:.4g} Hz" if highest else "no coherent band"
         of = f" {unit}" if unit not in ("", "1") else ""

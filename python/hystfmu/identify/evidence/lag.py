@@ -39,21 +39,7 @@ def _second(v: Array) -> Array:
 
 
 def behind_mode(v: Array, f_n: float, zeta: float, delay: float, h: float, hold: str) -> Array:
-    """Return the prepared signal behind a mode and a delay, from rest at its first value.
-
-    Parameters
-    ----------
-    v : array, shape (n,)
-        From `prepared`.
-    f_n, zeta, delay, h : float
-        Hz, 1, s and s.
-    hold : str
-        One of `HOLDS`.
-
-    Returns
-    -------
-    array, shape (n,)
-    """
+    """Return the prepared signal v (n,) behind a mode (Hz) and a delay (s), from rest at its first value; h in s."""
     w = 2 * np.pi * f_n * h  # time in steps
     a = np.array([[0.0, 1.0], [-w * w, -2 * zeta * w]])
     whole, rest = _parts(delay / h)

@@ -50,17 +50,8 @@ def scan(
 ) -> tuple[float, float, float]:
     """Return f_n (Hz), zeta and delay (steps) of the mode that explains most beside known responses.
 
-    Parameters
-    ----------
-    pooled : Pooled
-    known : list of array, shape (n,)
-        Responses of known modes, slow parts and the rest, without the delay.
-    lowest, highest : float
-        Bounds of f_n (Hz).
-    h : float
-        Step (s).
-    delays : array, shape (m,)
-        Delays to try (steps).
+    Known are those of modes, slow parts and the rest, without the delay.  f_n lies between `lowest` and `highest`
+    (Hz), `delays` (steps) are tried, h is the step (s).
     """
     root = np.sqrt(pooled.power)
     some = root > 0

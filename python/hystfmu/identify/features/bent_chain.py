@@ -1,4 +1,6 @@
-"""Graph of a chain that `bent_sum` fitted: operator, bend, parts that follow covariates, creep, dynamics, offset.
+"""Fit and graph of a chain: operator, bend, parts that follow covariates, creep, dynamics, offset.
+
+`bent_sum` fits weights, bend and creep of a structure.
 
 The bend is a sum of dead zones that interpolates the polynomial, because that has an exact inverse and continues as a
 straight line outside the range of the training rows.
@@ -6,63 +8,127 @@ straight line outside the range of the training rows.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from itertools import pairwise
-from typing import Any, Protocol
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import legendre
+from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
+from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.estimate.dynamics import Dynamics
-from hystfmu.identify.features.bent_sum import BentSum
-from hystfmu.identify.features.covariate_inputs import covariate_inputs
+from hystfmu.identify.catalogue import Options
+from hystfmu.identify.cuts import fitted_and_held
+from hystfmu.identify.estimate.dynamics import Dynamics, search
+from hystfmu.identify.features import bent_sum
+from hystfmu.identify.features.bent_sum import BentSum, Filter, Problem
+from hystfmu.identify.features.following import Following
+from hystfmu.identify.features.plays import plays, thresholds, u0_of
 from hystfmu.identify.features.smooth_density import RelaySum
+from hystfmu.identify.graphs import covariate_inputs, device, wired
 
+MOST_ROWS = 6000  # more rows are thinned evenly, after filtering at the full rate
+BETTER, NEEDED = 0.95, 0.5  # ratio of validation errors below which a part, or a bend without inverse, is kept
+PLAYS, STOPS, RELAYS = "plays", "stops", "relays"
 SMOOTH = 1e-5  # largest distance of the dead zones from the polynomial, relative to its range
 MOST_KNOTS = 400
 PAIR = {"n": 2, "m": 0}
 MARGIN = 0.05  # covariates are limited to the training range and this fraction of it
 
 
-class Parts(Protocol):
-    """Structure of a chain: see `hystfmu.identify.methods.actuator.Parts`."""
+@dataclass(frozen=True)
+class Parts:
+    """Structure of a candidate: operator, degree of bend, time constants of creep, dynamics, covariates."""
 
-    @property
-    def operator(self) -> str:
-        """plays, stops or relays."""
-        ...
-
-    @property
-    def T(self) -> tuple[float, ...]:
-        """Time constants of creep (s)."""
-        ...
-
-    @property
-    def g(self) -> Dynamics | None:
-        """Dynamics behind it."""
-        ...
-
-    @property
-    def levels(self) -> tuple[str, ...]:
-        """The part of the model that follows each covariate."""
-        ...
+    operator: str = PLAYS
+    degree: int = 1
+    T: tuple[float, ...] = ()
+    g: Dynamics | None = None
+    levels: tuple[str, ...] = ()
 
 
-class Fitting(Protocol):
-    """Scaling, operators and covariates of a fit; `hystfmu.identify.methods.actuator` explains them."""
+@dataclass(frozen=True)
+class Trial:
+    """A structure, its fit, and its error on the validation blocks."""
 
-    data: Dataset
-    options: Mapping[str, Any]
-    middle: float
-    half: float
-    x0: float
-    r: Array
-    low: Array
-    high: Array
-    relays: RelaySum
+    parts: Parts
+    fit: BentSum
+    error: float
+
+    def or_better(self, other: Trial) -> Trial:
+        """Return the other trial if it is clearly better."""
+        enough = BETTER if other.fit.monotone or not self.fit.monotone else NEEDED
+        return other if other.error < enough * self.error else self
+
+
+class Fitting:
+    """Columns and rows of one fit, and the structures fitted to them.
+
+    Scaled input x = (u - middle) / half and its start x0, thresholds r of the plays, covariates theta, scaled to
+    [-1, 1] from their range low..high; rows that count, those kept for fits and those held out.
+    """
+
+    def __init__(self, data: Dataset, options: Options) -> None:
+        rows, self.data, self.options = data.train, data, options
+        u = data.u[: rows.stop]
+        self.middle, self.half = float(u[rows].max() + u[rows].min()) / 2, float(np.ptp(u[rows])) / 2
+        self.x0 = (u0_of(data, options) - self.middle) / self.half
+        x = (u - self.middle) / self.half
+        self.r = thresholds(x[rows], options["N"])
+        self.noise = noise(data.y[data.counted])
+        self.relays = RelaySum(x, rows)
+        self.plays = np.column_stack([x, plays(x, self.r, self.x0)])
+        self.stops = np.column_stack([x, x[:, None] - self.plays[:, 1:]])
+        seen = data.covariates.values[: rows.stop]
+        self.low, self.high = seen[rows].min(axis=0), seen[rows].max(axis=0)
+        self.theta = (seen - (self.low + self.high) / 2) * 2 / (self.high - self.low)
+        self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
+
+    def columns(self, operator: str) -> Array:
+        """Return what an operator sums."""
+        return {PLAYS: self.plays, STOPS: self.stops}[operator] if operator != RELAYS else self.relays.columns
+
+    def problem(self, parts: Parts, rows: NDArray[np.intp]) -> Problem:
+        """Return the problem of `bent_sum` for a structure on some rows."""
+        columns = self.columns(parts.operator)
+        least, beside = self.options["w0_min"], Following(self.theta[:, : len(parts.levels)], parts.levels)
+        after, T = self.filtered(parts.g), np.array(parts.T)
+        held = self.relays.penalties if parts.operator == RELAYS else ()
+        return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside, held)
+
+    def filtered(self, g: Dynamics | None) -> Filter | None:
+        """Return the function from columns to columns behind dynamics."""
+        return None if g is None else lambda columns: g.filter(columns, self.data.h, self.options["hold"])
+
+    def fit(
+        self, parts: Parts, rows: NDArray[np.intp], start: BentSum | None = None, wanted: float = np.inf
+    ) -> BentSum:
+        """Fit weights, bend and creep on some rows, from a fit with fewer parts or from a straight one."""
+        p = self.problem(parts, rows)
+        if start is None:
+            return bent_sum.fit(p, bent_sum.fit_linear(p, parts.degree))
+        grown = np.zeros(parts.degree + 1)
+        grown[: min(len(grown), len(start.q))] = start.q[: len(grown)]
+        k = start.k if len(start.k) == len(parts.T) else np.full(len(parts.T), 1e-3)
+        g = np.where([level == "gain" for level in parts.levels], start.g, 0.0)
+        return bent_sum.fit(p, replace(start, q=grown, k=k, g=g, c=np.zeros((len(g), len(grown)))), wanted)
+
+    def tried(self, parts: Parts, start: BentSum | None = None, wanted: float = np.inf) -> Trial:
+        """Fit a structure on the rows outside the validation blocks, and give its error on those."""
+        fitted = self.fit(parts, self.kept, start, wanted)
+        e = bent_sum.model(self.problem(parts, self.held), fitted) - self.data.y[self.held]
+        return Trial(parts, fitted, float(np.sqrt(np.mean(e**2))))
+
+    def dynamics(self, trial: Trial, rows: NDArray[np.intp], progress: Progress) -> Dynamics:
+        """Search the dynamics behind a given hysteresis, whose weights follow for every trial."""
+        return search(self.residuals(trial, rows), self.data, self.options, progress, trial.parts.g)
+
+    def residuals(self, trial: Trial, rows: NDArray[np.intp]) -> Callable[[Dynamics], Array]:
+        """Return the function from other dynamics to the residuals that a hysteresis near that of the trial leaves."""
+        left = bent_sum.residuals(self.problem(trial.parts, rows), trial.fit)
+        return lambda g: left(self.filtered(g))
 
 
 def chain(f: Fitting, parts: Parts, s: BentSum) -> Graph:
@@ -91,7 +157,7 @@ def chain(f: Fitting, parts: Parts, s: BentSum) -> Graph:
         dynamics = parts.g.nodes(data.h, f.options["hold"])
         tail += [dynamics[0], *(n.with_values(y0=first) for n in dynamics[1:])]
     tail.append(Node("readout", "scaling", {"n": 1}, {"offset": at_0 * (1 + s.k.sum())}))
-    return Graph(nodes + tail[1:], wires + wired(tail), inputs, [Output("y", "readout.y", data.unit_y)])
+    return device(data, nodes + tail[1:], wires + wired(tail), beside=inputs[1:])
 
 
 def _hysteresis(f: Fitting, operator: str, w: Array) -> Node:
@@ -106,14 +172,8 @@ def _beside(
 ) -> tuple[list[Node], list[tuple[str, str]], list[tuple[str, ...]]]:
     """Return blocks and wires that let the bend follow covariates, the last block with the output; and their ends.
 
-    Parameters
-    ----------
-    f, parts, s
-        As in `chain`.
-    used : list of int
-        Numbers of the covariates that act.
-    at_0 : float
-        Value of the bend at 0, which its block leaves out.
+    `used` are the numbers of the covariates that act, `at_0` is the value of the bend at 0, which its block leaves
+    out.
     """
     names, n = f.data.covariates.names, len(used)
     half = (f.high - f.low)[used] / 2
@@ -146,29 +206,11 @@ def _beside(
     return nodes, wires, ends
 
 
-def wired(nodes: list[Node]) -> list[tuple[str, str]]:
-    """Return the wires of a chain of nodes with ports u and y."""
-    return [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
-
-
 def dead_zones(q: Array) -> tuple[float, Array, Array, float]:
-    """Return linear weight, thresholds, weights and value at 0 of dead zones that follow a Legendre series on [-1, 1].
+    """Return linear weight, thresholds (n,), weights (n,) and value at 0 of dead zones that follow a curve on [-1, 1].
 
-    No threshold is 0, which is the input itself; beyond the thresholds the curve is straight.
-
-    Parameters
-    ----------
-    q : array, shape (degree + 1,)
-        Legendre coefficients.
-
-    Returns
-    -------
-    w0 : float
-        Weight of the linear term.
-    r, w : array, shape (n,)
-        Thresholds and weights of the dead zones.
-    at_0 : float
-        Value of the curve at 0, where the dead zones give 0.
+    The curve is a Legendre series with coefficients q.  No threshold is 0, which is the input itself; at 0 the dead
+    zones give 0.  Beyond the thresholds the curve is straight.
     """
     if len(q) <= 2:
         return float(q[1]) if len(q) > 1 else 0.0, np.array([1.0]), np.zeros(1), float(q[0])

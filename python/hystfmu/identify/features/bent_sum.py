@@ -38,20 +38,9 @@ Filter = Callable[[Array], Array]
 class BentSum:
     """Result of a fit.
 
-    Parameters
-    ----------
-    w : array, shape (p,)
-        Weights of the columns, so that v lies in [-1, 1].
-    q : array, shape (degree + 1,)
-        Legendre coefficients of the bend; the first one is the offset.
-    k : array, shape (m,)
-        Weights of the lags.
-    rms : float
-        RMS error on the rows of the fit.
-    g : array, shape (m,)
-        Gains of the covariates.
-    c : array, shape (m, degree + 1)
-        Legendre coefficients of the bends of the covariates.
+    Weights w (p,) of the columns, so that v lies in [-1, 1]; Legendre coefficients q of the bend, the first one the
+    offset; weights k of the lags; RMS error on the rows of the fit; gains g (m,) of the covariates and Legendre
+    coefficients c (m, degree + 1) of their bends.
     """
 
     w: Array
@@ -75,27 +64,11 @@ class BentSum:
 class Problem:
     """Data and settings of a fit.
 
-    Parameters
-    ----------
-    columns : array, shape (n, p)
-        Input and plays, or stops, over all rows from the first on.
-    y : array, shape (m,)
-        Output on the rows of the fit.
-    rows : array of int, shape (m,)
-        Rows of the fit.
-    h : float
-        Step (s).
-    T : array, shape (l,)
-        Time constants of the lags (s); empty without creep.
-    after : function or None
-        Linear dynamics F applied to columns; None: F = 1.
-    least : float
-        Least weight of the first column, relative to the sum of all.
-    following : Following, optional
-        Covariates that the bend follows, over all rows.
-    penalties : tuple of (float, array, shape (l, p))
-        Strengths and matrices that hold the weights smooth, for columns of median size; None instead of a matrix: a
-        ridge.  What the rows hardly excite would be arbitrary without them.
+    Columns (n, p): input and plays, or stops, over all rows from the first on; output y (m,) on the rows of the fit;
+    step h (s); time constants T (s) of the lags, empty without creep; linear dynamics F, `after`, None: F = 1; least
+    weight of the first column, relative to the sum of all; covariates that the bend follows, over all rows.
+    Penalties, strengths and matrices (l, p), hold the weights smooth, for columns of median size; None instead of a
+    matrix: a ridge.  What the rows hardly excite would be arbitrary without them.
     """
 
     columns: Array
@@ -105,7 +78,7 @@ class Problem:
     T: Array
     after: Filter | None = None
     least: float = 0.0
-    following: Following | None = None
+    following: Following = field(default_factory=lambda: Following(np.zeros((1, 0)), ()))
     penalties: tuple[tuple[float, Array | None], ...] = ()
 
     def solved(self, linear: Array, target: Array, free: Array) -> tuple[Array, Array]:
@@ -137,57 +110,34 @@ class Problem:
 
 
 def lagged(columns: Array, share: float) -> Array:
-    """Run q[i] = q[i - 1] + share (x[i] - q[i - 1]) along the rows, from q[0] = x[0].
+    """Run q[i] = q[i - 1] + share (x[i] - q[i - 1]) along the rows of columns x (n, p), from q[0] = x[0].
 
-    Parameters
-    ----------
-    columns : array, shape (n, p)
-        Inputs x.
-    share : float
-        Approach of a lag to its input in one step, 1 - e^(-h/T).
-
-    Returns
-    -------
-    array, shape (n, p)
-        Lags q.
+    The share is the approach of a lag to its input in one step, 1 - e^(-h/T).
     """
     return parallel_lags(np.array([share]), np.ones(1), 0.0).run(columns)
 
 
 def model(p: Problem, s: BentSum) -> Array:
     """Return the output on the rows of the fit, shape (m,), in the unit of measure of y."""
-    return p.seen(p.crept(_bend(p, s, p.columns @ s.w)[:, None], s.k))[:, 0]
+    return p.seen(p.crept(p.following.value(p.columns @ s.w, s.q, s.c, s.g)[:, None], s.k))[:, 0]
 
 
 def fit_linear(p: Problem, degree: int) -> BentSum:
     """Return the fit without bend and creep, as the start of `fit`; for `degree` the coefficients of b are padded."""
-    free = np.ones((len(p.y), 1)) if p.following is None else p.following.rows(p.rows).started(p.y)
-    w, _ = p.solved(p.seen(p.columns), p.y, free)
+    w, _ = p.solved(p.seen(p.columns), p.y, p.following.started(p.y, p.rows))
     if not w.any():
         w = np.full(len(w), 1.0)
     w[0] = max(w[0], p.least * w.sum())  # as each step: a start below would be better than all that may follow
-    m = 0 if p.following is None else len(p.following.levels)
-    return _with_bend(
-        p, BentSum(w, np.zeros(degree + 1), np.zeros(len(p.T)), g=np.zeros(m), c=np.zeros((m, degree + 1)))
-    )
+    m = len(p.following.levels)
+    start = BentSum(w, np.zeros(degree + 1), np.zeros(len(p.T)), g=np.zeros(m), c=np.zeros((m, degree + 1)))
+    return _with_bend(p, start)
 
 
 def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
-    """Take Gauss-Newton steps from `start` until they gain nothing.
+    """Take Gauss-Newton steps from `start` until they gain nothing, and return the best point; its q has the degree.
 
-    Parameters
-    ----------
-    p : Problem
-        Data.
-    start : BentSum
-        First point; ``len(q) - 1`` is the degree of the bend.
-    wanted : float
-        RMS error that another start has reached: steps that do not lead there at the present gain end as well.
-
-    Returns
-    -------
-    BentSum
-        The best point found.
+    `wanted` is the RMS error that another start has reached: steps that do not lead there at the present gain end as
+    well.
     """
     best = _with_bend(p, start)
     # penalties pull on the scale of the weights, which the bend makes up for: steps drift on and gain nearly nothing
@@ -235,21 +185,8 @@ def _newton(p: Problem, s: BentSum) -> BentSum:
     x, v = p.solved(linear, target, free)
     w, k, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
     w[0] = max(w[0], p.least * w.sum())
-    if p.following is not None:
-        g[p.following.gains] = v[1:]
+    g[p.following.gains] = v[1:]
     return replace(s, w=w, k=k, g=g)
-
-
-def _bend(p: Problem, s: BentSum, v: Array) -> Array:
-    if p.following is None:
-        return np.asarray(legendre.legval(v, s.q), float)
-    return p.following.value(v, s.q, s.c, s.g)
-
-
-def _slope(p: Problem, s: BentSum, v: Array) -> Array:
-    if p.following is not None:
-        return p.following.slope(v, s.q, s.c, s.g)
-    return np.asarray(legendre.legval(v, legendre.legder(s.q))) if len(s.q) > 1 else np.zeros(len(v))
 
 
 def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array, Array]:
@@ -260,9 +197,9 @@ def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array, Array]:
 def _before(p: Problem, s: BentSum) -> Array:
     """Return what `_linearised` filters by the dynamics: derivatives by w, the output, derivatives by k, free ones."""
     v = p.columns @ s.w
-    slope, b = _slope(p, s, v), _bend(p, s, v)[:, None]
-    parts = [p.crept(slope[:, None] * p.columns, s.k), p.crept(b, s.k), *(p.lag(b - b[:1], T) for T in p.T)]
-    if p.following is not None and len(p.following.gains):
+    slope, b = (f(v, s.q, s.c, s.g)[:, None] for f in (p.following.slope, p.following.value))
+    parts = [p.crept(slope * p.columns, s.k), p.crept(b, s.k), *(p.lag(b - b[:1], T) for T in p.T)]
+    if len(p.following.gains):
         own = np.asarray(legendre.legval(v, s.q), float)[:, None]
         parts.append(p.crept(p.following.theta[:, p.following.gains] * own, s.k))
     return np.hstack(parts)
@@ -275,7 +212,7 @@ def _after(p: Problem, s: BentSum, before: Array) -> tuple[Array, Array, Array]:
     linear = np.hstack([moved, creep])
     target = p.y - seen[:, n] + moved @ s.w + creep @ s.k
     free = np.hstack([np.ones((len(p.y), 1)), gained])
-    return linear, free, target if p.following is None else target + gained @ s.g[p.following.gains]
+    return linear, free, target + gained @ s.g[p.following.gains]
 
 
 def _with_bend(p: Problem, s: BentSum) -> BentSum:
@@ -285,13 +222,9 @@ def _with_bend(p: Problem, s: BentSum) -> BentSum:
     if not size > 0:
         return replace(s, rms=np.inf)
     w, v = s.w / size, v / size
-    columns = np.asarray(legendre.legvander(v, len(s.q) - 1), float)
-    if p.following is not None:
-        columns = p.following.columns(columns, s.g)
+    columns = p.following.columns(np.asarray(legendre.legvander(v, len(s.q) - 1), float), s.g)
     basis = p.seen(p.crept(columns, s.k))
     q = np.asarray(np.linalg.lstsq(basis, p.y, rcond=1e-12)[0], float)
     rms = float(np.sqrt(np.mean((basis @ q - p.y) ** 2)))
-    if p.following is None:
-        return BentSum(w, q, s.k, rms)
     q, c = p.following.coefficients(q, len(s.q))
     return BentSum(w, q, s.k, rms, s.g, c)

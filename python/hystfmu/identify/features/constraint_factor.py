@@ -31,14 +31,8 @@ DEPENDENT = (
 class Branch:
     """A fitted branch function.
 
-    Parameters
-    ----------
-    a : array, shape (m + 1,)
-        Coefficients a_0 of the constant, a_1 .. a_m of d, d^3, .., d^(2m-1).
-    d_max : float
-        Longest branch of the data.
-    condition : float
-        Condition number of the least-squares system with columns of length 1, or of the normal equations.
+    Coefficients a_0 of the constant, a_1 .. a_m of d, d^3, .., d^(2m-1); the longest branch of the data; the
+    condition number of the least-squares system with columns of length 1, or of the normal equations.
     """
 
     a: Array
@@ -82,16 +76,11 @@ def _powers(d: Array, m: int) -> Array:
 
 @dataclass(frozen=True)
 class StackCoordinates:
-    """Position of every input row on its branch: h[k] = h[start[k]] + weight[k] g(d[k]).
+    """Position of every input row (n,) on its branch: h[k] = h[start[k]] + weight[k] g(d[k]).
 
-    Parameters
-    ----------
-    start : array of int, shape (n,)
-        Row of the extremum at which the branch starts; -1 is the origin, where h = 0.
-    weight : array, shape (n,)
-        Sign of the branch, halved on the virgin branch (Masing: h = sgn(x - x0) g(2 |x - x0|) / 2).
-    d : array, shape (n,)
-        Distance from the extremum, doubled on the virgin branch.
+    `start` is the row of the extremum at which the branch starts; -1 is the origin, where h = 0.  `weight` is the
+    sign of the branch, halved on the virgin branch (Masing: h = sgn(x - x0) g(2 |x - x0|) / 2), d the distance from
+    the extremum, doubled there.
     """
 
     start: np.typing.NDArray[np.int_]
@@ -140,20 +129,9 @@ def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoo
 def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: Rows, m: int, roughness: float) -> Branch:
     """Fit the increasing branch whose operator plus a combination of `free` is nearest to y over `rows`.
 
-    Parameters
-    ----------
-    where : StackCoordinates
-        Coordinates of all rows, from the first.
-    y : array, shape (n,)
-        Target of the operator on the rows that count.
-    free : array, shape (n, q)
-        Columns with free weights, the constant among them.
-    rows : slice or array of int
-        Rows that count.
-    m : int
-        Number of odd powers in the polynomial.
-    roughness : float
-        Weight of the RMS third derivative of g, with d relative to the longest branch, against the RMS error.
+    `where` has the coordinates of all rows from the first, y (n,) is the target on the rows that count, `free` (n,
+    q) columns with free weights, the constant among them, m the number of odd powers, `roughness` the weight of the
+    RMS third derivative of g, with d relative to the longest branch, against the RMS error.
     """
     d_max = float(where.d[rows].max())
     H = where.columns(m, d_max)[rows]

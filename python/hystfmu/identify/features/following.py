@@ -23,15 +23,7 @@ LEVELS = ("none", "offset", "gain", "bend")
 
 @dataclass(frozen=True)
 class Following:
-    """Covariates and the level of each.
-
-    Parameters
-    ----------
-    theta : array, shape (n, m)
-        Scaled covariates over all rows.
-    levels : sequence of str
-        Of `LEVELS`, one for each.
-    """
+    """Covariates theta (n, m), scaled, over all rows, and the level of each, of `LEVELS`."""
 
     theta: Array
     levels: Sequence[str]
@@ -55,12 +47,7 @@ class Following:
     def columns(self, basis: Array, g: Array) -> Array:
         """Return the columns of a regression on the coefficients of b and the free ones of b_j.
 
-        Parameters
-        ----------
-        basis : array, shape (n, size)
-            Polynomials of v.
-        g : array, shape (m,)
-            Gains.
+        The basis (n, size) are polynomials of v, g (m,) the gains.
         """
         rows, orders = np.nonzero(self.free(basis.shape[1]))
         return np.hstack([basis * self.factor(g)[:, None], self.theta[:, rows] * basis[:, orders]])
@@ -74,24 +61,22 @@ class Following:
 
     def value(self, v: Array, q: Array, c: Array, g: Array) -> Array:
         """Return b(v, theta), shape (n,), for coefficients q of b and c of b_j."""
-        own = self.factor(g) * np.asarray(legendre.legval(v, q), float)
+        own: Array = self.factor(g) * np.asarray(legendre.legval(v, q), float)
+        if not self.levels:
+            return own
         return np.asarray(own + np.sum(self.theta * np.asarray(legendre.legval(v, c.T), float).T, axis=1))
 
     def slope(self, v: Array, q: Array, c: Array, g: Array) -> Array:
         """Return the derivative of b(v, theta) by v, shape (n,)."""
         if len(q) == 1:
             return np.zeros(len(v))
-        of_q, of_c = (np.asarray(legendre.legder(each, axis=-1), float) for each in (q, c))
+        of_q, of_c = (np.asarray(legendre.legder(each, axis=-1), float) for each in (q, c.reshape(-1, len(q))))
         return self.value(v, of_q, of_c, g)
 
-    def started(self, y: Array) -> Array:
-        """Return free columns (rows, ...) that stand for offset and gain in a fit without a bend."""
-        used = self.theta[:, [level != "none" for level in self.levels]]
+    def started(self, y: Array, rows: NDArray[np.intp]) -> Array:
+        """Return free columns (rows, ...) that stand for offset and gain in a fit without a bend, y (rows,)."""
+        used = self.theta[rows][:, [level != "none" for level in self.levels]] if self.levels else np.zeros((len(y), 0))
         return np.hstack([np.ones((len(y), 1)), used, used * y[:, None]])
-
-    def rows(self, which: NDArray[np.intp]) -> Following:
-        """Return some rows."""
-        return Following(self.theta[which], self.levels)
 
     def parameters(self, size: int) -> int:
         """Return the number of free coefficients and gains for polynomials with `size` coefficients."""

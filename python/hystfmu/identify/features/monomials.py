@@ -31,19 +31,7 @@ def _factors(p: int, q: int) -> tuple[NDArray[np.intp], ...]:
 
 
 def basis(z: Array, q: int) -> Array:
-    """Compute the regressor h(k) of eq. 11.
-
-    Parameters
-    ----------
-    z : array, shape (..., p)
-        Lagged signals.
-    q : int
-        Highest order.
-
-    Returns
-    -------
-    array, shape (..., count(p, q))
-    """
+    """Compute the regressor h(k) of eq. 11, (..., count(p, q)), of lagged signals z (..., p) up to order q."""
     parts = []
     for factors in _factors(z.shape[-1], q):
         product = z[..., factors[:, 0]]

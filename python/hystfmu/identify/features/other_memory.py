@@ -22,19 +22,9 @@ SEED = 77
 
 
 def other_memory(u: Array, start: float) -> Array:
-    """Return random nested loops within the range of u, after a full one.
+    """Return random nested loops within the range of an input u (n,), from `start`, after a full one; (m,).
 
-    Parameters
-    ----------
-    u : array, shape (n,)
-        Input of a record.
-    start : float
-        First value.
-
-    Returns
-    -------
-    array, shape (m,)
-        Starts at `start`; half of the reversals land inside the last loop, as in `hystfmu.data.signals`.
+    Half of the reversals land inside the last loop, as in `hystfmu.data.signals`.
     """
     rng, lo, hi = np.random.default_rng(SEED), float(u.min()), float(u.max())
     turns = reversals(u)

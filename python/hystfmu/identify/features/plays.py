@@ -10,16 +10,13 @@ the noise.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node
-from hystfmu.identify.catalogue import Option
+from hystfmu.identify.catalogue import Option, Options
 
 LEAST_TRAVEL = 0.02
 
@@ -45,7 +42,7 @@ def u0_option(what: str) -> Option:
     return Option("u0", None, -1e300, 1e300, text=f"initial memory: {what} at this input; default the first input")
 
 
-def u0_of(data: Dataset, options: Mapping[str, Any]) -> float:
+def u0_of(data: Dataset, options: Options) -> float:
     """Return the value of the option, in the unit of measure of u."""
     return float(data.u[0]) if options["u0"] is None else float(options["u0"])
 

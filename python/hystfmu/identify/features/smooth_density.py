@@ -29,18 +29,10 @@ DEGREE = 2
 
 
 def triangles(n: int) -> Array:
-    """Return the Everett function of one cell at a time: 1 at the nodes whose triangle contains the cell.
+    """Return the Everett function of one cell at a time: 1 at the nodes whose triangle contains the cell, on n steps.
 
-    Parameters
-    ----------
-    n : int
-        Steps of the grid.
-
-    Returns
-    -------
-    array, shape (n (n + 1) / 2, n (n + 1) / 2)
-        Rows are nodes (alpha_i, beta_j), i > j, in the order of the block's `E`.  Columns are cells between alpha_k,
-        alpha_k+1 and beta_l, beta_l+1, k >= l, row by row of k; for k = l the triangle on the diagonal.
+    Rows are nodes (alpha_i, beta_j), i > j, in the order of the block's `E`.  Columns are cells between alpha_k,
+    alpha_k+1 and beta_l, beta_l+1, k >= l, row by row of k; for k = l the triangle on the diagonal.
     """
     up, down = np.tril_indices(n)
     inside = (up[None, :] <= up[:, None]) & (down[None, :] >= down[:, None])
@@ -49,20 +41,10 @@ def triangles(n: int) -> Array:
 
 @dataclass(frozen=True)
 class SmoothDensity:
-    """A basis of densities on the grid of the block ``preisach``.
+    """A basis of p densities on the grid of the block ``preisach``, n steps from lo to hi, with its initial memory.
 
-    Parameters
-    ----------
-    n : int
-        Steps of the grid.
-    lo, hi : float
-        Range of the grid.
-    start : str
-        Initial memory of the block.
-    E : array, shape (n (n + 1) / 2, p)
-        Everett function of every density of the basis.
-    along_mean, along_width : array, shape (m, p)
-        First differences of the weights over the mean, second differences over the half-difference.
+    E (n (n + 1) / 2, p) is the Everett function of every density; `along_mean` and `along_width` (m, p) are first
+    differences of the weights over the mean, second differences over the half-difference.
     """
 
     n: int
@@ -123,15 +105,7 @@ HELD = (1e-3, 3e-2, 3e-2)  # strengths of the ridge and of the penalties over me
 
 
 class RelaySum:
-    """Columns of relays for an input.
-
-    Parameters
-    ----------
-    x : array, shape (n,)
-        Input.
-    rows : slice
-        Rows whose range the density covers.
-    """
+    """Columns of relays for an input x (n,); the density covers the range of the rows."""
 
     def __init__(self, x: Array, rows: slice) -> None:
         self._x = x

@@ -18,37 +18,26 @@ coefficients (`following`), as far as the validation blocks support it; one with
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Progress, silent
 from hystfmu.data import Dataset
-from hystfmu.data.reversals import noise
-from hystfmu.graph import Graph
-from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option
-from hystfmu.identify.cuts import validation_rows, without_outermost
-from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, Dynamics, errors, search, uncertainty, unknown
-from hystfmu.identify.features import bent_sum
-from hystfmu.identify.features.bent_chain import chain
-from hystfmu.identify.features.bent_sum import BentSum, Filter, Problem
+from hystfmu.identify.catalogue import ANY, Built, Candidate, Memory, Option, Options
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told, uncertainty
+from hystfmu.identify.features.bent_chain import PLAYS, RELAYS, STOPS, Fitting, Parts, Trial, chain
 from hystfmu.identify.features.following import LEVELS, Following
-from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
-from hystfmu.identify.features.smooth_density import RelaySum
+from hystfmu.identify.features.plays import u0_option
 
 TEXT = "plays, stops or relays, bend, creep, G0(s) with delay: the parts that validation blocks support"
 MEMORY = Memory(3500.0, "N")
 COVARIATES = True
-MOST_ROWS = 6000  # more rows are thinned evenly, after filtering at the full rate
 FIRST = 3  # the first search of the dynamics uses every third of these rows
 DEGREES = (1, 3, 5, 8)  # of the bend, tried in turn
 LAGS = 6  # at most, one decade apart
-BETTER, NEEDED = 0.95, 0.5  # ratio of validation errors below which a part, or a bend without inverse, is kept
 CLEAR, ENOUGH, GAINED = 2.0, 5e-4, 0.7  # times the noise, of the span: errors that ask for relays; what these gain
-PLAYS, STOPS, RELAYS = "plays", "stops", "relays"
 
 CANDIDATES = (Candidate(ANY, 0.6, 0.08),)
 OPTIONS = (
@@ -66,111 +55,13 @@ OPTIONS = (
 )
 
 
-@dataclass(frozen=True)
-class Parts:
-    """Structure of a candidate: operator, degree of bend, time constants of creep, dynamics, covariates."""
-
-    operator: str = PLAYS
-    degree: int = 1
-    T: tuple[float, ...] = ()
-    g: Dynamics | None = None
-    levels: tuple[str, ...] = ()
-
-
-class _Fitting:
-    """Columns and rows of one fit, and the candidates fitted so far."""
-
-    def __init__(self, data: Dataset, options: Mapping[str, Any]) -> None:
-        rows, self.data, self.options = data.train, data, options
-        u = data.u[: rows.stop]
-        self.middle, self.half = float(u[rows].max() + u[rows].min()) / 2, float(np.ptp(u[rows])) / 2
-        self.x0 = (u0_of(data, options) - self.middle) / self.half
-        x = (u - self.middle) / self.half
-        self.r = thresholds(x[rows], options["N"])
-        self.noise = noise(data.y[data.counted])
-        self.relays = RelaySum(x, rows)
-        self.plays = np.column_stack([x, plays(x, self.r, self.x0)])
-        self.stops = np.column_stack([x, x[:, None] - self.plays[:, 1:]])
-        seen = data.covariates.values[: rows.stop]
-        self.low, self.high = seen[rows].min(axis=0), seen[rows].max(axis=0)
-        self.theta = (seen - (self.low + self.high) / 2) * 2 / (self.high - self.low)
-        every = np.arange(rows.stop)[data.counted]
-        self.all = every[:: -(-len(every) // MOST_ROWS)]
-        held = np.zeros(rows.stop, dtype=bool)
-        held[rows] = validation_rows(data.u[rows])
-        held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
-        self.kept, self.held = self.all[~held[self.all]], self.all[held[self.all]]
-
-    def columns(self, operator: str) -> Array:
-        """Return what an operator sums."""
-        return {PLAYS: self.plays, STOPS: self.stops}[operator] if operator != RELAYS else self.relays.columns
-
-    def problem(self, parts: Parts, rows: NDArray[np.intp]) -> Problem:
-        """Return the problem of `bent_sum` for a structure on some rows."""
-        columns = self.columns(parts.operator)
-        least, beside = self.options["w0_min"], Following(self.theta, parts.levels) if parts.levels else None
-        after, T = self.filtered(parts.g), np.array(parts.T)
-        held = self.relays.penalties if parts.operator == RELAYS else ()
-        return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside, held)
-
-    def filtered(self, g: Dynamics | None) -> Filter | None:
-        """Return the function from columns to columns behind dynamics."""
-        return None if g is None else lambda columns: g.filter(columns, self.data.h, self.options["hold"])
-
-    def fit(
-        self, parts: Parts, rows: NDArray[np.intp], start: BentSum | None = None, wanted: float = np.inf
-    ) -> BentSum:
-        """Fit weights, bend and creep on some rows, from a fit with fewer parts or from a straight one."""
-        p = self.problem(parts, rows)
-        if start is None:
-            return bent_sum.fit(p, bent_sum.fit_linear(p, parts.degree))
-        grown = np.zeros(parts.degree + 1)
-        grown[: min(len(grown), len(start.q))] = start.q[: len(grown)]
-        k = start.k if len(start.k) == len(parts.T) else np.full(len(parts.T), 1e-3)
-        if p.following is None:
-            return bent_sum.fit(p, replace(start, q=grown, k=k), wanted)
-        g = np.where([level == "gain" for level in parts.levels], start.g, 0.0)
-        return bent_sum.fit(p, replace(start, q=grown, k=k, g=g, c=np.zeros((len(g), len(grown)))), wanted)
-
-    def tried(self, parts: Parts, start: BentSum | None = None, wanted: float = np.inf) -> Trial:
-        """Fit a structure on the rows outside the validation blocks, and give its error on those."""
-        fitted = self.fit(parts, self.kept, start, wanted)
-        e = bent_sum.model(self.problem(parts, self.held), fitted) - self.data.y[self.held]
-        return Trial(parts, fitted, float(np.sqrt(np.mean(e**2))))
-
-    def dynamics(self, trial: Trial, rows: NDArray[np.intp], progress: Callable[[float], None]) -> Dynamics:
-        """Search the dynamics behind a given hysteresis, whose weights follow for every trial."""
-        return search(self.residuals(trial, rows), self.data, self.options, progress, trial.parts.g)
-
-    def residuals(self, trial: Trial, rows: NDArray[np.intp]) -> Callable[[Dynamics], Array]:
-        """Return the function from other dynamics to the residuals that a hysteresis near that of the trial leaves."""
-        left = bent_sum.residuals(self.problem(trial.parts, rows), trial.fit)
-        return lambda g: left(self.filtered(g))
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A structure, its fit, and its error on the validation blocks."""
-
-    parts: Parts
-    fit: BentSum
-    error: float
-
-    def or_better(self, other: Trial) -> Trial:
-        """Return the other trial if it is clearly better."""
-        enough = BETTER if other.fit.monotone or not self.fit.monotone else NEEDED
-        return other if other.error < enough * self.error else self
-
-
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int, dict[str, Any]]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the chain of the equation above from the parts that the data support.
 
     It returns the graph, the number of its parameters, the parts, and f_n (Hz), zeta, delay (s) with a warning for each
     of these that the data do not determine.
     """
-    f = _Fitting(data, options)
+    f = Fitting(data, options)
     best = _following(f, _operated(f, Parts(levels=(options["covariates"] or "gain",) * len(data.covariates.names))))
     progress(0.2)
     if options["dynamics"] != "no":
@@ -183,7 +74,7 @@ def build(
     progress(0.8)
     parts = best.parts
     for _ in range(2 if parts.g else 0):
-        parts = replace(parts, g=f.dynamics(replace(best, parts=parts), f.all, lambda done: None))
+        parts = replace(parts, g=f.dynamics(replace(best, parts=parts), f.all, silent))
         best = replace(best, parts=parts, fit=f.fit(parts, f.all, best.fit))
     fitted = f.fit(parts, f.all, best.fit)
     warned = [
@@ -191,19 +82,18 @@ def build(
         for name, level in zip(data.covariates.names, parts.levels, strict=True)
         if level == "none"
     ]
-    told: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
+    found: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
     if parts.g:
         residuals = f.residuals(replace(best, fit=fitted), f.all)
         spread = uncertainty(residuals, parts.g, data, options)
-        warned += unknown(parts.g, spread, data, options)
-        told |= parts.g.told | errors(parts.g, spread, data, options)
-    told |= {"warnings": warned} if warned else {}
+        found |= told(parts.g, spread, data, options)
+    found["warnings"] = [*warned, *found.get("warnings", ())]
     count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (parts.g.parameters if parts.g else 0)
     count += Following(f.theta, parts.levels).parameters(parts.degree + 1)
-    return chain(f, parts, fitted), count, told
+    return chain(f, parts, fitted), count, found
 
 
-def _following(f: _Fitting, trial: Trial) -> Trial:
+def _following(f: Fitting, trial: Trial) -> Trial:
     """Find what follows each covariate: the whole bend if clearly better, less than the gain if not clearly worse."""
     if f.options["covariates"] is not None:
         return trial
@@ -225,7 +115,7 @@ def _following(f: _Fitting, trial: Trial) -> Trial:
     return best
 
 
-def _operated(f: _Fitting, parts: Parts) -> Trial:
+def _operated(f: Fitting, parts: Parts) -> Trial:
     """Find the operator, each with a bend; plays, which have an exact inverse, unless another one is clearly better."""
     asked = f.options["operator"]
     if asked is not None:
@@ -235,7 +125,7 @@ def _operated(f: _Fitting, parts: Parts) -> Trial:
     return best if found is best else _bent(f, found)
 
 
-def _exchanged(f: _Fitting, best: Trial) -> Trial:
+def _exchanged(f: Fitting, best: Trial) -> Trial:
     """Try relays in the place of plays, or plays in that of relays; these, without an exact inverse, must gain more."""
     if f.options["operator"] is not None or best.error <= max(CLEAR * f.noise, ENOUGH * f.data.span):
         return best
@@ -246,14 +136,14 @@ def _exchanged(f: _Fitting, best: Trial) -> Trial:
     return best.or_better(trial) if trial.error < GAINED * best.error else best
 
 
-def _with_other_start(f: _Fitting, trial: Trial) -> Trial:
+def _with_other_start(f: Fitting, trial: Trial) -> Trial:
     """Fit relays behind a bend from equal weights, too: those fitted to a straight line mislead (butterfly loops)."""
     if trial.parts.degree == 1 or trial.parts.operator != RELAYS:
         return trial
     return trial.or_better(f.tried(trial.parts, replace(trial.fit, w=np.ones_like(trial.fit.w)), trial.fit.rms))
 
 
-def _bent(f: _Fitting, trial: Trial) -> Trial:
+def _bent(f: Fitting, trial: Trial) -> Trial:
     """Raise the degree of the bend while the validation error falls."""
     if f.options["bend"] is not None:
         asked = int(f.options["bend"])
@@ -270,21 +160,21 @@ def _bent(f: _Fitting, trial: Trial) -> Trial:
     return best
 
 
-def _moving(f: _Fitting, trial: Trial, progress: Callable[[float], None]) -> Trial:
+def _moving(f: Fitting, trial: Trial, progress: Progress) -> Trial:
     """Put dynamics behind it."""
     g = f.dynamics(trial, f.kept[::FIRST], progress)
     moved = f.tried(replace(trial.parts, g=g), trial.fit)
     return moved if f.options["dynamics"] == "yes" else trial.or_better(moved)
 
 
-def _creeping(f: _Fitting, trial: Trial) -> Trial:
+def _creeping(f: Fitting, trial: Trial) -> Trial:
     """Add lags, one decade apart, from ten samples to a third of the record."""
     h, n = f.data.h, f.data.train.stop
     longest = np.log10(max(n * h / 3, 20 * h))
     T = 10 ** np.arange(longest, np.log10(10 * h) - 1e-9, -1.0)[:LAGS][::-1]
     crept = f.tried(replace(trial.parts, T=tuple(float(t) for t in T)), trial.fit)
     if crept.parts.g:  # found without creep, they stand in for a part of it
-        g = f.dynamics(crept, f.kept[::FIRST], lambda done: None)
+        g = f.dynamics(crept, f.kept[::FIRST], silent)
         crept = f.tried(replace(crept.parts, g=g), crept.fit)
     return crept if f.options["creep"] == "yes" else trial.or_better(crept)
 

@@ -8,19 +8,17 @@ every trial (variable projection, Golub & Pereyra 1973).  Wen 1976; Ikhouane & R
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import OPENS, Candidate, Option
+from hystfmu.graph import Node
+from hystfmu.identify.catalogue import OPENS, Built, Candidate, Option, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.search import determined, search
 from hystfmu.identify.features.plays import DEAD_BAND
+from hystfmu.identify.graphs import device
 
 TEXT = "Bouc-Wen operator as a grey box, nonlinear least squares"
 CANDIDATES = (Candidate(OPENS, 0.2, 0.4, quick={"starts": 1}),)
@@ -56,18 +54,13 @@ def nodes(data: Dataset) -> list[Node]:
     ]
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int, dict[str, Any]]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the graph ``(scaling, bouc_wen) -> sum``; return it with its number of parameters and what is known."""
     lo, hi, scale = limits(options["n_max"])
     if options["z0"] is not None:
         lo[3], hi[3] = options["z0"] - 1e-9, options["z0"] + 1e-9
     wires = [("input.y", "operator.u"), ("input.y", "readout.u[1]"), ("operator.z", "readout.u[2]")]
-    inputs = [Input("u", ("input.u",), data.unit_u, float(data.u[0]))]
-    graph = Graph(
-        [*nodes(data), Node("readout", "sum", {"n": 2})], wires, inputs, [Output("y", "readout.y", data.unit_y)]
-    )
+    graph = device(data, [*nodes(data), Node("readout", "sum", {"n": 2})], wires)
     linear = (Linear("readout.k", (0, 1)), Linear("readout.offset"))
     objective = Objective(data, graph, Coordinates(lo, hi, scale, shape), linear)
     rng = np.random.default_rng(seed)

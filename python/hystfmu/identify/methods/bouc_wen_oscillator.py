@@ -13,20 +13,20 @@ output; at 100 rows, 0.03 %.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from itertools import product
-from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import LAGS, Candidate, Option
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective
 from hystfmu.identify.estimate.search import determined, search
+from hystfmu.identify.graphs import device
 
 TEXT = "oscillator with a Bouc-Wen force as a grey box, nonlinear least squares"
 EVALUATIONS = (8, 60)  # limit on evaluations of residuals and Jacobian: per start, for the best start
@@ -42,9 +42,7 @@ OPTIONS = (
 )
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int, dict[str, Any]]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the graph of one ``bouc_wen_oscillator``; return it, the number of its parameters, and those with bounds.
 
     Raises
@@ -88,27 +86,15 @@ def build(
 
 def graph(values: Mapping[str, float], data: Dataset) -> Graph:
     """Return the graph of the block with these parameter values, input `u` and output `y`."""
-    node = Node("plant", "bouc_wen_oscillator", {}, dict(values))
-    inputs = [Input("u", ("plant.u",), data.unit_u, float(data.u[0]))]
-    return Graph([node], [], inputs, [Output("y", "plant.y", data.unit_y)])
+    return device(data, [Node("plant", "bouc_wen_oscillator", {}, dict(values))], [], ["plant.u"], "plant.y")
 
 
 def linear_oscillator(u: Array, y: Array, h: float, rounds: int = 10) -> tuple[float, float, float]:
     """Fit mass, damping and stiffness of (m s^2 + c s + k) Y = U at the excited lines of the spectra.
 
-    Parameters
-    ----------
-    u, y : array, shape (n,)
-        Force and displacement; whole periods, or long compared with the decay of the oscillator.
-    h : float
-        Time between rows (s).
-    rounds : int
-        Iterations; each weights the equation by 1/|m s^2 + c s + k| of the last one, which makes it an output error.
-
-    Returns
-    -------
-    m, c, k : float
-        Mass, damping and stiffness, in the units of measure of u, y and s.
+    Force u and displacement y (n,), h (s) apart, are whole periods, or long compared with the decay of the
+    oscillator.  Each round weights the equation by 1/|m s^2 + c s + k| of the last one, which makes it an output
+    error.  The result is in the units of measure of u, y and s.
     """
     U, Y = np.fft.rfft(u - u.mean()), np.fft.rfft(y)  # the mean of y is at a line that u does not excite
     lines = np.abs(U) > 0.1 * np.abs(U).max()

@@ -11,24 +11,23 @@ the error on validation blocks inside the training rows.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
 from scipy.optimize import least_squares
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.data.reversals import reversals
-from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option
-from hystfmu.identify.cuts import validation_rows, without_outermost
+from hystfmu.graph import Graph, Node, Value
+from hystfmu.identify.catalogue import OPENS, Built, Candidate, Memory, Option, Options
+from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.features.bent_sum import lagged
+from hystfmu.identify.graphs import device
 from hystfmu.identify.methods.bouc_wen import limits, searched, shape
 from hystfmu.model.accuracy import rms
 
@@ -68,16 +67,11 @@ class Parts:
 class _Fitting:
     """Columns and rows of a fit."""
 
-    def __init__(self, data: Dataset, options: Mapping[str, Any]) -> None:
+    def __init__(self, data: Dataset, options: Options) -> None:
         seen = data.u[data.counted]  # a curve of high degree knows nothing beyond the rows that it is fitted to
         self.middle, self.half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
         self.data, self.x = data, (data.u[: data.train.stop] - self.middle) / self.half
-        every = np.arange(data.train.stop)[data.counted]
-        held = np.zeros(data.train.stop, dtype=bool)
-        held[data.train] = validation_rows(data.u[data.train])
-        held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
-        self.all = every[:: -(-len(every) // MOST_ROWS)]
-        self.kept, self.held = self.all[~held[self.all]], self.all[held[self.all]]
+        self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
         self.lo, self.hi, self.scale = limits(options["n_max"])
 
     def columns(self, parts: Parts) -> Array:
@@ -115,9 +109,7 @@ class _Fitting:
         return rms(self.columns(found)[self.held] @ c - self.data.y[self.held]), found
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int, dict[str, Any]]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the graph of the equation above; return it, the number of its parameters, and those with bounds."""
     f = _Fitting(data, options)
     longest = max((data.train.stop - data.train.start) * data.h / 3, 10 * data.h)
@@ -177,5 +169,4 @@ def _graph(f: _Fitting, parts: Parts, c: Array) -> Graph:
         k, ends = [*k, 1.0, 1.0], [*ends, "dashpot.y", "late.y"]
     wires += [(end, f"readout.u[{i}]") for i, end in enumerate(ends, 2)]
     nodes.append(Node("readout", "sum", {"n": len(k)}, {"k": k, "offset": at_0}))
-    inputs = [Input("u", ("input.u",), data.unit_u, float(data.u[0]))]
-    return Graph(nodes, wires, inputs, [Output("y", "readout.y", data.unit_y)])
+    return device(data, nodes, wires)

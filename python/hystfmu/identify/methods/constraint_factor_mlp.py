@@ -7,14 +7,12 @@ of the training rows.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 import numpy as np
 
+from hystfmu.base.arrays import Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.catalogue import CLOSES, Candidate, Option
+from hystfmu.identify.catalogue import CLOSES, Candidate, Option, Options
 from hystfmu.identify.features.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.features.plays import u0_of, u0_option
 from hystfmu.identify.methods.fitted_operator_mlp import BEND, straightened
@@ -50,7 +48,7 @@ OPTIONS = (
 )
 
 
-def fit_operator(data: Dataset, options: Mapping[str, Any]) -> tuple[Features, Branch]:
+def fit_operator(data: Dataset, options: Options) -> tuple[Features, Branch]:
     """Fit ``scaling -> constraint_factor``; the features are the scaled input x and the operator h."""
     u, y, rows = data.u, data.y, data.counted
     u0 = u0_of(data, options)
@@ -72,7 +70,7 @@ def fit_operator(data: Dataset, options: Mapping[str, Any]) -> tuple[Features, B
     return Features(nodes, [("input.y", "operator.x")], ["input.u"], ends, data), branch
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build ``scaling -> constraint_factor -> scaling -> mlp -> scaling``; return it with the number of parameters."""
     front, branch = fit_operator(data, options)
     chosen, began = dict(options), 0.0

@@ -11,19 +11,19 @@ the increments, because the powers themselves are nearly dependent.  Oh & Bernst
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option, Options
 from hystfmu.identify.features.plays import DEAD_BAND
+from hystfmu.identify.graphs import device, wired
 
 TEXT = "polynomial slopes for rising and falling input, least squares, refined on the free run"
 MEMORY = Memory(1700.0, "q")
@@ -83,16 +83,10 @@ class _Slopes:
         self.parts = [np.flatnonzero(s * way > 0) for s in (1, -1)]
 
     def solve(self, k: float, c: float) -> tuple[list[Array], list[Array], Array]:
-        """Solve for both directions.
+        """Solve for both directions, rising and falling.
 
-        Returns
-        -------
-        theta : list of array, shape (p,)
-            Coefficients, rising and falling.
-        factors : list of array, shape (p, p)
-            Factors that make the terms orthonormal.
-        left : array
-            Residuals of the increments.
+        It returns coefficients (p,), factors (p, p) that make the terms orthonormal, and the residuals of the
+        increments.
         """
         u, w = self.u, self.y - k * self.u - c
         theta, factors, left = [], [], []
@@ -146,7 +140,7 @@ class _Start:
         return np.asarray((run[self.rows] + offset - self.y)[kept] / np.sqrt(kept.sum()))
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build the graph ``scaling -> duhem -> scaling``; return it with the number of its parameters.
 
     Raises
@@ -195,6 +189,4 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
         _node(now, slope, w0, float(u[0]), start.w_max, m, q),
         Node("readout", "scaling", {"n": 1}, {"gain": size, "offset": centre + size * offset}),
     ]
-    wires = [("input.y", "operator.u"), ("operator.y", "readout.u")]
-    inputs = [Input("u", ("input.u",), data.unit_u, float(data.u[0]))]
-    return Graph(nodes, wires, inputs, [Output("y", "readout.y", data.unit_y)]), len(found.x)
+    return device(data, nodes, wired(nodes)), len(found.x)

@@ -16,21 +16,20 @@ rate must be given at a finer step (band-limited interpolation, option ``stride`
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import LAGS, Candidate, Option
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective
 from hystfmu.identify.estimate.search import determined, refined
+from hystfmu.identify.graphs import device
 from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
 
 TEXT = "oscillator with a Duhem force of free shape, least squares on the free run"
@@ -48,9 +47,7 @@ OPTIONS = (
 CANDIDATES = (Candidate(LAGS, 0.5, 3.0),)
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int, dict[str, Any]]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the graph of one ``duhem_oscillator``; return it, the number of its parameters and what is known of them.
 
     Raises
@@ -139,5 +136,4 @@ def physical(p: Array) -> Array:
 def graph(knots: int, z_max: float, data: Dataset) -> Graph:
     """Return the graph of the block with these knots up to a force of z_max."""
     node = Node("plant", "duhem_oscillator", {"n": knots}, {"z_max": z_max})
-    inputs = [Input("u", ("plant.u",), data.unit_u, float(data.u[0]))]
-    return Graph([node], [], inputs, [Output("y", "plant.y", data.unit_y)])
+    return device(data, [node], [], ["plant.u"], "plant.y")

@@ -7,15 +7,12 @@ the static nonlinearity.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option
+from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option, Options
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
@@ -34,7 +31,7 @@ OPTIONS = (
 )
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build ``(u, prandtl_ishlinskii) -> scaling -> mlp -> scaling``; return it with the number of its parameters."""
     u, rows = data.u, data.counted
     u0 = u0_of(data, options)
@@ -57,23 +54,12 @@ def straightened(x: Array, y: Array, degree: int, covariates: Array) -> tuple[Ar
 
     An operator h followed by a network satisfies y = f(x, h), with f mostly a static nonlinearity of h.  If q = f^-1 is
     near a polynomial, h = y + q_2 P_2(y) + q_3 P_3(y) + .. is linear in the weights of h and in the q: one
-    least-squares problem gives both, so that a nonlinear readout does not distort the operator.  With covariates the q
-    are linear in them.
+    least-squares problem gives both, so that a nonlinear readout does not distort the operator.  With covariates (n, m)
+    the q are linear in them.
 
-    Parameters
-    ----------
-    x, y : array, shape (n,)
-        Input and measured output.
-    degree : int
-        Degree of the polynomial of y.
-    covariates : array, shape (n, m)
-
-    Returns
-    -------
-    v : array, shape (n,)
-        y scaled to [-1, 1], negated if y falls as x rises.
-    free : array, shape (n, degree + m (degree + 1))
-        Legendre polynomials 1, P_2(v), .., P_degree(v), and all of them times each covariate, with free weights.
+    For input x and output y (n,) the target is y scaled to [-1, 1], negated if y falls as x rises.  The free columns
+    (n, degree + m (degree + 1)) are Legendre polynomials 1, P_2, .., P_degree of it, and all of them times each
+    covariate.
     """
     v = (2 * y - y.max() - y.min()) / np.ptp(y)
     v = np.asarray(v * np.copysign(1.0, float(np.dot(x - x.mean(), v))))

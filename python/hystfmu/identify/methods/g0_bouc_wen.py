@@ -6,15 +6,11 @@ that of `operator_dynamics`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph
-from hystfmu.identify.catalogue import LATE, Candidate, Memory, Option
+from hystfmu.identify.catalogue import LATE, Built, Candidate, Memory, Option, Options
 from hystfmu.identify.estimate import operator_dynamics
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS
 from hystfmu.identify.methods import bouc_wen
@@ -28,9 +24,7 @@ CANDIDATES = (Candidate(LATE, 0.5, 0.4),)
 OPTIONS = (Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"), *DYNAMICS_OPTIONS)
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int, dict[str, Any]]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the graph; result as of `operator_dynamics.build`."""
     operator = operator_dynamics.Operator(
         bouc_wen.nodes,

@@ -10,15 +10,12 @@ a first-order lag, which is G0 with a large damping ratio.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Node
-from hystfmu.identify.catalogue import LATE, Candidate, Memory, Option
+from hystfmu.graph import Node
+from hystfmu.identify.catalogue import LATE, Built, Candidate, Memory, Option, Options
 from hystfmu.identify.estimate import operator_dynamics
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS
 
@@ -37,9 +34,7 @@ OPTIONS = (
 )
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int, dict[str, Any]]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the graph of the equation above; result and units as of `operator_dynamics.build`."""
     seen = data.u[: data.train.stop]  # later rows do not affect the training rows
     middle, half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2

@@ -16,18 +16,15 @@ A rate-independent operator commutes with a delay, so the place of the delay doe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from itertools import pairwise
-from typing import Any
-
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option
-from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, Dynamics, errors, search, uncertainty, unknown
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.catalogue import LAGS, Built, Candidate, Memory, Option, Options
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, Dynamics, search, told, uncertainty
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
+from hystfmu.identify.graphs import device, wired
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "weighted plays, then G0(s) with delay, variable projection"
@@ -44,9 +41,7 @@ OPTIONS = (
 )
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int, dict[str, Any]]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the graph ``scaling -> prandtl_ishlinskii -> transfer_function [-> delay] -> scaling``.
 
     It returns the graph, the number of its parameters, and f_n (Hz), zeta, delay (s), with a warning for each of these
@@ -80,13 +75,12 @@ def build(
         if not len(r):
             r = finer[-1:]
         columns = np.column_stack([x, plays(x, r, x0)])
-        g = search(lambda g: project(g, columns)[0], data, options, lambda f: None, g)  # noqa: B023 - called at once
+        g = search(lambda g: project(g, columns)[0], data, options, silent, g)  # noqa: B023 - called at once
         progress(0.5 + 0.5 * (i + 1) / ROUNDS)
     _, w, offset = project(g, columns)
     spread = uncertainty(lambda g: project(g, columns)[0], g, data, options)
-    warned = unknown(g, spread, data, options)
-    told = {**g.told, **errors(g, spread, data, options), **({"warnings": warned} if warned else {})}
-    return graph(g, w, r, x0, (middle, half, offset), hold, data), len(r) + 5, told
+    made = graph(g, w, r, x0, (middle, half, offset), hold, data)
+    return made, len(r) + 5, told(g, spread, data, options)
 
 
 def graph(
@@ -103,6 +97,4 @@ def graph(
         *dynamics,
         Node("readout", "scaling", {"n": 1}, {"offset": offset}),
     ]
-    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
-    inputs = [Input("u", ("input.u",), data.unit_u, data.u[0])]
-    return Graph(chain, wires, inputs, [Output("y", "readout.y", data.unit_y)])
+    return device(data, chain, wired(chain))

@@ -7,16 +7,14 @@ least-squares problem gives the weights.  Banks, Kurdila & Webb 1997.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option, Options
 from hystfmu.identify.features.plays import u0_of, u0_option
+from hystfmu.identify.graphs import device
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "Krasnosel'skii-Pokrovskii kernels, weights >= 0"
@@ -57,7 +55,7 @@ def kernels(u: Array, a: float, p1: Array, p2: Array, k0: Array) -> Array:
     return out
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build the graph of one ``krasnoselskii_pokrovskii``; return it with the number of its parameters."""
     u0 = u0_of(data, options)
     rows = data.counted
@@ -69,9 +67,5 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     progress(0.2)
     w, (offset,) = nonnegative(columns, data.y[rows], np.ones((len(columns), 1)))
     values = {"lo": lo, "hi": hi, "w": w, "offset": offset, "u0": u0}
-    return Graph(
-        [Node("hysteresis", "krasnoselskii_pokrovskii", {"n": options["levels"]}, values)],
-        (),
-        [Input("u", ("hysteresis.u",), data.unit_u, u0)],
-        [Output("y", "hysteresis.y", data.unit_y)],
-    ), len(w) + 1
+    node = Node("hysteresis", "krasnoselskii_pokrovskii", {"n": options["levels"]}, values)
+    return device(data, [node], (), ["hysteresis.u"], "hysteresis.y", u0), len(w) + 1

@@ -9,17 +9,16 @@ learning, Williams & Zipser 1989) and form the Jacobian of Levenberg-Marquardt.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option
+from hystfmu.graph import Graph, Node, Value
+from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option, Options
+from hystfmu.identify.graphs import device, wired
 from hystfmu.identify.network.training import train
 from hystfmu.identify.solvers.trainers import levenberg_marquardt
 
@@ -42,7 +41,7 @@ OPTIONS = (
 )
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build ``scaling -> narx_network -> scaling``; return it with the number of weights.
 
     Raises
@@ -85,29 +84,13 @@ def trained(
     hidden: int,
     iterations: tuple[int, int],
     seed: int,
-    progress: Callable[[float], None],
+    progress: Progress,
 ) -> tuple[Array, float]:
-    """Train on scaled input and output.
+    """Train on scaled input u and output y (n,), evenly sampled, within [-1, 1].
 
-    Parameters
-    ----------
-    u, y : array, shape (n,)
-        Input and output, evenly sampled, within [-1, 1]; outputs that do not count are NaN, after the first lags.
-    lags, hidden : int
-        Size of the network.
-    iterations : (int, int)
-        Levenberg-Marquardt iterations, one step ahead and in simulation.
-    seed : int
-        Seed of the initial weights.
-    progress : function
-        Called with the fraction done.
-
-    Returns
-    -------
-    p : array, shape (m,)
-        Parameters (a, W1 row by row, b1, W2, b2), lags oldest first.
-    error : float
-        RMS of the error in simulation, relative to that of the output.
+    Outputs that do not count are NaN, after the first lags.  `iterations` of Levenberg-Marquardt are those one step
+    ahead and in simulation.  It returns the parameters (a, W1 row by row, b1, W2, b2), lags oldest first, and the
+    RMS error in simulation, relative to the output.
     """
     n = len(u) - lags
     skip = SKIPPED * lags
@@ -148,12 +131,7 @@ def assemble(p: Array, lags: int, hidden: int, gains: tuple[float, float], y0: f
         Node("network", "narx_network", {"n_u": lags + 1, "n_y": lags, "n_hidden": hidden}, values),
         Node("readout", "scaling", {"n": 1}, {"gain": 1 / gain_y}),
     ]
-    return Graph(
-        nodes,
-        [("input.y", "network.u"), ("network.y", "readout.u")],
-        [Input("u", ("input.u",), data.unit_u, float(data.u[0]))],
-        [Output("y", "readout.y", data.unit_y)],
-    )
+    return device(data, nodes, wired(nodes))
 
 
 def _split(p: Array, lags: int, hidden: int) -> tuple[Array, Array, Array, Array, float]:
@@ -166,27 +144,10 @@ def _split(p: Array, lags: int, hidden: int) -> tuple[Array, Array, Array, Array
 def simulate(
     p: Array, u: Array, before: Array, lags: int, hidden: int, derivatives: bool = False
 ) -> tuple[Array, Array]:
-    """Run the network free, with derivatives by p.
+    """Run the network free: output (n,), and its derivatives by p (n, m), empty unless asked for.
 
-    Parameters
-    ----------
-    p : array, shape (m,)
-        Parameters.
-    u : array, shape (n,)
-        Scaled force; before row 0 it equals row 0.
-    before : array, shape (lags,)
-        Scaled displacements before row 0, oldest first.
-    lags, hidden : int
-        Size of the network.
-    derivatives : bool
-        Compute s.
-
-    Returns
-    -------
-    y : array, shape (n,)
-        Scaled displacement; a run that leaves [-10, 10] stays at that limit.
-    s : array, shape (n, m)
-        Derivatives of y by p; empty without `derivatives`.
+    u (n,) is the scaled input, before row 0 equal to row 0; `before` (lags,) holds the scaled outputs before row 0,
+    oldest first.  A run that leaves [-10, 10] stays at that limit.
     """
     a, W1, b1, W2, b2 = _split(p, lags, hidden)
     n = len(u)

@@ -7,12 +7,10 @@ rest, which is small and has kinks: the least weight decay is larger than that o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
+from hystfmu.base.arrays import Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option
+from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option, Options
 from hystfmu.identify.features.plays import thresholds, u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
@@ -30,7 +28,7 @@ OPTIONS = (
 )
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build ``(u, play_bank) -> scaling -> mlp -> scaling`` plus a linear readout; return it with its parameters."""
     u0 = u0_of(data, options)
     r = thresholds(data.u[data.train], options["N"])

@@ -13,21 +13,20 @@ As in `zhao_tan_mlp`, the range to which the input is scaled is a parameter, cho
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option
-from hystfmu.identify.features.covariate_inputs import covariate_inputs
+from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options
 from hystfmu.identify.features.monomials import basis, count, lagged
 from hystfmu.identify.features.plays import u0_of, u0_option
+from hystfmu.identify.graphs import covariate_inputs, device
 from hystfmu.identify.solvers.recursive import Recursive
 
 TEXT = "polynomial of the lagged input and Zhao-Tan operator, least squares"
@@ -68,18 +67,10 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Signals:
-    """Signals of the polynomial for every row: scaled input x, auxiliary function f, scaled output y.
+    """Signals of the polynomial for every row: scaled input x, auxiliary function f, scaled output y, covariates.
 
-    Parameters
-    ----------
-    nodes : tuple of Node
-        The blocks ``input`` and ``operator``.
-    x, f, y : array, shape (rows,)
-        Signals.
-    middle, half : float
-        Scaling of the output: y is (measured - middle) / half.
-    beside : array, shape (rows, m)
-        Covariates, scaled to [-1, 1].
+    The blocks ``input`` and ``operator`` give x and f; y is (measured - middle) / half; covariates (rows, m) are
+    scaled to [-1, 1].
     """
 
     nodes: tuple[Node, ...]
@@ -151,7 +142,7 @@ def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
     return theta, float(np.sqrt(np.mean((y - phi @ theta) ** 2)))
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build ``scaling -> zhao_tan -> polynomial_narx -> scaling``; return it with the number of weights.
 
     Raises
@@ -212,10 +203,10 @@ def _recursive(
     seen: Signals,
     rows: Rows,
     lags: list[int],
-    options: Mapping[str, Any],
+    options: Options,
     batch: Array,
     gains: Array,
-    progress: Callable[[float], None],
+    progress: Progress,
 ) -> Array:
     """Return the weights after one pass over the training rows, starting from 0."""
     z, _ = seen.lags(*lags)
@@ -266,9 +257,4 @@ def assemble(data: Dataset, seen: Signals, lags: Mapping[str, int], q: int, thet
         ("operator.h", "network.f"),
         ("network.y", "readout.u"),
     ]
-    return Graph(
-        nodes,
-        wires,
-        [Input("u", ("input.u",), data.unit_u, float(data.u[0]))],
-        [Output("y", "readout.y", data.unit_y)],
-    )
+    return device(data, nodes, wires)

@@ -6,15 +6,16 @@ with a general optimiser in 20 h.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
+from hystfmu.base.arrays import Progress
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option, Options
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
+from hystfmu.identify.graphs import device, wired
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "weighted plays, non-negative least squares; exact inverse"
@@ -31,7 +32,7 @@ OPTIONS = (
 )
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build the graph ``prandtl_ishlinskii -> scaling`` (offset); return it with the number of its parameters."""
     u0 = u0_of(data, options)
     rows = data.counted
@@ -45,12 +46,8 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
 
 def graph(w0: float, r: Any, w: Any, u0: float, offset: float, data: Dataset) -> Graph:
     """Build the graph of a Prandtl-Ishlinskii model with an offset, input `u`, output `y`."""
-    return Graph(
-        [
-            Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": w0, "r": r, "w": w, "u0": u0}),
-            Node("readout", "scaling", {"n": 1}, {"offset": offset}),
-        ],
-        [("hysteresis.y", "readout.u")],
-        [Input("u", ("hysteresis.u",), data.unit_u, u0)],
-        [Output("y", "readout.y", data.unit_y)],
-    )
+    nodes = [
+        Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": w0, "r": r, "w": w, "u0": u0}),
+        Node("readout", "scaling", {"n": 1}, {"offset": offset}),
+    ]
+    return device(data, nodes, wired(nodes), ["hysteresis.u"], start=u0)

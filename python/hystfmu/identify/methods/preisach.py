@@ -13,17 +13,16 @@ model has the rate-dependent terms, follow from tenfold cross-validation over co
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options
 from hystfmu.identify.features.smooth_density import smooth_density
+from hystfmu.identify.graphs import device
 from hystfmu.identify.solvers.penalised import Penalised, best_strengths
 
 TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the Everett function"
@@ -42,7 +41,7 @@ OPTIONS = (
 )
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build the graph of the equation above; return it with the number of its weights."""
     rows = data.counted
     u, y = data.u[rows], data.y[rows]
@@ -63,13 +62,12 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     return graph, len(x) + len(v) + 1
 
 
-def _report(progress: Callable[[float], None], done: float, fraction: float) -> None:
+def _report(progress: Progress, done: float, fraction: float) -> None:
     progress(done + 0.4 * fraction)
 
 
 def _alone(hysteresis: Node, data: Dataset) -> Graph:
-    inputs = [Input("u", ("hysteresis.u",), data.unit_u, float(data.u[0]))]
-    return Graph([hysteresis], (), inputs, [Output("y", "hysteresis.y", data.unit_y)])
+    return device(data, [hysteresis], (), ["hysteresis.u"], "hysteresis.y")
 
 
 class _Rate:
@@ -98,8 +96,7 @@ class _Rate:
         ]
         wires = [("lag.y", "middle.u"), ("middle.y", "bend_of_lag.u")]
         wires += [(f"{name}.y", f"readout.u[{i}]") for i, name in enumerate(("hysteresis", "creep", "bend_of_lag"), 1)]
-        inputs = [Input("u", ("hysteresis.u", "creep.u", "lag.u"), data.unit_u, float(data.u[0]))]
-        return Graph(nodes, wires, inputs, [Output("y", "readout.y", data.unit_y)])
+        return device(data, nodes, wires, ["hysteresis.u", "creep.u", "lag.u"])
 
 
 def knots(u: Array, n: int) -> Array:

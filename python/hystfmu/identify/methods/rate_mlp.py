@@ -10,15 +10,12 @@ A derivative is a difference over the last step with a first-order filter of tim
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option
+from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option, Options
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
@@ -40,7 +37,7 @@ OPTIONS = (
 )
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build ``(u, rate[, bank, rates of the fit]) -> scaling -> mlp -> scaling``; return it with its weights."""
     memory = options["memory"]
     tau = SAMPLES[memory] * data.h if options["tau"] is None else options["tau"]

@@ -7,15 +7,13 @@ and output, the same network is the paper's inverse model (section III).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 import numpy as np
 
+from hystfmu.base.arrays import Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.catalogue import CLOSES, OPENS, Candidate, Option
+from hystfmu.identify.catalogue import CLOSES, OPENS, Candidate, Option, Options
 from hystfmu.identify.features.plays import u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
@@ -70,12 +68,12 @@ def features(data: Dataset, span: float, memory: str, u0: float, operator: str =
     return Features(nodes, [("input.y", f"operator.{takes}")], ["input.u"], ["input.y", f"operator.{gives}"], data)
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build ``scaling -> zhao_tan -> scaling -> mlp -> scaling``; return it with the number of weights and biases."""
     u0 = u0_of(data, options)
     span = options["range"]
     if span is None:
-        quick, none = {**options, "starts": 1, "iterations": 40}, lambda f: None
+        quick, none = {**options, "starts": 1, "iterations": 40}, silent
         trials = []
         for i, trial in enumerate(RANGES):
             part = features(data, trial, options["memory"], u0, options["operator"])

@@ -12,15 +12,16 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 
 from hystfmu.base import PACKAGE
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress, silent
+from hystfmu.identify.catalogue import Options
 from hystfmu.identify.network.readout import centre_and_gain
 from hystfmu.identify.network.training import decay_for, train
 from hystfmu.identify.solvers.trainers import TRAINERS
@@ -37,7 +38,7 @@ class _Task:
     fitted: tuple[Array, Array]
     validation: tuple[Array, Array]
     trainer: str
-    options: Mapping[str, Any]
+    options: Options
     counts: tuple[int, ...]
 
     def score(self, hidden: int) -> float:
@@ -68,38 +69,18 @@ def hidden_sweep(
     fitted: slice,
     validation: slice,
     counts: Sequence[int],
-    chosen: Mapping[str, Any],
+    chosen: Options,
     seed: int = 0,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Progress = silent,
 ) -> dict[int, float]:
     """Compute the mean square validation error for every number of hidden neurons (Shen & Ma 2017, table 2).
 
-    Parameters
-    ----------
-    x : array, shape (n, n_in)
-        Inputs of the network.
-    y : array, shape (n,)
-        Wanted output.
-    fitted, validation : slice
-        Rows to train on, and the validation split.
-    counts : sequence of int
-        Numbers of hidden neurons.
-    chosen : mapping
-        activation, starts, trainer, iterations and decay, as in the options of a network readout.
-    seed : int
-        Seed of the random starts; each size has its own starts, so the order of the work does not matter.
-    progress : function
-        Called with the fraction done; a size counts by the cost of its iterations.
+    Networks from x (n, n_in) to y (n,) are trained on the rows `fitted` with activation, starts, trainer, iterations
+    and decay, as in the options of a network readout.  Each size has its own random starts, so the order of the work
+    does not matter; in the progress a size counts by the cost of its iterations.  Errors are in the unit of measure of
+    y squared, in the order of `counts`.
 
-    Returns
-    -------
-    dict of int to float
-        Mean square error by number of neurons, in the unit of measure of y squared, in the order of `counts`.
-
-    Raises
-    ------
-    RuntimeError
-        A process ended early; the text is its last message.
+    A process that ends early raises RuntimeError with its last message.
     """
     middle, gain = centre_and_gain(x[fitted])
     (y_middle,), (y_gain,) = centre_and_gain(y[fitted][:, None])

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.identify.catalogue import Option
-from hystfmu.identify.features.covariate_inputs import covariate_inputs
+from hystfmu.identify.catalogue import Option, Options
+from hystfmu.identify.graphs import covariate_inputs
 from hystfmu.identify.network.training import LEAST_DECAY, MOST_ROWS, decay_for, train
 from hystfmu.identify.solvers.trainers import TRAINERS
 
@@ -31,16 +30,10 @@ def options(hidden: int, starts: int, iterations: int, least_decay: float = LEAS
 
 
 class Features:
-    """Front end of a model: blocks that compute the features from the input.
+    """Front end of a model: blocks and wires that compute the features from the input, which drives the endpoints `to`.
 
-    Parameters
-    ----------
-    nodes, wires, to
-        Blocks, their wires, and the endpoints that the input of the model drives.
-    outputs : sequence of str
-        Endpoints of the features, in the order of the network's inputs.
-    data : Dataset
-        Data whose input they run on, from row 0; its covariates are further features.
+    `outputs` are the endpoints of the features, in the order of the network's inputs.  The blocks run on the input
+    of the data from row 0; its covariates are further features.
     """
 
     def __init__(
@@ -85,43 +78,19 @@ def centre_and_gain(v: Array) -> tuple[Array, Array]:
 def fit_readout(
     features: Features,
     data: Dataset,
-    chosen: Mapping[str, Any],
+    chosen: Options,
     seed: int,
-    progress: Callable[[float], None],
+    progress: Progress,
     linear: bool = False,
     most_rows: int = MOST_ROWS,
     least_decay: float = LEAST_DECAY,
 ) -> tuple[Graph, int, float]:
-    """Train the network on the training rows.
+    """Train the network on the training rows; return graph, number of weights, training error (unit of measure of y).
 
-    Parameters
-    ----------
-    features : Features
-        Front end of the model.
-    data : Dataset
-        Measured data.
-    chosen : mapping
-        Options of a network readout.
-    seed : int
-        Seed of the random starts.
-    progress : function
-        Called with the fraction done, 0..1.
-    linear : bool
-        Fit a linear readout of the features by least squares first; the network learns its residual.
-    most_rows : int
-        Limit on rows; more are thinned evenly.
-    least_decay : float
-        Least weight decay, where the options give none.
-
-    Returns
-    -------
-    graph : Graph
-        Features -> scaling ``features`` -> mlp ``network`` -> scaling ``readout``, input `u` and the covariates, output
-        `y`; with the linear readout also sum ``linear`` and sum ``total``.
-    parameters : int
-        Number of weights and biases.
-    rms : float
-        Training error in the unit of measure of y.
+    The graph is features -> scaling ``features`` -> mlp ``network`` -> scaling ``readout``, input `u` and the
+    covariates, output `y`.  With `linear` a linear readout of the features is fitted by least squares first, sum
+    ``linear`` and sum ``total``, and the network learns its residual.  More rows than `most_rows` are thinned
+    evenly; `least_decay` holds where the options give no weight decay.
     """
     x, y = features.values[data.counted], data.y[data.counted]
     middle, gain = centre_and_gain(x)

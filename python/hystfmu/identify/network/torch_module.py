@@ -6,7 +6,6 @@ only the gradient (back-propagation) and suit larger networks.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ import torch
 from threadpoolctl import threadpool_limits
 from torch import nn
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.identify.solvers.trainers import TRAINERS, Squares
 
@@ -25,7 +24,7 @@ def train_module(
     y: Array,
     trainer: str = "levenberg_marquardt",
     iterations: int = 150,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Progress = silent,
 ) -> float:
     """Fit a module to samples by least squares, in place, from its present weights.
 

@@ -5,12 +5,11 @@ Residuals, Jacobian and gradient are written out: torch takes seconds to import 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.identify.solvers.trainers import TRAINERS, Squares, Trainer
 
 LEAST_DECAY = 1e-9
@@ -45,17 +44,7 @@ def _hidden(a: Array, activation: str) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Fit:
-    """Least-squares problem of a network over its flat weights p: W1 row by row, b1, W2, b2.
-
-    Parameters
-    ----------
-    x : array, shape (n, n_in)
-        Inputs.
-    y : array, shape (n,)
-        Wanted output.
-    hidden, activation : int, str
-        Size of the hidden layer, "sigmoid" or "tanh".
-    """
+    """Least-squares problem of a network, x (n, n_in) to y (n,), over its weights p: W1 row by row, b1, W2, b2."""
 
     x: Array
     y: Array
@@ -125,41 +114,16 @@ def train(
     decay: float = 1e-9,
     seed: int = 0,
     direction: Array | None = None,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Progress = silent,
     most_rows: int = MOST_ROWS,
     trainer: Trainer = TRAINERS["levenberg_marquardt"],
 ) -> tuple[Network, float]:
-    """Train a network: every start for a tenth of the iterations, then the best to the end.
+    """Train a network: every start for a tenth of the iterations, then the best to the end; a single one at once.
 
-    A single start is trained to the end at once.
-
-    Parameters
-    ----------
-    x : array, shape (n, n_in)
-        Inputs, scaled to about [-1, 1].
-    y : array, shape (n,)
-        Wanted output, scaled likewise.
-    hidden, activation : int, str
-        Size of the hidden layer, "sigmoid" or "tanh".
-    starts, iterations, seed : int
-        Number of random starts, iterations of the last stage, seed of the starts.
-    decay : float
-        Weight decay: this times the sum of the squared weights is added to the mean square error.
-    direction : array, shape (n_in,), optional
-        Important direction of the input space, for the initial weights.
-    progress : function
-        Called with the fraction done, 0..1.
-    most_rows : int
-        Limit on rows; more are thinned evenly.
-    trainer : function
-        Optimiser, one of `hystfmu.identify.solvers.trainers`.
-
-    Returns
-    -------
-    network : Network
-        Trained network.
-    rms : float
-        Error over the rows, for the scaled output.
+    Inputs x (n, n_in) and output y (n,) are scaled to about [-1, 1].  Weight decay adds this times the sum of the
+    squared weights to the mean square error.  Some initial weights lie along an important `direction` (n_in,) of the
+    input space. More rows than `most_rows` are thinned evenly.  It returns the network and its RMS error over the
+    rows, for the scaled output.
     """
     stride = -(-len(x) // most_rows)
     x, y = np.ascontiguousarray(x[::stride]), y[::stride]
@@ -181,7 +145,7 @@ def train(
 
     squares = Squares(function, lambda p: np.concatenate([fit.errors(p), ridge @ p]), gradient)
 
-    def part(done: float, share: float) -> Callable[[float], None]:
+    def part(done: float, share: float) -> Progress:
         return lambda fraction: progress((done + fraction * share) / total)
 
     trials = []

@@ -39,23 +39,9 @@ MEAN = 16 * np.finfo(float).eps  # rounding of a column that is a mean of two ot
 
 
 def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
-    """Compute weights x >= 0 of the columns of A and free weights v of the columns of F.
+    """Compute weights x (p,) >= 0 of the columns of A (n, p) and free weights v (q,) of those of F (n, q), for b (n,).
 
-    Parameters
-    ----------
-    A : array, shape (n, p)
-        Columns with non-negative weights.
-    b : array, shape (n,)
-        Right-hand side.
-    F : array, shape (n, q)
-        Columns with free weights; dependent columns share their weight (least norm).
-
-    Returns
-    -------
-    x : array, shape (p,)
-        Weights of A; 0 for a zero column or one in the range of F.
-    v : array, shape (q,)
-        Weights of F.
+    A zero column of A, or one in the range of F, has weight 0; dependent columns of F share theirs (least norm).
     """
     if len(b) > MANY:  # a triangle has the same solution; further copies of so many rows would not fit
         R = _reduced(A, F, b)
@@ -164,19 +150,8 @@ MOST_PUSHED = 0.2  # of all columns: with more weights at 0, a working set of co
 
 
 def positive_solution(A: Array, b: Array) -> Array | None:
-    """Find the minimum-norm x >= 0 with A x = b up to rounding.
-
-    Parameters
-    ----------
-    A : array, shape (n, p)
-        Columns of about equal length.
-    b : array, shape (n,)
-        Right-hand side.
-
-    Returns
-    -------
-    array, shape (p,), or None
-        None if no solution was found.
+    """Find the minimum-norm x (p,) >= 0 with A x = b up to rounding, for columns of about equal length; None: not
+    found.
     """
     A, b = _mixed(np.column_stack([A, b]))
     Q, L, rows = row_space(A)
@@ -204,18 +179,10 @@ def _mixed(rows: Array) -> tuple[Array, Array]:
 def row_space(A: Array) -> tuple[Array, Array, NDArray[np.intp]]:
     """Factor the row space of a mixed matrix A (n, p): A[rows] = L Q'.
 
-    It applies Gram-Schmidt by chunks of rows, twice, because once loses orthogonality if rows are nearly dependent.  A
-    pivoted QR inside each chunk gives the rank; a chunk without a new direction ends the loop.  LAPACK's pivoted QR of
-    A takes four times as long.
-
-    Returns
-    -------
-    Q : array, shape (p, k)
-        Orthonormal basis of the row space.
-    L : array, shape (k, k)
-        Lower triangle.
-    rows : array of int, shape (k,)
-        Independent rows of A; all others depend on them.
+    It applies Gram-Schmidt by chunks of rows, twice, because once loses orthogonality if rows are nearly dependent.
+    A pivoted QR inside each chunk gives the rank; a chunk without a new direction ends the loop.  LAPACK's pivoted
+    QR of A takes four times as long.  Q (p, k) is orthonormal, L (k, k) a lower triangle; all other rows depend on
+    the k rows.
     """
     n, p = A.shape
     Q, L = np.empty((p, min(n, p)), order="F"), np.zeros((min(n, p), min(n, p)), order="F")

@@ -7,11 +7,11 @@ chunks cost no pass over the rows.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 FOLDS = 10
@@ -21,16 +21,9 @@ Strengths = tuple[float, ...]
 
 
 class Penalised:
-    """A regression problem.
+    """A regression problem: columns A (n, p) with non-negative weights, F (n, q) with free ones, target y (n,).
 
-    Parameters
-    ----------
-    bounded, free : array, shape (n, p) and (n, q)
-        Columns A with non-negative weights, and F with free weights.
-    y : array, shape (n,)
-        Target.
-    penalties : sequence of array, shape (m, p)
-        Matrices P_i, for columns of median size.
+    The penalties are matrices P_i (m, p), for columns of median size.
     """
 
     def __init__(self, bounded: Array, free: Array, y: Array, penalties: Sequence[Array]) -> None:
@@ -79,26 +72,11 @@ def _triangle(rows: Array) -> Array:
     return np.asarray(np.linalg.qr(rows, mode="r"))
 
 
-def best_strengths(
-    problem: Penalised, levels: Sequence[Strengths], progress: Callable[[float], None]
-) -> tuple[Strengths, float]:
+def best_strengths(problem: Penalised, levels: Sequence[Strengths], progress: Progress) -> tuple[Strengths, float]:
     """Choose the strengths with the least error of cross-validation, one after the other until none changes.
 
-    Parameters
-    ----------
-    problem : Penalised
-        Regression problem.
-    levels : sequence of tuple
-        Levels of each strength to try, from weak to strong; the search starts in the middle.
-    progress : function
-        Called with the fraction done, 0..1.
-
-    Returns
-    -------
-    strengths : tuple of float
-        One of its levels for each.
-    error : float
-        Error of cross-validation.
+    The levels of each strength are tried from weak to strong; the search starts in the middle.  It returns the
+    strengths and the error.
     """
     at = [len(some) // 2 for some in levels]
     known: dict[tuple[int, ...], float] = {}

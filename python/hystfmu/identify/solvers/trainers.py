@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress, silent
 
 ORTHOGONAL = 0.2  # Powell's limit of |g_{k-1}'g_k| / |g_k|^2
 ENOUGH = 1e-4  # least fraction of the predicted decrease that a step must achieve (Armijo)
@@ -28,16 +28,10 @@ Gradient = Callable[[Array], tuple[float, Array]]
 
 @dataclass(frozen=True)
 class Squares:
-    """A sum of squares over a vector (n,).
+    """A sum of squares over a vector (n,), by three functions of it.
 
-    Parameters
-    ----------
-    residuals : function
-        Returns residuals (m,) and their Jacobian (m, n) at a point.
-    errors : function
-        Returns the residuals alone.
-    gradient : function
-        Returns the sum of squares and its gradient (n,); takes a quarter of the time of a Jacobian.
+    The residuals (m,) with their Jacobian (m, n); the residuals alone; and the sum with its gradient (n,), which
+    takes a quarter of the time of a Jacobian.
     """
 
     residuals: Callable[[Array], tuple[Array, Array]]
@@ -50,7 +44,7 @@ def levenberg_marquardt(
     function: Callable[[Array], tuple[Array, Array]],
     iterations: int,
     tolerance: float = 1e-5,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Progress = silent,
     residuals: Callable[[Array], Array] | None = None,
 ) -> tuple[Array, float]:
     """Minimise a sum of squares from the start p by Levenberg-Marquardt steps.
@@ -63,27 +57,9 @@ def levenberg_marquardt(
     iterations from three starts of a network with 8 neurons: here 3.5e-4, 3.3e-4, 3.0e-4; trust region 4.9e-4, 3.2e-4,
     3.6e-4; MINPACK 4.3e-4, 3.2e-4, 2.9e-4.
 
-    Parameters
-    ----------
-    p : array, shape (n,)
-        Start.
-    function : function
-        Returns residuals (m,) and Jacobian (m, n) at a point.
-    iterations : int
-        Largest number of iterations.
-    tolerance : float
-        Stop when 10 iterations reduce the sum of squares by less than this fraction.
-    progress : function
-        Called with the fraction done, 0..1.
-    residuals : function, optional
-        Returns the residuals alone; saves the Jacobian of rejected trials, about half of them.
-
-    Returns
-    -------
-    p : array, shape (n,)
-        Minimum found.
-    sum_of_squares : float
-        Value there.
+    `function` returns residuals (m,) and Jacobian (m, n) at a point (n,), `residuals` the former alone, which saves the
+    Jacobian of rejected trials, about half of them.  It ends when 10 iterations reduce the sum of squares by less than
+    the fraction `tolerance`, and returns the minimum (n,) and the value there.
     """
     mu = 1e-2
     r, J = function(p)
@@ -123,7 +99,7 @@ def conjugate_gradients(
     iterations: int,
     slope: float = 0.1,
     gradient: float = 0.0,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Progress = silent,
 ) -> tuple[Array, float, int]:
     """Minimise a smooth function from the start p by conjugate gradients with Powell-Beale restarts.
 
@@ -133,29 +109,10 @@ def conjugate_gradients(
     and if d_k is not a descent direction.  The third term keeps directions conjugate to that of the restart (Beale
     1972).
 
-    Parameters
-    ----------
-    p : array, shape (n,)
-        Start.
-    function : function
-        Returns value and gradient (n,) at a point.
-    iterations : int
-        Largest number of steps.
-    slope : float
-        A line search ends when the slope has fallen to this fraction; conjugacy needs about 0.1 or less.
-    gradient : float
-        Stop when the largest component of the gradient is at most this.
-    progress : function
-        Called with the fraction done, 0..1.
-
-    Returns
-    -------
-    p : array, shape (n,)
-        Minimum found.
-    value : float
-        Value there.
-    steps : int
-        Steps taken, fewer than `iterations` at a minimum.
+    `function` returns value and gradient (n,) at a point (n,).  A line search ends when the slope has fallen to the
+    fraction `slope`; conjugacy needs about 0.1 or less.  The steps end when the largest component of the gradient is at
+    most `gradient`.  It returns the minimum (n,), the value there and the steps taken, fewer than `iterations` at a
+    minimum.
     """
     p = np.array(p, dtype=np.float64)
     value, g = function(p)
@@ -243,9 +200,7 @@ def _between(a: tuple[float, float, float], b: tuple[float, float, float], lo: f
     return float(min(max(b[0] - (b[0] - a[0]) * (b[2] + d2 - d1) / below, lo), hi))
 
 
-def lbfgs(
-    p: Array, function: Gradient, iterations: int, progress: Callable[[float], None] = lambda fraction: None
-) -> tuple[Array, float]:
+def lbfgs(p: Array, function: Gradient, iterations: int, progress: Progress = silent) -> tuple[Array, float]:
     """Minimise by L-BFGS a function that returns value and gradient (n,); return the point (n,) and the value there."""
     from scipy.optimize import minimize
 
@@ -263,7 +218,7 @@ def lbfgs(
     return np.asarray(result.x), float(result.fun)
 
 
-Trainer = Callable[[Array, Squares, int, Callable[[float], None]], tuple[Array, float]]
+Trainer = Callable[[Array, Squares, int, Progress], tuple[Array, float]]
 """Minimises from a start (n,) in so many iterations, reports the fraction done; returns the point and the value."""
 TRAINERS: dict[str, Trainer] = {
     "levenberg_marquardt": lambda p, of, n, progress: levenberg_marquardt(

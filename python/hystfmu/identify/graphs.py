@@ -1,0 +1,39 @@
+"""Graph of a fitted device: the ports of its record, covariates among them, and the wires of a chain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Input, Node, Output
+
+
+def device(
+    data: Dataset,
+    nodes: Sequence[Node],
+    wires: Sequence[tuple[str, str]],
+    to: Sequence[str] = ("input.u",),
+    source: str = "readout.y",
+    start: float | None = None,
+    beside: Sequence[Input] = (),
+) -> Graph:
+    """Return a graph with input `u` and output `y`, in the units of the record.
+
+    The endpoints `to` take u, which starts at its first value, or at `start`; `source` gives y; further inputs follow.
+    """
+    first = Input("u", tuple(to), data.unit_u, float(data.u[0]) if start is None else start)
+    return Graph(nodes, wires, [first, *beside], [Output("y", source, data.unit_y)])
+
+
+def wired(nodes: list[Node]) -> list[tuple[str, str]]:
+    """Return the wires of a chain of nodes with ports u and y."""
+    return [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
+
+
+def covariate_inputs(data: Dataset, to: Sequence[tuple[str, ...]]) -> list[Input]:
+    """Return an input for each covariate; it drives endpoints and starts at its mean over the training rows."""
+    return [
+        Input(name, ends, unit, float(values[data.train].mean()), "covariate")
+        for (name, unit, values), ends in zip(data.covariates, to, strict=True)
+    ]
