@@ -40,7 +40,7 @@ def silent(fraction: float) -> None:
 
 @dataclass(frozen=True)
 class Run:
-    """How cases run; it is handed down as one thing.
+    """Options of a run of cases, handed down as one thing.
 
     Attributes
     ----------
