@@ -55,6 +55,7 @@ check: dev
 	$(BIN)/clang-format --dry-run --Werror $(shell find fmu_build tests -name '*.[ch]')
 	$(BIN)/mypy --cache-dir build/mypy
 	$(BIN)/python tests/generated.py
+	$(BIN)/python fmu_build/platforms/page.py fmu_build python/hystfmu/report/core_page.txt --check
 
 # the site of tutorials, explanations and reference, without network: build/docs/html/index.html
 docs: dev
