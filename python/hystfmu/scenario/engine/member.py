@@ -1,4 +1,4 @@
-"""What the FMUs in a run have in common: sources of inputs, substeps, first-order hold, order of calls.
+"""Parts that the FMUs of a run share: sources of inputs, substeps, first-order hold, order of calls.
 
 The hold lays a line through the last two values of a source.  It interpolates where the source precedes the reader in
 the order, and extrapolates where it follows.
@@ -29,18 +29,7 @@ def weights(system: System, links: Sequence[Link]) -> list[float]:
 
 
 class Lines:
-    """The first-order hold of one unit.
-
-    Parameters
-    ----------
-    sources : sequence of int
-        Places of the values that it reads.
-    ahead : sequence of float
-        As `weights` gives them.
-    substeps : int
-    values : array of c_double
-        All values of the system.
-    """
+    """The first-order hold of one unit, which reads the values at `sources`; `ahead` as `weights` gives it."""
 
     def __init__(
         self, sources: Sequence[int], ahead: Sequence[float], substeps: int, values: C.Array[C.c_double]
