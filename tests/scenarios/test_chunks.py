@@ -86,9 +86,9 @@ def test_division_changes_no_bit(loop: Any, write: Any, divide: Divide, engine: 
         del loop["units"]["slow"]["hold"]
     system = ready(write(loop))
     whole = simulate(system, engine)
-    assert len(list(chunks(system, engine))) == 1
+    assert len(list(chunks(system, Run(engine)))) == 1
     divide(64)
-    pieces = list(chunks(system, engine))
+    pieces = list(chunks(system, Run(engine)))
     assert [p.first for p in pieces] == list(range(0, system.n_steps + 1, 64))
     assert np.concatenate([p.t for p in pieces]).tobytes() == whole.t.tobytes()
     assert np.concatenate([p.values for p in pieces]).tobytes() == whole.values.tobytes()
@@ -163,7 +163,7 @@ def test_a_picture_of_a_long_run_shows_its_extremes(
     monkeypatch.setattr("hystfmu.scenario.outcome.trace.MOST_ROWS", 200)
     divide(128)
     picture = Picture(system)
-    for chunk in chunks(system, "native"):
+    for chunk in chunks(system, Run("native")):
         picture.add(chunk)
     kept, whole = picture.trace(), simulate(system, "native")
     assert len(kept.t) <= 200 < len(whole.t)

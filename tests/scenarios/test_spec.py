@@ -73,6 +73,7 @@ def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
         ("metrics/tracking/after", 0.03, ["metrics.tracking.after", "below stop"]),
         ("metrics/tracking/limit", -1.0, ["limit", "-1"]),
         ("record", ["plant.z"], ["record", "no output 'plant.z'"]),
+        ("loops", [["pid.u", "plant.z"]], ["loops", "no output 'plant.z'; there are plant.y, plant.v"]),
         ("case", [{"name": "a"}, {"name": "a"}], ["two cases have the name 'a'"]),
         ("case", [{"name": "a", "set": {"ghost.x": 1}}], ["case a", "no unit 'ghost'"]),
         ("case", [{"name": "a", "limits": {"ghost": 1.0}}], ["case a", "no metric 'ghost'"]),

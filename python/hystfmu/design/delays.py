@@ -36,19 +36,10 @@ class Cut:
 
 
 def cut(graph: Graph, sort: bool = True) -> Cut:
-    """Cut the delays out of a graph.
+    """Cut the delays out of a graph: two gains of 1 replace each.
 
-    Parameters
-    ----------
-    graph : Graph
-        Graph with or without delay blocks.
-    sort : bool
-        Sort the blocks again, as a continuous graph needs; in steps, each keeps its place and what it reads.
-
-    Returns
-    -------
-    Cut
-        Two gains of 1 replace each delay: one drives an additional output, an additional input drives the other.
+    One drives an additional output, an additional input drives the other.  `sort` the blocks again, as a continuous
+    graph needs; in steps, each keeps its place and what it reads.
     """
     graph = unfolded(graph)
     delays = [n for n in graph.nodes if n.type == DELAY]
@@ -110,17 +101,8 @@ def _at_start(graph: Graph, end: str) -> float:
 def close(system: StateSpace, line: StateSpace) -> StateSpace:
     """Connect the last outputs of `system` to `line` and the outputs of `line` to the last inputs of `system`.
 
-    Parameters
-    ----------
-    system : (A, B, C, D)
-        State space of a cut graph.
-    line : (A, B, C, D)
-        State space of the delays.  With direct feed-through, the loop of both must be solvable.
-
-    Returns
-    -------
-    (A, B, C, D)
-        State space with the states of the system, then those of the line.
+    Both are (A, B, C, D), say of a cut graph and of its delays; with direct feed-through, the loop of both must be
+    solvable.  Return the state space with the states of the system, then those of the line.
     """
     A, B, C, D = system
     F, G, H, K = line

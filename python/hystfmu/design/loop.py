@@ -233,12 +233,7 @@ SAME = 1e-6  # relative distance of two factors that are one
 def crossed(L: Callable[[Array], Complex], angles: Array, values: Complex) -> Array:
     """Return the factors of the gain, shape (k,), at which the curve runs through -1.
 
-    Parameters
-    ----------
-    L : function
-        Response of the open loop at angles omega h.
-    angles, values : array, shape (m,)
-        Grid up to pi, and the response on it.
+    L is the response of the open loop at angles omega h; `values` is L on the grid of `angles` up to pi, shape (m,).
     """
     at = np.append(roots(lambda a: L(a).imag, angles, values.imag), np.pi)  # L is real at z = -1, and at z = 1
     real = np.append(L(at).real, _static(L, values[0]))
@@ -258,12 +253,7 @@ def _static(L: Callable[[Array], Complex], beside: complex) -> Array:
 def first_lost(factors: Array, stable: Callable[[float], bool]) -> float:
     """Return the least of some factors above 1 beyond which a loop is unstable; infinite if it never is.
 
-    Parameters
-    ----------
-    factors : array, shape (k,)
-        All at which stability may change.
-    stable : function
-        Whether the loop is stable with a factor.
+    The factors, shape (k,), are all at which stability may change; `stable` says whether the loop is with a factor.
     """
     found = np.sort(factors)
     found = found[np.diff(found, prepend=0.0) > SAME * found]

@@ -24,17 +24,9 @@ from hystfmu.scenario.system.system import System
 
 @dataclass(frozen=True)
 class Corner:
-    """A loop for which a design has to hold.
+    """A loop for which a design has to hold: its case and what differs, the slope of plant over inverse.
 
-    Attributes
-    ----------
-    name : str
-        Case, and what differs from it.
-    opened : OpenedLoop
-    slope : float
-        Of plant over inverse.
-    delay : float
-        In steps beyond that of the case.
+    The delay is in steps beyond that of the case.
     """
 
     name: str
@@ -59,23 +51,10 @@ class Corner:
 def corners(
     opened: Mapping[str, OpenedLoop], limits: MarginsSpec | None, off: float, *, stable: bool = True
 ) -> list[Corner]:
-    """Return the corners of a scenario.
+    """Return the corners of a scenario: loops by case, the nominal one first, with slopes and delays of its `limits`.
 
-    Parameters
-    ----------
-    opened : mapping of str to OpenedLoop
-        Loops by case, the nominal one first.
-    limits : MarginsSpec or None
-        Of the scenario: they name its corners, with slopes and delays that the loop has to stand.
-    off : float
-        Share by which the natural frequencies of the plant may differ.
-    stable : bool
-        Refuse a loop that is unstable before anything is learnt.
-
-    Raises
-    ------
-    InputError
-        Such a loop.
+    `off` is the share by which the natural frequencies of the plant may differ.  `stable`: refuse a loop that is
+    unstable before anything is learnt.
     """
     found: list[Corner] = []
     seen: set[tuple[object, ...]] = set()
@@ -132,14 +111,9 @@ LAST = 2  # rows at least
 
 @dataclass(frozen=True)
 class LoopPlant(Plant):
-    """Everything in a loop but its controller, with static gain 1.
+    """Everything in a loop, `opened` with a controller of gain 1, but its controller, with static gain 1.
 
-    Attributes
-    ----------
-    opened : OpenedLoop
-        With a controller of gain 1.
-    more : float
-        Steps of delay beyond that of the case.
+    It comes `more` steps later than the case.
     """
 
     opened: OpenedLoop | None = field(default=None, repr=False)
@@ -152,14 +126,9 @@ class LoopPlant(Plant):
 
 
 def loop_plants(found: Sequence[Corner], slopes: tuple[float, float]) -> PlantSet:
-    """Return corners as a set of plants, the nominal one first.
+    """Return corners, of loops with a controller of gain 1, as a set of plants, the nominal one first.
 
-    Parameters
-    ----------
-    found : sequence of Corner
-        Of loops with a controller of gain 1.
-    slopes : (float, float)
-        Sector, over the nominal slope.
+    `slopes` is the sector, over the nominal slope.
     """
     one: dict[tuple[str, float], Corner] = {}
     for c in found:
@@ -204,11 +173,7 @@ def known(opened: OpenedLoop) -> Design:
 def aim(system: System, of: Roles) -> Aim:
     """Return what disturbs the loop of a case: tones of its reference, a share of them that is missed, noise.
 
-    Parameters
-    ----------
-    system : System
-        With a controller that lets it run.
-    of : Roles
+    The case has a controller that lets it run.
     """
     h = system.case.step
     try:

@@ -46,13 +46,7 @@ class Plan:
 def read(
     paths: Sequence[str | Path | Scenario], overrides: Mapping[str, Any], coupling: Scheme | None
 ) -> list[Scenario]:
-    """The scenarios, with overrides and coupling of the command line on top; a folder may hold several.
-
-    Raises
-    ------
-    InputError
-        Bad scenario file; an override that does not read 'unit.parameter'.
-    """
+    """The scenarios, with overrides and coupling of the command line on top; a folder may hold several."""
     for key in overrides:
         split_end(key, "--set")
     changes = dict(overrides)
@@ -68,13 +62,7 @@ def read(
 def plan(
     scenarios: Sequence[Scenario], case: str | Sequence[str] | None, overrides: Mapping[str, Any], record: bool
 ) -> list[Plan]:
-    """Build the cases; everything that can be refused is refused here, before anything runs.
-
-    Raises
-    ------
-    InputError
-        No case of that name, a model that does not fit, an override that no unit takes, a bad baseline.
-    """
+    """Build the cases; everything that can be refused is refused here, by an InputError, before anything runs."""
     names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
     wanted = (case,) if isinstance(case, str) else names if case is None else case
     if unknown := next((name for name in wanted if name not in names), None):
@@ -121,22 +109,10 @@ def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) ->
 def run_case(
     system: System, plan: Plan, run: Run, store: FmuStore, out: str | Path | None, advance: Callable[[int], None]
 ) -> tuple[Result, Record | None]:
-    """Run a case of a plan and judge it.
+    """Run a case of a plan and judge it; return what a baseline keeps too, None when a unit refused to go on.
 
-    Parameters
-    ----------
-    system, plan, run, store
-        The case, its baseline, how it runs, and the folder of unpacked FMUs.
-    out : path, optional
-        Write all outputs there, as CSV.
-    advance : function
-        Called with the number of rows that have run since the last call; they add up to those of the case.
-
-    Returns
-    -------
-    result : Result
-    found : Record or None
-        What a baseline keeps; None when a unit refused to go on.
+    All outputs go to `out` as CSV.  `advance` is called with the number of rows that have run since the last call; they
+    add up to those of the case.
     """
     case, begin, notes = system.case, time.perf_counter(), tuple(missed(system))
     measured = {name: Measure(m) for name, m in case.metrics.items()}

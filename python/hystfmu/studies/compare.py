@@ -32,24 +32,10 @@ UNPAIRED = "The draws of the two studies differ, so that no draw has two verdict
 
 
 def compare_studies(before: str | Path, after: str | Path, out: str | Path) -> list[Change]:
-    """Write a page that compares two studies.
+    """Write a page that compares two studies, each a folder or the report.json in it.
 
-    Parameters
-    ----------
-    before, after : path
-        The folder of each study, or the report.json in it.
-    out : path
-        HTML page to write.
-
-    Returns
-    -------
-    list of Change
-        Shares inside the limits in percent and percentiles of the metrics that differ.
-
-    Raises
-    ------
-    InputError
-        If a file is not of ``hystfmu study``, or only one of the two is.
+    Return shares inside the limits in percent and percentiles of the metrics that differ.  A file that is not of
+    ``hystfmu study`` is refused.
     """
     for path, other in ((before, after), (after, before)):
         if is_study(path) and not is_study(other):

@@ -60,20 +60,10 @@ def _close_study(key: str) -> None:
 
 
 class DaskPool:
-    """Workers of a Dask cluster.
+    """Workers of a Dask cluster, whose scheduler has the address ``dask://HOST:PORT``.
 
-    Parameters
-    ----------
-    address : str
-        ``dask://HOST:PORT`` of the scheduler.
-    systems, run
-        See `Runner`.  The limits are those of runs with foreign FMUs.  Other runs cannot hang, and Dask limits their
-        memory.
-
-    Raises
-    ------
-    InputError
-        If the address is invalid, no scheduler answers, or Dask is not installed.
+    For `systems` and `run` see `Runner`; the limits are those of runs with foreign FMUs.  Other runs cannot hang, and
+    Dask limits their memory.  Refused: an invalid address, no scheduler that answers, no Dask.
     """
 
     def __init__(self, address: str, systems: list[System], run: Run) -> None:

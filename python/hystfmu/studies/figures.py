@@ -120,18 +120,8 @@ def scatter(
 ) -> list[Plot]:
     """Draw a metric over the parameters that move it most.
 
-    Parameters
-    ----------
-    metric, y_label : str
-        Its name, and with its unit of measure.
-    names : sequence of str
-        Of the p parameters, with their units of measure.
-    x : array, shape (n, p)
-    y : array, shape (n,)
-    found : Effects
-    column : int
-        Of the metric in `found`.
-    limit : float, optional
+    `y_label` and `names` of the p parameters have their units of measure; x has the shape (n, p), y (n,); the metric is
+    a `column` of what was found.
     """
     order = _order(found, column) or [k for k in range(len(names)) if np.ptp(x[:, k]) > 0]
     plots = []
@@ -191,10 +181,7 @@ def _or_blank(value: float | None, times: float = 1.0) -> float | str:
 def distributions(rows: Sequence[Row], summary: Summary | None) -> Figure:
     """Draw how the metrics of the runs that succeeded are distributed: those with a limit, or all.
 
-    Raises
-    ------
-    InputError
-        There is no such run.
+    A study without such a run is refused.
     """
     good = [r for r in rows if r["status"] == "ok"]
     limits = {(s.case, s.metric): s.limit for s in summary.spreads} if summary is not None else {}

@@ -23,14 +23,7 @@ RADIUS = 1 - 1e-6  # largest modulus of a pole that counts as stable: creep of 1
 
 
 class LoopLimits:
-    """The limits of a study file, for any variation.
-
-    Parameters
-    ----------
-    study : Study
-        Its objective states the limits.
-    spec : LoopSpec
-    """
+    """The limits that the objective of a study states, for any variation."""
 
     def __init__(self, study: Study, spec: LoopSpec) -> None:
         self._spec = spec
@@ -39,10 +32,7 @@ class LoopLimits:
     def excess(self, settings: Mapping[str, Any]) -> dict[str, float]:
         """Return by how much a variation exceeds each limit; it is met at most 0.
 
-        Parameters
-        ----------
-        settings : mapping
-            ``{"unit.parameter": value}`` in the form that `set` of a scenario takes.
+        The settings ``{"unit.parameter": value}`` have the form that `set` of a scenario takes.
         """
         spec = self._spec
         nominal = self._opened(spec.case, settings)
@@ -64,22 +54,8 @@ class LoopLimits:
 def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float]:
     """Return the margins of the loop of a case with other settings, opened at the input of its plant.
 
-    Parameters
-    ----------
-    system : System
-    settings : mapping
-        ``{"unit.parameter": value}`` in the form that `set` of a scenario takes.
-
-    Returns
-    -------
-    dict
-        ``Ms_db``: peak of the sensitivity for the nominal slope (dB), infinite if unstable; ``radius``:
-        largest modulus of a pole for the slopes along the path of the case.
-
-    Raises
-    ------
-    InputError
-        As `open_loop`.
+    ``Ms_db``: peak of the sensitivity for the nominal slope (dB), infinite if unstable; ``radius``: largest modulus of
+    a pole for the slopes along the path of the case.
     """
     fine = {k: float(settings[k]) % 1 for k in sizes(system.case) & settings.keys()}  # a loop is opened at one rate
     whole = {k: v - fine[k] if k in fine else v for k, v in settings.items()}

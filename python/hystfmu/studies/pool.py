@@ -128,10 +128,7 @@ class _Worker:
     def take(self) -> list[dict[str, Any]]:
         """Receive rows, and estimate from their duration how many tasks fit into twice `MOMENT`.
 
-        Raises
-        ------
-        EOFError
-            The worker ended, or sent what is no answer.
+        An EOFError says that the worker ended, or sent what is no answer.
         """
         try:
             answers = json.loads(self.pipe.recv_bytes(MOST_ANSWER))
@@ -204,14 +201,9 @@ class _Waiting:
 
 
 class Pool:
-    """Worker processes on this machine.
+    """Workers on this machine, by default one for each core available to this process.
 
-    Parameters
-    ----------
-    systems, run
-        See `Runner`.  The limits are those of a task and of the address space of a worker.
-    n : int
-        Number of workers; by default the number of cores available to this process.
+    For `systems` and `run` see `Runner`; the limits are those of a task and of the address space of a worker.
     """
 
     STARTUP = 60.0  # s: additional time for the imports of a new process

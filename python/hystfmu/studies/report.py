@@ -28,16 +28,7 @@ MOST_PLOTS = 24
 
 
 class StudyCase:
-    """The rows of a case that ran, and its worst rows.
-
-    Parameters
-    ----------
-    study : Study
-    labels : dict of str to str
-        The parameters with their units of measure.
-    system : System
-    rows, worst : sequence of dict
-    """
+    """The rows of a case that ran, and its worst rows; `labels` are the parameters with their units of measure."""
 
     def __init__(
         self, study: Study, labels: dict[str, str], system: System, rows: Sequence[Row], worst: Sequence[Row]
@@ -268,14 +259,7 @@ def _scores(study: Study, rows: list[Row]) -> dict[int, float]:
 
 
 def spreads(summary: Summary, every: bool = False) -> str:
-    """Return the answer of a study for the terminal: its sentence, and the percentiles of metrics.
-
-    Parameters
-    ----------
-    summary : Summary
-    every : bool
-        Also the metrics without a limit.
-    """
+    """Return the answer of a study for the terminal: its sentence, and percentiles of metrics, or of `every` one."""
     shown = [s for s in summary.spreads if every or s.limit is not None]
     if not shown:
         return summary.sentence

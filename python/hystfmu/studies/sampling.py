@@ -125,13 +125,7 @@ class Asked:
 
 
 def sampler(study: Study) -> Sampler:
-    """Create the sampler of a study.
-
-    Raises
-    ------
-    InputError
-        If the table would have too many rows, or Optuna is not installed.
-    """
+    """Create the sampler of a study; a table with too many rows, or Optuna without Optuna, is refused."""
     spec = study.spec
     if spec.method == "optuna":
         return Asked(study)

@@ -72,19 +72,10 @@ def _varied(system: System, settings: dict[str, Any]) -> System:
 
 
 class Runner:
-    """Run tasks in one process and reuse prepared systems.
+    """Run tasks in one process and reuse prepared systems, the cases of the study, in order.
 
-    Parameters
-    ----------
-    systems : sequence of System
-        The cases of the study, in order.
-    run : Run
-        How they run.
-    folder : path, optional
-        Folder for unpacked FMUs; by default the temporary folder.
-    apart : bool
-        Whether a run with foreign FMUs has a child process of its own.  Otherwise the caller has to watch and to
-        confine this one.
+    FMUs are unpacked in `folder`, by default the temporary one.  A run with foreign FMUs has a child process of its
+    own, or the caller has to watch and to confine this one: `apart`.
     """
 
     def __init__(self, systems: list[System], run: Run, folder: str | None = None, apart: bool = False) -> None:

@@ -242,14 +242,6 @@ def test_the_largest_changes_come_first() -> None:
     assert compare._largest_first([Change("d", "x", 1.0, math.inf), large])[0].title == "d"
 
 
-def test_the_answer_of_a_comparison() -> None:
-    worse, better, gone = Change("a", "x", 1.0, 2.0), Change("a", "y", 2.0, 1.0), Change("a", "z", 1.0, None)
-    assert compare._answer([worse, better, gone], [worse]) == "3 of 4 figures differ, 1 of them are larger."
-    one = compare._answer([worse, Change("a", "verdict", "failed", "ok")], [])
-    assert one == "1 of 1 figures differ, 1 of them are larger; 1 verdict changed, 0 to failed or missing."
-    assert [compare._cells(c) for c in (worse, gone)] == [[1.0, 2.0, "+100"], [1.0, "", ""]]
-
-
 def test_the_signal_that_changed_most_is_drawn() -> None:
     def made(**signals: list[float]) -> Any:
         told = case(

@@ -15,7 +15,6 @@ from engines import ready
 import hystfmu.scenario
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import Run, run_scenarios
-from hystfmu.scenario.engine.master import chunks_here
 from hystfmu.scenario.system import case as cases
 from hystfmu.scenario.system.spec import (
     CaseSpec,
@@ -135,11 +134,6 @@ def test_the_length_of_a_run(loop: Any, write: Any, monkeypatch: pytest.MonkeyPa
             ready(write(loop | change))
     ready(write(loop | {"stop": 0.03 * (1 - 1e-7)}))
     ready(write(loop | {"stop": 0.0101}))
-
-
-def test_an_engine_that_is_none() -> None:
-    with pytest.raises(InputError, match=r"^engine: must be one of fmpy, native\. Got 'x' instead\.$"):
-        next(chunks_here(None, "x"))  # type: ignore[arg-type]
 
 
 def test_what_a_record_does_not_take() -> None:

@@ -1,4 +1,4 @@
-"""Tasks, samplers and the steps of a study without worker processes: ids, batches, counts, what is left out."""
+"""Ids and fingerprints of runs, final failures and samplers, without worker processes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scipy.stats import qmc
 from hystfmu import InputError
 from hystfmu.scenario import build
 from hystfmu.studies import sampling, task
-from hystfmu.studies.run import _Missing, _tasks, is_final, with_limits
+from hystfmu.studies.run import is_final, with_limits
 from hystfmu.studies.spec import ParameterSpec, Study
 from hystfmu.studies.task import Task, identity
 
@@ -42,29 +42,6 @@ def test_the_fingerprint_of_a_case_changes_with_what_its_results_depend_on(write
     assert task.fingerprint(replace(one, case=replace(case, metrics=turned))) == task.fingerprint(one)
     m["last"] = m["last"].model_copy(update={"signal": "command.d"})
     assert task.fingerprint(replace(one, case=replace(case, metrics=m))) != task.fingerprint(one)
-
-
-def test_tasks_of_a_batch_are_numbered_by_variation_and_case() -> None:
-    cases = [SimpleNamespace(name="a"), SimpleNamespace(name="b")]
-    study: Any = SimpleNamespace(settings=lambda v: {"s": v["x"] * 2}, cases=cases, spec=SimpleNamespace(margins="b"))
-    found = list(_tasks(study, [{"x": 1.0}, {"x": 5.0}], ["A", "B"], 7))
-    assert [(t.index, t.variation, t.case, t.margins) for t in found] == [
-        (14, 7, 0, False), (15, 7, 1, True), (16, 8, 0, False), (17, 8, 1, True),
-    ]  # fmt: skip
-    assert [t.values["x"] for t in found] == [1.0, 1.0, 5.0, 5.0]
-    assert [t.id for t in found] == [identity(m, {"s": 2 * x}, m == "B") for x in (1.0, 5.0) for m in "AB"]
-
-
-def test_a_known_or_repeated_run_is_not_made_again() -> None:
-    def made(k: int, name: str) -> Task:
-        return Task(k, k, 0, name, {}, {})
-
-    missing = _Missing(iter([made(0, "a"), made(1, "b"), made(2, "a"), made(3, "c"), made(4, "d")]), {"b": 1})
-    missing.leave_out = {3: "outside"}
-    assert [t.index for t in missing] == [0, 4]
-    assert missing.there == 3
-    assert [t.index for t in missing.left_out] == [3]
-    assert [t.index for t in missing.all] == [0, 1, 2, 3, 4]
 
 
 @pytest.mark.parametrize(
@@ -135,21 +112,3 @@ def test_draws_are_those_of_their_generator(method: str) -> None:
     assert [v["a"] for v in batch] == pytest.approx(1 + 2 * points[:, 0])
     assert [v["b"] for v in batch] == pytest.approx(0.5 * 4 ** points[:, 1])
     assert [v["c"] for v in batch] == [7.0 if f < 0.5 else 5.0 for f in points[:, 2]]
-
-
-def test_a_design_adds_its_settings_and_is_made_once(write: Any) -> None:
-    made = Study(write())
-    asked: list[Any] = []
-
-    def design(cases: Any, values: Any) -> dict[str, Any]:
-        asked.append((cases, dict(values)))
-        return {"rep.q": [1.0]}
-
-    made.spec = made.spec.model_copy(update={"design": SimpleNamespace(settings=design)})
-    values = {"command.step": 2.0, "lag.b": 0.5}
-    for _ in range(2):
-        assert made.settings(values) == {"command.step": 2.0, "lag.b": "*0.5", "rep.q": [1.0]}
-    assert asked == [(made.scenario_cases, values)]
-
-
-# ---- the steps of a study -------------------------------------------------------------------------------------------

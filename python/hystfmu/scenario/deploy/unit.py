@@ -99,8 +99,8 @@ class _Source:
 def _graph(system: System, side: ControlSide, step: float) -> tuple[Graph, dict[str, str]]:
     fused, outside = fuse(system, side.units)
     by_input = {(n.to, n.input): n.source for n in boundary(system, side)}
-    names = {place: end for end, place in system.columns.items()}
-    sources = _sources(system, side, names)
+    names = system.names
+    sources = _sources(system, side)
     inputs: list[Input] = []
     taken: dict[str, list[str]] = {}
     for at, port in zip(outside, fused.inputs, strict=True):
@@ -134,10 +134,10 @@ def _plant_unit(system: System, side: ControlSide) -> str:
     return unit_of(system, f"{last.name}.{last.inputs[link.input]}")
 
 
-def _sources(system: System, side: ControlSide, names: dict[int, str]) -> dict[int, _Source]:
+def _sources(system: System, side: ControlSide) -> dict[int, _Source]:
     """Return the inputs of the controller by the places of the values that they stand for, r and y first."""
     read = sorted({n.source for n in boundary(system, side)})
-    owner = {p.first + i: p for p in system.parts for i in range(len(p.outputs))}
+    owner, names = {place: system.parts[k] for place, k in system.owners.items()}, system.names
     tracked = next(m for m in system.case.metrics.values() if m.against is not None)
     measure = unit_of(system, names[side.measured]) if side.measured is not None else ""
     measure = measure or unit_of(system, tracked.signal)
@@ -251,24 +251,8 @@ def write_controller(
 ) -> Written:
     """Write the controller of a case as an FMU, which an importer calls at each sample.
 
-    Parameters
-    ----------
-    case : Case
-    path : path
-        Usually ``*.fmu``.
-    fmi : {2, 3}
-        Version of the standard.
-    name : str, optional
-        Name of the FMU; by default that of the scenario.
-    platforms : {"host", "all"}
-        Pack the binary of this machine, or those of all platforms; one that is not installed is an error.
-    source : bool
-        Pack the C source too.
-
-    Raises
-    ------
-    InputError
-        The controller cannot be cut out of the case, or the file cannot be written.
+    The other arguments are those of `Model.export`.  Raise an InputError if the controller cannot be cut out of the
+    case, or the file cannot be written.
     """
     from hystfmu.fmu.write.export import export_fmu
 
@@ -279,23 +263,8 @@ def write_controller(
 def write_target(case: Case, folder: str | Path, name: str | None = None) -> tuple[list[Path], Controller]:
     """Write the controller of a case as a header and one C file, without FMI and without allocation.
 
-    Parameters
-    ----------
-    case : Case
-    folder : path
-        For ``NAME.h`` and ``NAME.c``.
-    name : str, optional
-        Of the files, and the begin of every public symbol; by default that of the scenario.
-
-    Returns
-    -------
-    files : list of Path
-    controller : Controller
-
-    Raises
-    ------
-    InputError
-        The controller cannot be cut out of the case, the name is none of C, or a file cannot be written.
+    `name`, by default that of the scenario, is that of the files and begins every public symbol.  Raise an InputError
+    if the controller cannot be cut out of the case, the name is none of C, or a file cannot be written.
     """
     from hystfmu.fmu.write.sources import target_files
 

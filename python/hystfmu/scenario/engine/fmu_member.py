@@ -42,13 +42,7 @@ def state_hash(graph: Graph, saved: Array, skip: int = 0) -> str:
 
 
 class FmuStore:
-    """Exported and unpacked FMUs in a folder of their own that is gone at the end of the `with`.
-
-    Parameters
-    ----------
-    within : path, optional
-        Where that folder is made; by default the temporary folder (TMPDIR is honoured).
-    """
+    """Exported and unpacked FMUs in a folder of their own (`within`: where) that is gone at the end of the `with`."""
 
     def __init__(self, within: str | None = None) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="hystfmu_run_", dir=within))

@@ -28,15 +28,7 @@ from hystfmu.scenario.system.system import System
 
 
 class Newton:
-    """Newton steps of the guess in one step of the units that are due.
-
-    Parameters
-    ----------
-    system : System
-    due : sequence of Member
-    values : array, shape (n_values,)
-        All values of the system, as the run goes on.
-    """
+    """Newton steps of the guess in one step of the units that are due; `values` are all of the system."""
 
     def __init__(self, system: System, due: Sequence[Member], values: Array) -> None:
         self._values, self._early = values, system.early()
@@ -103,20 +95,9 @@ ENGINES: tuple[Engine, ...] = get_args(Engine)
 
 
 def chunks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Iterator[Trace]:
-    """Run a case in this process in chunks of rows, foreign FMUs included.
+    """Run a case in this process in chunks of rows, foreign FMUs included; a temporary store by default.
 
-    Parameters
-    ----------
-    system : System
-    engine : {"fmpy", "native"}
-        As `hystfmu.scenario.simulate`.
-    store : FmuStore, optional
-        Where FMUs are unpacked; a temporary one by default.
-
-    Raises
-    ------
-    Stopped
-        A unit refused an input or a step, or the sweeps of an iterative coupling do not agree.
+    A unit that refuses an input or a step is Stopped, and so are sweeps of an iterative coupling that do not agree.
     """
     if engine not in ENGINES:
         raise InputError(f"engine: must be one of {', '.join(ENGINES)}. Got {engine!r} instead.")

@@ -29,18 +29,7 @@ def weights(system: System, links: Sequence[Link]) -> list[float]:
 
 
 class Lines:
-    """The first-order hold of one unit.
-
-    Parameters
-    ----------
-    sources : sequence of int
-        Places of the values that it reads.
-    ahead : sequence of float
-        As `weights` gives them.
-    substeps : int
-    values : array of c_double
-        All values of the system.
-    """
+    """The first-order hold of one unit, which reads the values at `sources`; `ahead` as `weights` gives it."""
 
     def __init__(
         self, sources: Sequence[int], ahead: Sequence[float], substeps: int, values: C.Array[C.c_double]

@@ -71,15 +71,13 @@ def chunks(system: System, run: Run, store: FmuStore | None = None) -> Iterator[
 
 
 def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = None, run: Run | None = None) -> Trace:
-    """Run a case from t = 0 to its end.
+    """Run a case from t = 0 to its end; FMUs are unpacked in `store`, a temporary one by default.
 
     Parameters
     ----------
     system : System
     engine : {"fmpy", "native"}
-        As `Run`.
     store : FmuStore, optional
-        Where FMUs are unpacked; a temporary one by default.
     run : Run, optional
         Engine and limits.
 
@@ -111,23 +109,8 @@ def child(
 ) -> Iterator[tuple[dict[str, Any], IO[bytes]]]:
     """Do work in a child process; yield what it tells at its end, and the file with its values.
 
-    Parameters
-    ----------
-    work : function
-        Of a module of this package.
-    task : object
-        What it takes.
-    run : Run
-        Limits.
-    foreign : sequence of Foreign
-        FMUs whose folders it reads.
-    names : str
-        What to call them.
-
-    Raises
-    ------
-    Stopped
-        The work stops or fails, or leaves what is no result; the child dies or exceeds a limit.
+    The work is a function of a module of this package.  It reads the folders of the `foreign` FMUs, called `names` in
+    messages.  Stopped: the work stops or fails, or leaves what is no result; the child dies or exceeds a limit.
     """
     with tempfile.TemporaryDirectory(prefix="hystfmu-foreign-") as folder:
         (Path(folder) / TASK).write_bytes(pickle.dumps((work, task, run.gigabytes)))

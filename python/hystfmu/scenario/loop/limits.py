@@ -52,20 +52,10 @@ def _figures(loop: _Loop) -> LoopFigures:
 
 @dataclass(frozen=True)
 class LoopVerdict:
-    """One limit of a loop.
+    """One limit of a loop, the key `limit` of a scenario, and the case or the corners where it holds.
 
-    Attributes
-    ----------
-    scenario, limit, where : str
-        Scenario, key of the limit, and the case or the corners that it holds for.
-    value : float or None
-        What the loop has; None if it is unstable.
-    bound : float
-        What is asked for.
-    at_least : bool
-        The value must be at least the bound; otherwise at most.
-    expected : bool
-        The scenario states that the loop is unstable there.
+    `value` is what the loop has, None if it is unstable, `bound` what is asked for; `expected`: the scenario states
+    that the loop is unstable there.
     """
 
     scenario: str
@@ -111,18 +101,9 @@ def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop | InputError]:
 
 
 def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError]) -> list[LoopVerdict]:
-    """Hold the loops of a scenario against its limits.
+    """Hold the loops of a scenario, by case, or why a case has none, against its limits.
 
-    Parameters
-    ----------
-    scenario : Scenario
-    opened : mapping of str to OpenedLoop or InputError
-        Loops by case, or why a case has none.
-
-    Raises
-    ------
-    InputError
-        A limit for a case without a loop.
+    A limit for a case without a loop is refused.
     """
     spec = scenario.spec.margins
     if spec is None:
@@ -165,18 +146,8 @@ def stability_of(
 ) -> list[LoopVerdict]:
     """Return a verdict for each case whose loop is unstable at its own delay: broken, unless the scenario expects it.
 
-    Parameters
-    ----------
-    scenario : Scenario
-    opened : mapping of str to OpenedLoop or InputError
-        Loops by case, or why a case has none.
-    lost : collection of str
-        Cases whose loop is unstable for the nominal slope, or for one along their path.
-
-    Raises
-    ------
-    InputError
-        A case that is expected to be unstable is stable, or does not exist.
+    `lost` are the cases whose loop is unstable for the nominal slope, or for one along their path.  A case that is
+    expected to be unstable and is stable, or does not exist, is refused.
     """
     name, expected = scenario.spec.name, scenario.spec.margins.expected_unstable if scenario.spec.margins else []
     known = {c.name for c in scenario.cases}

@@ -22,21 +22,12 @@ from hystfmu.design.linear import NO_STATES, python_control
 from hystfmu.design.loop import Margins, margins_of
 from hystfmu.design.repetitive import PeriodMemory
 from hystfmu.scenario.loop.held import held
-from hystfmu.scenario.loop.plant import (
-    PlantSide,
-    slopes_of,
-)
+from hystfmu.scenario.loop.plant import PlantSide, slopes_of
 from hystfmu.scenario.system.system import Link, System
 
 DELAYS = (0.0, 0.5, 1.0, 2.0)  # steps beyond those of the case
-
-
 SLOPES = 7  # of the sector at which stability is checked
-
-
 DOUBLINGS = 64  # of the steps over which the noise of a loop adds up
-
-
 NO_SLOPE = 1e-3  # of the largest slope: a smaller one is none
 
 
@@ -44,64 +35,33 @@ NO_SLOPE = 1e-3  # of the largest slope: a smaller one is none
 class OpenedLoop:
     """The loop of a case, opened at the input of its plant or at a named signal.
 
-    Attributes
-    ----------
-    system : System
-        Case made ready to run.
-    controller : (A, B, C, D), shapes (n, n), (n, q), (q, n), (q, q)
-        All units but the plant, step h; an output reads the input of the same step.  The first input is the output of
-        the plant, the first output the command; then come the corrections and errors of the memories.
-    plant : (A, B, C, D), shapes (m, m), (m, 1), (1, m), (1, 1)
-        Continuous dynamics with static gain 1; time in s.
-    h : float
-        Step (s).
-    slopes : (float, float)
-        Least and largest local slope of the plant over its inverse along the path of the case.
-    hysteresis : tuple of str
-        Models of the plant and of its inverse.
-    side : PlantSide
-        Units at the rate of the plant; their delay is that of the case.
-    memories : tuple of PeriodMemory
-        Learning or repetitive control in the loop, at most one.
-    at : str
-        Signal at which the loop is broken; empty: the input of the plant.
-    broken : (A, B, C, D), optional
-        Controller that is broken at this signal, behind and before which are its second input and output.
-    falling : bool
-        The loop has a gain that falls with the amplitude; the margins hold at the largest one.
-    inverted : bool
-        An inverse stands in the loop.
-    ramp : float
-        Time in which a new command reaches the dynamics of the plant (s).
-    command : Link, optional
-        Connection that brings the command: into the inverse, or without one into the plant.
+    The controller, at the step h, is all units but the plant; an output reads the input of the same step.  Its first
+    input is the output of the plant, its first output the command; then come corrections and errors of the memories.
+    `slopes` are the least and largest local slope of the plant over its inverse along the path of the case;
+    `hysteresis` names the models of both, and `at` the signal at which the loop is broken, by default the input of the
+    plant.
     """
 
     system: System
-    controller: StateSpace
-    plant: StateSpace
-    h: float
+    controller: StateSpace  # of n states and q signals
+    plant: StateSpace  # continuous dynamics with static gain 1; time in s
+    h: float  # s
     slopes: tuple[float, float]
     hysteresis: tuple[str, ...]
-    side: PlantSide
-    memories: tuple[PeriodMemory, ...] = ()
+    side: PlantSide  # units at the rate of the plant; their delay is that of the case
+    memories: tuple[PeriodMemory, ...] = ()  # learning or repetitive control, at most one
     at: str = ""
-    broken: StateSpace | None = None
-    falling: bool = False
-    inverted: bool = True
-    ramp: float = 0.0
-    command: Link | None = None
+    broken: StateSpace | None = None  # controller broken there, behind and before which are its second input and output
+    falling: bool = False  # the gain of the loop falls with the amplitude; the margins hold at the largest one
+    inverted: bool = True  # an inverse stands in the loop
+    ramp: float = 0.0  # s in which a new command reaches the dynamics of the plant
+    command: Link | None = None  # brings the command: into the inverse, or without one into the plant
 
     @functools.cached_property
     def nominal(self) -> float:
         """Slope for which margins hold: 1, unless no inverse stands in the loop and the plant never has that slope.
 
         The gain of such a plant, say in um/V, is that of the loop: margins hold for its largest slope then.
-
-        Raises
-        ------
-        InputError
-            The case stops.
         """
         if self.inverted:
             return 1.0
@@ -116,14 +76,9 @@ class OpenedLoop:
         return self.h, self.ramp, self.hysteresis, f"{self.nominal:.3g}", self.side.delay, self.at, matrices, laws
 
     def open_loop(self, slope: float, delay: float) -> Any:
-        """Return L(z) at the input of the plant as a state space of python-control.
+        """Return L(z) at the input of the plant as a state space of python-control, for a slope of plant over inverse.
 
-        Parameters
-        ----------
-        slope : float
-            Slope of plant over inverse.
-        delay : float
-            Delay in steps beyond that of the case.
+        The delay is in steps beyond that of the case.
         """
         control = python_control()
         A, B, C, D = self.controller
@@ -247,21 +202,10 @@ class OpenedLoop:
         return self.memories[0].factor(self._angles, _error(K, G))
 
     def learnt(self, angles: Array, slope: float | None = None, delay: float = 0.0) -> Complex:
-        """Return the response from a correction of the memory to what it takes off the error, shape (m,).
+        """Return the response at angles omega h from a correction to what it takes off the error, shape (m,).
 
-        The memory itself is left out: it shrinks errors by abs(Q - L T) in a period, T this response.
-
-        Parameters
-        ----------
-        angles : array, shape (m,)
-            omega h.
-        slope, delay
-            As `margins`.
-
-        Raises
-        ------
-        InputError
-            The loop has no memory.
+        The memory itself, which the loop must have, is left out: it shrinks errors by abs(Q - L T) in a period, T this
+        response.
         """
         if not self.memories:
             raise InputError(f"{self.system.case.title}: The loop must have a memory of a period. Got none.")

@@ -28,14 +28,10 @@ from hystfmu.scenario.loop.plant import (
 )
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.fused import fuse
-from hystfmu.scenario.system.system import Link, System
+from hystfmu.scenario.system.system import Link, System, behind
 
 FALLING = ("sliding_mode", "super_twisting")  # blocks whose gain is largest for a small signal
-
-
 COMMAND = "variation_ratio"  # kind of a metric that compares commands
-
-
 LIMITED = "excess"  # output that is 0 within the limits of an amplifier
 
 
@@ -147,10 +143,7 @@ def _controllers(system: System, plant: int, around: Sequence[int], between: Map
 def _measured(system: System, plant: int, graph: Graph) -> list[Input]:
     """Return the inputs of the controllers that read the tracked output of the plant.
 
-    Raises
-    ------
-    InputError
-        They read another output of it, which small signals move.
+    Another output of it, which small signals move, is refused.
     """
     tracked = system.columns[_tracked(system)]
     found = []
@@ -187,19 +180,19 @@ def _break(controller: Graph, graph: Graph, at: str, units: Sequence[str], where
     if source is None:
         raise InputError(f"{where}: The signal must be an output of {', '.join(units)}. Got {at!r} instead.")
     own = f"{unit}_"
-    behind = Node("behind_break", "scaling", {"n": 1})
+    later = Node("behind_break", "scaling", {"n": 1})
     maker = source.partition(".")[0]
-    nodes = [m for n in controller.nodes for m in ([n, behind] if n.name == maker else [n])]
+    nodes = [m for n in controller.nodes for m in ([n, later] if n.name == maker else [n])]
     inside = {n.name for n in controller.nodes if n.name.startswith(own)}
     wires = [
-        (f"{behind.name}.y" if a == source and b.partition(".")[0] not in inside else a, b) for a, b in controller.wires
+        (f"{later.name}.y" if a == source and b.partition(".")[0] not in inside else a, b) for a, b in controller.wires
     ]
     first, *rest = controller.inputs
     (u,) = controller.outputs
     if wires == list(controller.wires) and u.source != source:
         raise InputError(f"{where}: A unit of the loop must read the signal. Got {at!r}, which none reads.")
-    inputs = [first, Input("behind", (f"{behind.name}.u",)), *rest]
-    outputs = [Output("u", f"{behind.name}.y" if u.source == source else u.source), Output("before", source)]
+    inputs = [first, Input("behind", (f"{later.name}.u",)), *rest]
+    outputs = [Output("u", f"{later.name}.y" if u.source == source else u.source), Output("before", source)]
     return Graph(nodes, wires, inputs, outputs, sort=False)
 
 
@@ -230,23 +223,15 @@ def _plant(system: System) -> int:
 
 def _loop(system: System, plant: int) -> list[int]:
     """Return the units through which the plant acts on itself, in the order of evaluation."""
-    owner = {p.name: k for k, p in enumerate(system.parts)}
-    edges = [(owner[system.maker(n).name], n.to) for n in system.links]
-    after, before = _reached(edges, plant), _reached([(b, a) for a, b in edges], plant)
+    owner = system.owners
+    edges = [(owner[n.source], n.to) for n in system.links]
+    after, before = behind(edges, plant), behind([(b, a) for a, b in edges], plant)
     if plant not in after:
         name = system.parts[plant].name
         raise InputError(
             f"{system.case.title}: The case must have feedback. Got an open loop: {name} does not act on itself."
         )
     return [k for k in range(len(system.parts)) if k in after & before]
-
-
-def _reached(edges: Sequence[tuple[int, int]], first: int) -> set[int]:
-    """Return what lies behind a unit; the unit itself only if it acts on itself."""
-    found: set[int] = set()
-    while more := {b for a, b in edges if a in found | {first}} - found:
-        found |= more
-    return found
 
 
 def _input_name(system: System, link: Link) -> str:

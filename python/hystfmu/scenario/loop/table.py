@@ -115,16 +115,7 @@ def _text(x: float | None, optional: bool = False) -> str:
 
 @dataclass(frozen=True)
 class MarginTable:
-    """Margins of scenarios.
-
-    Attributes
-    ----------
-    rows : list of LoopRow
-    refused : list of str
-        A line for every case that has no margins, with its reason.
-    verdicts : list of LoopVerdict
-        One for each limit that a scenario states.
-    """
+    """Margins of scenarios, a line for every case that has none, and a verdict for each limit of a scenario."""
 
     rows: list[LoopRow]
     refused: list[str]
@@ -134,13 +125,7 @@ class MarginTable:
         return self.text()
 
     def text(self, delays: bool = False) -> str:
-        """Format the table for a terminal, then the verdicts and the cases without margins.
-
-        Parameters
-        ----------
-        delays : bool
-            A row for each delay of a loop instead of one.
-        """
+        """Format the table for a terminal, with a row for each delay of a loop or one, verdicts and reasons."""
         lines: list[str] = []
         if self.rows and delays:
             keys = [k for k in AT_DELAY if k not in OPTIONAL or any(r.margins[k] is not None for r in self.rows)]
@@ -207,11 +192,6 @@ def margin_table(
         Signal `unit.output` at which the loops are broken; by default the input of the plant.
     delays : bool
         Also the margins with each of `DELAYS`.
-
-    Raises
-    ------
-    InputError
-        Bad scenario file, a limit for a case that does not exist.
     """
     plans = plan(read(paths, {}, None), case, {}, record=True)
     systems = [(p, s) for p in plans for s in p.systems]

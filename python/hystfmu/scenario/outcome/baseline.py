@@ -63,13 +63,7 @@ class Baseline:
 
     @classmethod
     def load(cls, folder: Path) -> Baseline | None:
-        """The baseline of a scenario; None if none was recorded.
-
-        Raises
-        ------
-        InputError
-            A file that cannot be read as what it should be.
-        """
+        """The baseline of a scenario; None if none was recorded, an InputError for files that are no such ones."""
         file = folder / "baseline.toml"
         if not file.exists():
             return None
@@ -93,14 +87,7 @@ class Baseline:
 
 
 class Kept:
-    """The rows of a run that a baseline keeps or is compared with.
-
-    Parameters
-    ----------
-    system : System
-    baseline : Baseline, optional
-        With a tube, the rows around its own are kept as well.
-    """
+    """The rows of a run that a baseline keeps or is compared with; with a tube those around its own rows too."""
 
     def __init__(self, system: System, baseline: Baseline | None) -> None:
         case, n = system.case, system.n_steps + 1
@@ -147,16 +134,9 @@ def _inline(table: dict[str, float] | dict[str, str]) -> str:
 
 @dataclass(frozen=True)
 class Change:
-    """One number of a baseline that a record would change.
+    """One number of a baseline that a record would change: of `what`, in scenario/case `title`.
 
-    Parameters
-    ----------
-    title : str
-        Scenario/case.
-    what : str
-        The metric, or the signal and time of the row.
-    old, new : float or str, optional
-        None where there is none; text for a hash of final states.
+    `old` and `new` are None where there is none, text for a hash of final states.
     """
 
     title: str

@@ -211,22 +211,9 @@ def drawn(case: Case) -> MetricSpec | None:
 
 @contextmanager
 def row_file(path: str | Path, system: System) -> Iterator[Callable[[Trace], None]]:
-    """Write columns t (s) and every output of the system; the file appears when the run has come to its end.
+    """Write columns t (s) and every output of the system; yield what takes the chunks of rows in turn.
 
-    Parameters
-    ----------
-    path : path
-    system : System
-
-    Yields
-    ------
-    callable
-        Takes the chunks of rows in turn.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    The file appears when the run has come to its end.
     """
     with written(path) as file:
         file.write(csv_head(["t", *system.columns]).encode())

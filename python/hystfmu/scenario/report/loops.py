@@ -40,15 +40,14 @@ def delay_budget(system: System) -> list[Delay]:
     with dynamics) this is the command held since its sample: no delay but the hold.  For one that does, it is one step
     late.  A straight line through the last two values makes up for both, to first order.
     """
-    owner = {p.first + i: (k, n) for k, p in enumerate(system.parts) for i, n in enumerate(p.outputs)}
-    ripple = system.case.ripple
+    owner, names, ripple = system.owners, system.names, system.case.ripple
     found: list[Delay] = []
     for link in system.links:
-        to, (k, name) = system.parts[link.to], owner[link.source]
+        to, k = system.parts[link.to], owner[link.source]
         source = system.parts[k]
         if system.fresh(link):
             continue
-        where = f"{source.name}.{name} -> {to.name}.{to.inputs[link.input]}"
+        where = f"{names[link.source]} -> {to.name}.{to.inputs[link.input]}"
         held = source.period / ripple
         if to.hold == "first":
             found.append(Delay(where, 0.0, "one step late, made up for by a straight line through the last two values"))
@@ -179,7 +178,7 @@ def _range(system: System, part: Part) -> tuple[float, float] | None:
     link = _link(system, part)
     if link is None:
         return None
-    source = next(name for name, place in system.columns.items() if place == link.source)
+    source = system.names[link.source]
     lo, hi = np.inf, -np.inf
     try:
         for chunk in Native(system, [source]).chunks():

@@ -75,20 +75,7 @@ def _loop_facts(system: System) -> dict[str, Any]:
 
 
 def write_junit(results: Sequence[Result], path: str | Path) -> None:
-    """Write results as JUnit XML.
-
-    Parameters
-    ----------
-    results : sequence of Result
-        Results of `run_scenarios`.
-    path : path
-        XML file to write.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write results as JUnit XML: one suite per scenario, one test per case."""
     root = ET.Element("testsuites", _counts(results))
     for name in dict.fromkeys(r.scenario for r in results):
         own = [r for r in results if r.scenario == name]

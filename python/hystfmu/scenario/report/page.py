@@ -37,27 +37,10 @@ def write_report(
     lead: str = "",
     more: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write report.html and report.json.
+    """Write report.html, whose path is returned, and report.json.
 
-    Parameters
-    ----------
-    results : sequence of Result
-        Results of `run_scenarios`.
-    directory : path
-        Folder to write into; created if it does not exist.
-    extra_sections : sequence of Section
-        Sections placed before the scenarios.
-    title : str
-        Title of the page; by default the names of the scenarios.
-    lead : str
-        The answer in a sentence, below the title.
-    more : mapping, optional
-        Further entries of report.json.
-
-    Returns
-    -------
-    Path
-        Path of report.html.
+    Sections stand before the scenarios, `lead`, the answer in a sentence, below the title (by default the names of the
+    scenarios); `more` are further entries of report.json.
     """
     directory = Path(directory)
     title = title or _title(results)

@@ -55,19 +55,9 @@ class _Variable:
 
 
 def container_fmu(system: System, name: str) -> bytes:
-    """The archive of an FMU 2.0 for Co-Simulation.
+    """The archive of an FMU 2.0 for Co-Simulation; `name` is that of the model, and its identifier.
 
-    Parameters
-    ----------
-    system : System
-        Its units are foreign FMUs or graphs; every unit has value references of its own.
-    name : str
-        Model name and identifier.
-
-    Raises
-    ------
-    InputError
-        A coupling or a unit that a container does not step; the binary is not installed.
+    Refused: a coupling or a unit that a container does not step, and a package without the binary.
     """
     _check(system)
     binary = PACKAGE / f"_container.{host().suffix}"

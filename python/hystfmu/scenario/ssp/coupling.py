@@ -29,10 +29,7 @@ from hystfmu.scenario.system.system import System
 def as_readers_run(case: Case) -> Case:
     """The case with Jacobi coupling at the base step.
 
-    Raises
-    ------
-    InputError
-        Iterative coupling, units of different rates, substeps, or a hold of its own: no reader implements them.
+    Iterative coupling, units of different rates, substeps and a hold of its own are refused: no reader implements them.
     """
     if case.coupling.scheme == "iterative":
         raise InputError(f"{case.where}: the coupling is iterative: no reader of SSP archives iterates")
@@ -49,10 +46,7 @@ def as_readers_run(case: Case) -> Case:
 def run_as_readers(system: System) -> Trace:
     """The trajectory of a case that `as_readers_run` made, from initial values that agree with each other.
 
-    Raises
-    ------
-    InputError
-        It does not reach the end, or its units find no common initial values.
+    An InputError says that it does not reach the end, or that its units find no common initial values.
     """
     try:
         begins, short = system.starts(), replace(system.case, stop=0.0)
@@ -71,23 +65,8 @@ def run_as_readers(system: System) -> Trace:
 def differences(case: Case, names: Mapping[str, str], trace: Trace) -> dict[str, float]:
     """Largest difference between the trajectory of an archive and that of the case, by recorded output.
 
-    Parameters
-    ----------
-    case : Case
-    names : mapping
-        The name of each output of the case in the archive.
-    trace : Trace
-        The trajectory of the archive.
-
-    Returns
-    -------
-    dict
-        In percent of the span of the output in the case; of its largest value if it is constant.
-
-    Raises
-    ------
-    Stopped
-        The case does not run.
+    `names` has the name of each output of the case in the archive.  Return percent of the span of the output in the
+    case; of its largest value if it is constant.  A case that does not run is Stopped.
     """
     own = simulate(build(case), "native")
     found = {}
@@ -115,19 +94,9 @@ def _groups(system: System) -> list[tuple[int, ...]]:
 
 
 def joined(system: System) -> tuple[Case, dict[str, str]]:
-    """The case of a system with one unit for all its neighbours that can step as one graph.
+    """The case of a system, which has one step, with one unit for all neighbours that can step as one graph.
 
-    Parameters
-    ----------
-    system : System
-        With one step for all units; its coupling is that of the result.
-
-    Returns
-    -------
-    case : Case
-        Outputs are called `unit_output`, and so are recorded signals.
-    names : dict
-        For every output of the system its name in the case.
+    Outputs are called `unit_output`, and so are recorded signals; return their names by those of the system, too.
     """
     case, groups = system.case, _groups(system)
     units: dict[str, UnitSpec] = {}

@@ -29,17 +29,8 @@ _NO_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 def changes(part: Part, where: str) -> dict[str, SetValue]:
     """Return the parameters and constant inputs of a unit that its FMU does not start with.
 
-    Parameters
-    ----------
-    part : Part
-        The start values of a foreign FMU are not ours to write; those of our own FMUs are, and nothing is left.
-    where : str
-        The case, for messages.
-
-    Raises
-    ------
-    InputError
-        A value that no parameter set holds.
+    The start values of a foreign FMU are not ours to write; those of our own FMUs are, and nothing is left.  A value
+    that no parameter set holds is refused.
     """
     if not isinstance(part.graph, Foreign):
         return {}
@@ -91,19 +82,8 @@ _End = tuple[str | None, str | None]
 def connections(root: ET.Element, system: ET.Element, units: Container[str | None], wrong: _Wrong) -> dict[str, str]:
     """Return the output that drives each connected input, as `unit.connector`.
 
-    Parameters
-    ----------
-    root, system : Element
-        The description, and its system.
-    units : container of str
-        Names of the components.
-    wrong : function
-        Makes an error of a sentence.
-
-    Raises
-    ------
-    InputError
-        A connection that names no connector, has a transformation, converts units, or drives what is driven already.
+    `units` are the names of the components; `wrong` makes an error of a sentence: of a connection that names no
+    connector, has a transformation, converts units, or drives what is driven already.
     """
     found: dict[str, str] = {}
     kinds: dict[_End, str | None] = {}

@@ -45,18 +45,9 @@ class Ssp:
 
 
 def read_ssp(path: str | Path, step: float | None = None, stop: float | None = None) -> Ssp:
-    """Unpack and read an SSP archive.
+    """Unpack and read an SSP archive; `step` and `stop` (s) stand instead of what the file says.
 
-    Parameters
-    ----------
-    path : path
-    step, stop : float, optional
-        Instead of what the file says (s).
-
-    Raises
-    ------
-    InputError
-        One line with the file, the element, the rule and the value.
+    What is refused is one line with the file, the element, the rule and the value.
     """
     folder = unpacked(path, "SystemStructure.ssd")[0]
     try:

@@ -67,7 +67,6 @@ def write_ssp(
     ----------
     case : Case
     path : path
-        Usually ``*.ssp``.
     version : {"1.0", "2.0"}
     system_connectors : bool
         Give the system an output for every recorded signal.  libcosim and ecos reject connectors of the system.
@@ -153,8 +152,7 @@ def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], c
 
 def _handed(system: System, trace: Trace) -> dict[tuple[str, str], float]:
     """Start value of each connected input for the initialisation."""
-    ends = {place: end for end, place in system.columns.items()}
-    parts = system.parts
+    ends, parts = system.names, system.parts
     return {(parts[n.to].name, parts[n.to].inputs[n.input]): float(trace[ends[n.source]][0]) for n in system.links}
 
 
@@ -208,7 +206,7 @@ def _structure(system: System, sets: dict[str, dict[str, SetValue]], version: Ve
             bindings = ET.SubElement(component, _tag(SSD, "ParameterBindings"))
             ET.SubElement(bindings, _tag(SSD, "ParameterBinding"), source=f"resources/{p.name}.ssv")
     wires = ET.SubElement(top, _tag(SSD, "Connections")) if system.links or outside else top  # never an empty list
-    ends = {place: end for end, place in system.columns.items()}
+    ends = system.names
     for link in system.links:
         to = system.parts[link.to]
         _connect(wires, ends[link.source], {"endElement": to.name, "endConnector": to.inputs[link.input]})

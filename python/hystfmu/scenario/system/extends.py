@@ -35,11 +35,8 @@ Table = dict[str, Any]
 def read_scenario(file: Path) -> ScenarioSpec:
     """A scenario.toml on top of the files that it extends, checked as one.
 
-    Raises
-    ------
-    InputError
-        One line with the file that states the wrong key, the key, the rule and the value; a chain that is too long,
-        returns to a file or leaves the folder of the scenarios.
+    An error names the file that states the wrong key, the key, the rule and the value.  A chain that is too long,
+    returns to a file or leaves the folder of the scenarios is refused.
     """
     layers = _chain(file)
     try:
@@ -188,13 +185,7 @@ _LAST = ("stop", "after", "order")  # the last one that is stated holds
 
 
 def with_conditions(spec: ScenarioSpec, file: Path) -> ScenarioSpec:
-    """Return the scenario with complete cases and without conditions.
-
-    Raises
-    ------
-    InputError
-        A case names a condition that there is not.
-    """
+    """Return the scenario with complete cases and without conditions; a case that names an unknown one is refused."""
     cases = [_complete(case, spec, file) if case.conditions else case for case in spec.case]
     return _without_conditions(spec.model_copy(update={"case": cases} if cases else {}))
 

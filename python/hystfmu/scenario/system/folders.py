@@ -19,22 +19,10 @@ def is_relative(path: str) -> bool:
 
 
 def inside(folder: Path, relative: str, where: str, scenario: Path | None = None) -> Path:
-    """A path of a scenario file, which may not leave the folder of all scenarios.
+    """A path of a scenario file that lies in `folder`; it may not leave the folder of all scenarios.
 
-    Parameters
-    ----------
-    folder : path
-        The file that states the path is there.
-    relative : str
-    where : str
-        Place in the file, for messages.
-    scenario : path, optional
-        Folder of the scenario, default `folder`; its parent holds all scenarios, or is a group of them.
-
-    Raises
-    ------
-    InputError
-        Absolute path, or a path that leads out (also through a symbolic link).
+    `scenario` is the folder of the scenario, default `folder`; its parent holds all scenarios, or is a group of them.
+    An absolute path, and one that leads out, also through a symbolic link, are refused; errors begin with `where`.
     """
     if not is_relative(relative):
         raise InputError(f"{where}: must be a path relative to the scenario, with '/'; got {relative!r}")
@@ -65,13 +53,7 @@ def scenario_folders(folder: Path) -> list[Path]:
 
 
 def shipped_scenarios() -> Path:
-    """The folder that holds a folder for each scenario, and their models.
-
-    Raises
-    ------
-    InputError
-        The package came without them.
-    """
+    """The folder that holds a folder for each scenario, and their models; an InputError if the package came without."""
     for folder in (PACKAGE / "_scenarios", PACKAGE.parents[1] / "scenarios"):
         if folder.is_dir():
             return folder

@@ -8,9 +8,10 @@ what executes a unit, not in this.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from functools import cached_property
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -26,9 +27,8 @@ from hystfmu.scenario.system.unit_graph import (
     sizes,
 )
 
+T = TypeVar("T")
 Rows = np.ndarray[Any, np.dtype[np.int64]]
-
-
 CHUNK_VALUES, SHORTEST_CHUNK = 1 << 17, 512  # of a chunk of rows: doubles, and rows at least
 
 
@@ -161,19 +161,29 @@ class System:
         """The unit whose output a connection reads."""
         return next(p for p in reversed(self.parts) if p.first <= link.source and p.outputs)
 
+    @cached_property
+    def names(self) -> dict[int, str]:
+        """`unit.output` by the place of the value."""
+        return {place: end for end, place in self.columns.items()}
+
+    @cached_property
+    def owners(self) -> dict[int, int]:
+        """The unit that makes each value."""
+        return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
+
     def early(self) -> Array:
         """Places of the values that a unit reads before the unit that makes them has stepped (in the stated order)."""
-        owner = self._owners()
+        owner = self.owners
         return np.array(sorted({n.source for n in self.links if owner[n.source] >= n.to}), dtype=np.int64)
 
     def makers(self) -> Array:
         """The unit that makes each of them."""
-        owner = self._owners()
+        owner = self.owners
         return np.array([owner[j] for j in self.early().tolist()], dtype=np.int64)
 
     def loops(self) -> frozenset[int]:
         """Units through which a value that is read early leads to one that is read early."""
-        owner, early = self._owners(), set(self.early().tolist())
+        owner, early = self.owners, set(self.early().tolist())
         after = {n.to for n in self.links if n.source in early}
         before = {owner[j] for j in early}
         for _ in self.parts:
@@ -186,10 +196,6 @@ class System:
         """True if sweeps use Newton's method: every unit in a loop has tangents."""
         loops = self.loops() if self.case.coupling.scheme == "iterative" else frozenset()
         return bool(loops) and all(self.parts[k].has_tangent for k in loops)
-
-    def _owners(self) -> dict[int, int]:
-        """The unit that makes each value."""
-        return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
 
     def feeds_through(self, part: Part, k: int) -> bool:
         """Return whether the unit has direct feed-through from its input k to an output that is read."""
@@ -225,3 +231,11 @@ def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
         yield "loops", pair
     for name, m in case.metrics.items():
         yield f"metrics.{name}", (m.signal,) if m.against is None else (m.signal, m.against)
+
+
+def behind(edges: Iterable[tuple[T, T]], *first: T) -> set[T]:
+    """Return what lies behind some ends of connections; these themselves only if they act on themselves."""
+    edges, found = list(edges), set[T]()
+    while more := {b for a, b in edges if a in found or a in first} - found:
+        found |= more
+    return found

@@ -32,23 +32,10 @@ def sizes(case: Case) -> set[str]:
 
 
 def delayed(spec: UnitSpec, steps: object, ripple: int, where: str) -> UnitSpec:
-    """Return the unit of a delay with another number of steps.
+    """Return the unit of a delay with another number of steps; errors begin with `where`.
 
-    Parameters
-    ----------
-    spec : UnitSpec
-        Unit of the block `delay`.
-    steps : object
-        Number of steps of the unit; a multiple of 1 / `ripple` for a unit with the step of the scenario.
-    ripple : int
-        Fine steps per step.
-    where : str
-        Place of the setting, for messages.
-
-    Raises
-    ------
-    InputError
-        Not a number, negative, or no multiple of a fine step.
+    With the step of the scenario that is a multiple of 1 / `ripple`.  What is no number, negative, or no multiple of a
+    fine step is refused.
     """
     parts = ripple if spec.every == 1 and not spec.fine else 1
     count = parts * steps if isinstance(steps, int | float) and not isinstance(steps, bool) else -1.0
@@ -64,20 +51,9 @@ def delayed(spec: UnitSpec, steps: object, ripple: int, where: str) -> UnitSpec:
 
 
 def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
-    """Graph that a unit of a case runs, before its `set` and the overrides.
+    """Graph that a unit of a case runs, before its `set` and the overrides; errors begin with `where`.
 
-    Parameters
-    ----------
-    case : Case
-        Its folder holds the files that the unit names.
-    spec : UnitSpec
-    where : str
-        Place in the scenario, for messages.
-
-    Raises
-    ------
-    InputError
-        A file that is bad or outside the folder, an unknown block or parameter, a value out of range.
+    Refused: a file that is bad or outside the folder of the case, an unknown block or parameter, a value out of range.
     """
     if spec.fmu is not None:
         return _foreign(case, spec.fmu, f"{where}.fmu")
@@ -94,13 +70,7 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
 
 
 def with_files(case: Case) -> Case:
-    """Return the case with the models and FMUs of its units, which it then needs no file for, as in confinement.
-
-    Raises
-    ------
-    InputError
-        Raised as by `load_unit`.
-    """
+    """Return the case with the models and FMUs of its units, which it then needs no file for, as in confinement."""
     read: dict[str, Model | Foreign] = {}
     for name, spec in case.units.items():
         where = f"{case.where}: units.{name}"
@@ -152,13 +122,7 @@ def start_values(graph: Graph | Foreign, kind: str) -> list[float]:
 
 
 def first_outputs(graph: Graph | Foreign) -> list[float]:
-    """Scalar outputs before any input is known: those of delays, which units in front of them read; else start values.
-
-    Parameters
-    ----------
-    graph : Graph or Foreign
-        A foreign FMU has start values.
-    """
+    """Scalar outputs before any input is known: those of delays, which units read early; else start values."""
     if isinstance(graph, Foreign):
         return start_values(graph, "output")
     outputs = [p for p in graph.ports if p.kind == "output"]
@@ -194,18 +158,7 @@ def with_values(graph: Graph | Foreign, values: dict[str, Any]) -> Graph | Forei
 def changed(graph: Graph, name: str, value: object) -> tuple[Port, int, list[float]]:
     """A parameter after a change that a scenario's `set` could ask for.
 
-    Returns
-    -------
-    port : Port
-    first : int
-        The first element of the port that changes.
-    values : list of float
-        Its new value and those of the elements after it.
-
-    Raises
-    ------
-    InputError
-        No such parameter, value out of range.
+    Return its port, the first element that changes, and the new value of that and those after it.
     """
     port, element = _parameter(graph, name)
     node = graph.nodes[port.node]
