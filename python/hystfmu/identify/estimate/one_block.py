@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from hystfmu.base.errors import InputError
-from hystfmu.core.groups import group
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph.listing import group
 from hystfmu.identify.estimate.free import Spec
 
 
