@@ -11,8 +11,7 @@ from block_files import input_between_outputs, patched
 from raw import function
 
 from hystfmu.base.errors import InputError
-from hystfmu.core.continuous import ContinuousExecutor
-from hystfmu.core.executor import Executor
+from hystfmu.core.executor import ContinuousExecutor, Executor
 from hystfmu.graph import Graph, Input, Node, Output
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.design.plants import Plant
 from hystfmu.graph import Node
-from hystfmu.graph.discretised import discretised
+from hystfmu.graph.columns import discretised
 
 ACCURATE = 1e-3  # abs(1 - F G) up to half the first natural frequency
 MOST_AHEAD = 10  # steps beyond the delay

@@ -30,7 +30,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node
-from hystfmu.graph.discretised import discretised
+from hystfmu.graph.columns import discretised
 from hystfmu.inverse.input_range import at_start, over_range
 from hystfmu.inverse.port_texts import wanted_text
 from hystfmu.model import Model

@@ -21,7 +21,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.graph.discretised import discretised
+from hystfmu.graph.columns import discretised
 from hystfmu.identify.evidence import evidence
 from hystfmu.identify.features.identifiable import standard_errors
 from hystfmu.identify.options import Option
