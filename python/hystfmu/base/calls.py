@@ -153,12 +153,9 @@ def _fits(value: Any, hint: Any) -> bool:
     if inspect.isclass(hint) and issubclass(hint, os.PathLike):
         return isinstance(value, os.PathLike)
     if getattr(hint, "_is_protocol", False):
-        return not isinstance(value, (str, bytes)) and all(hasattr(value, name) for name in _attributes(hint))
+        names = [n for n in vars(hint) if not n.startswith("_") or n == "__getitem__"]
+        return not isinstance(value, (str, bytes)) and all(hasattr(value, name) for name in names)
     return isinstance(value, hint) if inspect.isclass(hint) else True
-
-
-def _attributes(protocol: Any) -> list[str]:
-    return [n for n in vars(protocol) if not n.startswith("_") or n == "__getitem__"]
 
 
 def _parts(inside: tuple[Any, ...]) -> tuple[bool, list[Any]]:

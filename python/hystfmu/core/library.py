@@ -239,32 +239,37 @@ def library() -> C.CDLL:
     if not path.exists():
         raise ImportError(f"the compiled core {path.name} is missing: install the package with 'pip install .'")
     lib = C.CDLL(str(path))
-    lib.hyst_graph_measure.argtypes = [C.c_char_p, C.c_size_t, C.POINTER(C.c_size_t), C.POINTER(RawError)]
-    size, handle = C.c_size_t, C.POINTER(C.c_void_p)
-    lib.hyst_graph_open.argtypes = [C.c_char_p, size, C.c_void_p, size, handle, C.POINTER(RawError)]
-    lib.hyst_message.argtypes = [C.POINTER(RawError), C.c_char_p, C.c_size_t]
-    lib.hyst_interval.argtypes = [C.POINTER(RawVar), C.c_char_p, C.c_size_t]
-    lib.hyst_graph_error.restype = C.POINTER(RawError)
-    lib.hyst_graph_start.argtypes = [C.c_void_p, C.c_double]
-    lib.hyst_graph_step.argtypes = [C.c_void_p, C.c_double, C.c_double]
-    lib.hyst_graph_end_of_step.argtypes = [C.c_void_p, C.c_double, C.c_double, C.c_double]
-    lib.hyst_graph_end_of_step.restype = C.c_double
-    lib.hyst_graph_run.argtypes = [C.c_void_p, C.c_int64, C.c_double, C.c_double, C.c_void_p, C.c_void_p]
-    lib.hyst_graph_value.argtypes = [C.c_void_p, C.c_int64]
-    lib.hyst_graph_value.restype = _D
-    lib.hyst_graph_set.argtypes = [C.c_void_p, C.c_int64, C.c_double]
-    lib.hyst_graph_state.argtypes = [C.c_void_p, C.POINTER(C.c_int64)]
-    lib.hyst_graph_state.restype = _D
-    for of_graph in (lib.hyst_graph_error, lib.hyst_graph_defaults, lib.hyst_graph_n_continuous):
-        of_graph.argtypes = [C.c_void_p]
-    lib.hyst_graph_n_continuous.restype = C.c_int64
-    lib.hyst_graph_tangent_between.argtypes = [C.c_void_p, C.c_double, *[C.c_void_p] * 5]
-    lib.hyst_sensitivity_measure.argtypes = [C.c_void_p, C.c_void_p]
-    lib.hyst_sensitivity_measure.restype = C.c_size_t
-    lib.hyst_sensitivity_run.argtypes = [C.c_void_p, C.c_int64, C.c_double, C.c_double, *[C.c_void_p] * 3]
-    for nothing in (lib.hyst_interval, lib.hyst_graph_defaults, lib.hyst_graph_tangent_between, lib.hyst_columns_run):
-        nothing.restype = None
-    lib.hyst_columns_run.argtypes = [C.c_void_p, C.c_int64, C.c_void_p, C.c_int64, *[C.c_void_p] * 3]
+    pointer, whole, real, size = C.c_void_p, C.c_int64, C.c_double, C.c_size_t
+    error, status = C.POINTER(RawError), C.c_int
+    for name, result, *arguments in (
+        ("graph_measure", status, C.c_char_p, size, C.POINTER(size), error),
+        ("graph_open", status, C.c_char_p, size, pointer, size, C.POINTER(pointer), error),
+        ("message", status, error, C.c_char_p, size),
+        ("interval", None, C.POINTER(RawVar), C.c_char_p, size),
+        ("graph_error", error, pointer),
+        ("graph_defaults", None, pointer),
+        ("graph_start", status, pointer, real),
+        ("graph_step", status, pointer, real, real),
+        ("graph_end_of_step", real, pointer, real, real, real),
+        ("graph_run", status, pointer, whole, real, real, pointer, pointer),
+        ("graph_value", _D, pointer, whole),
+        ("graph_set", status, pointer, whole, real),
+        ("graph_state", _D, pointer, C.POINTER(whole)),
+        ("graph_n_continuous", whole, pointer),
+        ("graph_continuous", _D, pointer, whole),
+        ("graph_is_sampled", status, pointer),
+        ("graph_evaluate", None, pointer, real),
+        ("graph_derivatives", None, pointer, pointer),
+        ("graph_commit", None, pointer, real),
+        ("graph_sample", status, pointer, real, real),
+        ("graph_tangent", None, *[pointer] * 5),
+        ("graph_tangent_between", None, pointer, real, *[pointer] * 5),
+        ("sensitivity_measure", size, pointer, pointer),
+        ("sensitivity_run", status, pointer, whole, real, real, *[pointer] * 3),
+        ("columns_run", None, pointer, whole, pointer, whole, *[pointer] * 3),
+    ):
+        function = getattr(lib, f"hyst_{name}")
+        function.restype, function.argtypes = result, arguments
     return lib
 
 

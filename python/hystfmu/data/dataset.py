@@ -127,7 +127,10 @@ class Dataset:
             try:
                 column = np.array(given, dtype=np.float64)  # a copy: the dataset must not change under a model
             except (TypeError, ValueError) as e:
-                raise InputError(f"{where}: The '{key}' array must hold numbers. {_one_line(e)}") from None
+                text = " ".join(str(e).split()).rstrip(".")
+                raise InputError(
+                    f"{where}: The '{key}' array must hold numbers. {text[:1].upper()}{text[1:]}."
+                ) from None
             if column.ndim != 1:
                 raise InputError(
                     f"{where}: The '{key}' array must be one-dimensional. Got shape {column.shape} instead."
@@ -464,8 +467,3 @@ class Dataset:
         columns = dict(zip(labels, (self.u, self.y), strict=True))
         columns |= dict(zip(self.covariates.labels, self.covariates.values.T, strict=True))
         return pandas.DataFrame(columns, index=pandas.Index(self.t, name="t [s]"))
-
-
-def _one_line(e: Exception) -> str:
-    text = " ".join(str(e).split())
-    return f"{text[:1].upper()}{text[1:].rstrip(chr(46))}."

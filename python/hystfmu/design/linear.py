@@ -17,7 +17,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError, extras
-from hystfmu.core.continuous import ContinuousExecutor
+from hystfmu.core.executor import ContinuousExecutor
 from hystfmu.design.delays import StateSpace, close, cut, sampled, shift_registers
 from hystfmu.design.delays import pade as pade_of
 from hystfmu.graph import Graph, Node

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from hystfmu.base.errors import InputError
-from hystfmu.core.continuous import ContinuousExecutor
+from hystfmu.core.executor import ContinuousExecutor
 from hystfmu.graph.graph import Graph
 
 

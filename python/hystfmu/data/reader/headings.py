@@ -134,14 +134,12 @@ def step_in(lines: Iterable[str], comma: bool) -> float:
             if comma and re.fullmatch(r"\d{1,3}\.\d{3}", m["number"]):  # 2.000 is 2 or 2000
                 continue
             number = m["number"].replace(",", ".") if comma else m["number"].partition(",")[0]
-            unit = m["unit"] or (m["behind"] if m["behind"] and _is_of_a_step(m["behind"]) else "")
+            behind = m["behind"] or ""
+            of_a_step = spelling(behind) in TIME or "Hz" in behind or behind.endswith("/s")
+            unit = m["unit"] or (behind if of_a_step else "")
             if step := stated_step(m["name"], float(number), unit.strip()):
                 return step
     return 0.0
-
-
-def _is_of_a_step(unit: str) -> bool:
-    return spelling(unit) in TIME or "Hz" in unit or unit.endswith("/s")
 
 
 def units_in(rows: Iterable[list[str]], columns: int) -> list[str]:

@@ -96,7 +96,9 @@ def layout_of(text: str, path: str | Path) -> Layout:
         raise InputError(f"{path}: The file must have data rows. Got none in {len(rows)} lines that are no comments.")
     for line, cells in zip(lines[:k], rows[:k], strict=True):
         if len(cells) == width and _is_row(cells):
-            bad = next((n for n in lines[:k] if n.number > line.number and not _numeric(n, separator)), lines[k - 1])
+            below = zip(lines[:k], rows[:k], strict=True)
+            wrong = (n for n, r in below if n.number > line.number and not any(map(is_number, r)))
+            bad = next(wrong, lines[k - 1])
             raise InputError(f"{path}: line {bad.number}: The line must hold numbers. Got {bad.text[:60]!r} instead.")
     trailing = width > 1 and kinds[-1] == "empty"
     before = [c for c in comments if c.number < lines[k].number]
@@ -157,10 +159,6 @@ def _is_row(cells: list[str]) -> bool:
     """True if cells look like data: a number first, numbers in more than half of the cells that hold something."""
     filled = [c for c in cells if c]
     return is_number(cells[0]) and 2 * sum(map(is_number, filled)) > len(filled)
-
-
-def _numeric(line: Line, separator: str | None) -> bool:
-    return any(map(is_number, _cells(line.text, separator)))
 
 
 def _separator(lines: list[Line]) -> tuple[str | None, int]:

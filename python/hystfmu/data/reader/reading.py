@@ -236,7 +236,9 @@ def _dataset(
             t, beside = even, beside.at(even, t)
     unit_u = table.columns[roles.input].unit
     unit_y = "" if roles.output is None else table.columns[roles.output].unit
-    made = Dataset(t, u, y, _stem(table.path), table.path, rows, unit_u, unit_y, covariates=beside)
+    name = Path(table.path).name
+    stem = Path(name.removesuffix(".gz")).stem or name
+    made = Dataset(t, u, y, stem, table.path, rows, unit_u, unit_y, covariates=beside)
     lines = None if table.lines is None or resample is not None or mended else table.lines[piece.rows]
     titles = (_title(table, roles.input), "" if roles.output is None else _title(table, roles.output))
     return made.from_file(_line(table, roles, said, lag), lines, titles).aligned(lag)
@@ -298,8 +300,3 @@ def _label(table: Table, k: int, with_unit: bool = True) -> str:
     column = table.columns[k]
     stated = f" in {column.unit}" if with_unit and column.unit and split_name(column.label)[1] != column.unit else ""
     return f"{column.label!r}{stated}" if column.label else f"column {k + 1}"
-
-
-def _stem(path: str | Path) -> str:
-    name = Path(path).name
-    return Path(name.removesuffix(".gz")).stem or name

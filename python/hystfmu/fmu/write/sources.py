@@ -11,7 +11,7 @@ import functools
 import re
 import textwrap
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from hystfmu.base import PACKAGE
 from hystfmu.core.library import RawError, library
@@ -208,7 +208,9 @@ def target_files(graph: Graph, name: str, step: float, text: str) -> dict[str, b
         "inputs": "\n".join(f"  double {p.name}; /* {_meaning(p)} */" for p in inputs),
         "starts": ", ".join(repr(p.start[0]) for p in inputs),
         "parameters": ",\n".join(f"  {name}_{p.name} = {p.reference}" for p in graph.ports if p.kind == "param"),
-        "gives": "\n".join(_given(inputs)),
+        "gives": "\n".join(
+            f"  if (!wrong) wrong = (int)hyst_graph_set(target_graph, {p.reference}, in->{p.name});" for p in inputs
+        ),
         "output": output.reference,
         "bytes": _bytes(graph),
     }
@@ -221,10 +223,6 @@ def target_files(graph: Graph, name: str, step: float, text: str) -> dict[str, b
 
 def _meaning(p: Port) -> str:
     return _comment(p.text) + ("" if p.unit in ("", "1") else f", in {p.unit}")
-
-
-def _given(inputs: Sequence[Port]) -> list[str]:
-    return [f"  if (!wrong) wrong = (int)hyst_graph_set(target_graph, {p.reference}, in->{p.name});" for p in inputs]
 
 
 def _bytes(graph: Graph) -> int:

@@ -14,9 +14,9 @@ import numpy as np
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
-from hystfmu.core.groups import group
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
+from hystfmu.graph.listing import group
 from hystfmu.identify.catalogue import Built, Option, Options
 from hystfmu.identify.estimate.coordinates import default_bounds, is_log, made_coordinates
 from hystfmu.identify.estimate.free import Free, Spec, read

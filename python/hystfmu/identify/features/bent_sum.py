@@ -20,7 +20,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
-from hystfmu.core.columns import parallel_lags
+from hystfmu.graph.columns import parallel_lags
 from hystfmu.identify.features.following import Following
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.identify.solvers.penalised import LEAST_SIZE
