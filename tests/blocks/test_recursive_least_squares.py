@@ -5,8 +5,7 @@ import pytest
 
 from hystfmu.data import synthetic_ipmc
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.features.monomials import basis, lagged
-from hystfmu.identify.methods.polynomial_narx import least_squares
+from hystfmu.identify.methods.polynomial_narx import basis, lagged, least_squares
 from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.papers.statements.printed import PrintedRecursive
 from hystfmu.unit import Unit

@@ -12,8 +12,7 @@ from hystfmu import papers as reproduce
 from hystfmu.data import signals, synthetic_ipmc
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
-from hystfmu.identify.features.monomials import basis, count, lagged
-from hystfmu.identify.methods.polynomial_narx import least_squares
+from hystfmu.identify.methods.polynomial_narx import basis, count, lagged, least_squares
 from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.identify.streaming import Stream
 from hystfmu.papers.statements.printed import PrintedRecursive, auxiliary

@@ -142,13 +142,7 @@ class Race:
         return model, errors, [rms(errors[block == k]) for k in np.unique(block)], rms(every[self.data.counted])
 
     def trial(
-        self,
-        name: str,
-        key: str,
-        candidate: Candidate,
-        options: Options,
-        progress: Progress,
-        share: float = 1.0,
+        self, name: str, key: str, candidate: Candidate, options: Options, progress: Progress, share: float = 1.0
     ) -> Trial:
         """Fit a candidate without the first fold."""
         model, errors, blocks, whole = self.fitted(FOLDS[0], key, options, progress, share)

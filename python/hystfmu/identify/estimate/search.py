@@ -66,11 +66,7 @@ def refined(
 
 
 def best_of(
-    objective: Objective,
-    starts: Iterable[Array],
-    evaluations: int,
-    progress: Progress = silent,
-    enough: float = ENOUGH,
+    objective: Objective, starts: Iterable[Array], evaluations: int, progress: Progress = silent, enough: float = ENOUGH
 ) -> Found:
     """Search briefly from each start, and return the best; parameters as in `search`."""
     points, best = list(starts), None

@@ -34,6 +34,7 @@ DIRECT = 1200  # limit on columns solved at once if most weights are positive bu
 DENSE = 3000  # limit on columns whose row space is factored, which takes 4 n^3 operations
 OPTIMAL = 1e-13  # gradient of a unit column, relative to |b|, that counts as 0
 GAP = 1e-2  # allowed distance of |r|^2 from its minimum, relative to |r|^2: a small r needs a smaller gradient
+LEAST_SIZE = 0.1  # of the largest column: a column that the rows hardly excite is not scaled up further
 MANY = 2**17  # rows
 MEAN = 16 * np.finfo(float).eps  # rounding of a column that is a mean of two others, relative to the largest entry
 
