@@ -16,7 +16,7 @@ the share of the states of other signals that the training rows leave out (`hyst
 way to one that stays inside and is no loser; if there is none, it stays: a worse kind is no remedy.  Of kinds that are
 equally good, one with an exact inverse is preferred, then the one with the fewest parameters; if the record is one
 oscillation, each block is much like the next, and all that are no losers are equally good.  If the best leaves more
-than `REFUSED` % beside the noise, there is no model (`hystfmu.identify.refusal`).
+than `REFUSED` % beside the noise, there is no model (`refusal`).
 
 No kind is left out for its price.  Where the whole record would take too long, all race on a shorter one
 (`hystfmu.identify.cuts`), and the chosen kind is fitted to all rows.  Kinds whose memory contradicts the minor

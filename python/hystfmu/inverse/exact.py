@@ -18,6 +18,8 @@ from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.inverse.ports import at_start, given_text, wanted_text
 from hystfmu.model import Model
 
+ENTERED = ("sum", "product")
+
 
 def exact_inverse(model: Model) -> Model:
     """Invert a model whose blocks form one chain and have inverses; blocks that covariates drive stand beside it.
@@ -156,9 +158,6 @@ _INVERT: dict[str, Callable[[Node], Node]] = {
     "dead_zones": _invert_dead_zones,
     "scaling": _invert_scaling,
 }
-
-
-ENTERED = ("sum", "product")
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from hystfmu.model import Model
 from hystfmu.model.inputs import with_starts
 
 FLAT = 1e-4  # step back after a reversal, relative to the input range, on which the output must move
+CREEP = "creep"
 
 
 def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = None) -> Model:
@@ -74,9 +75,6 @@ def _refuse_flat(model: Model, lo: float, hi: float) -> None:
             f"The output of {model.key} must move after a reversal. Got one that stands still and has no continuous "
             "inverse. Fit it with a linear term (w0_min > 0), or without a dead band (dead_band = 0)."
         )
-
-
-CREEP = "creep"
 
 
 def known_states(model: Model) -> tuple[list[Node], Model]:

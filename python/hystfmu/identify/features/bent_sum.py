@@ -31,6 +31,12 @@ from hystfmu.core.columns import parallel_lags
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 
 LEVELS = ("none", "offset", "gain", "bend")
+STEPS = 30  # most Gauss-Newton steps
+SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step, tried in turn
+GAIN, HELD_GAIN = 1e-4, 1e-3  # relative reduction of the squared error below which the steps end; with penalties
+LEAST_SLOPE = 0.02  # of the mean slope: a monotone bend is nowhere flatter on the range of v
+GRID = np.linspace(-1.0, 1.0, 201)
+Filter = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
@@ -93,15 +99,6 @@ class Following:
     def parameters(self, size: int) -> int:
         """Return the number of free coefficients and gains for polynomials with `size` coefficients."""
         return int(self.free(size).sum()) + len(self.gains)
-
-
-STEPS = 30  # most Gauss-Newton steps
-SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step, tried in turn
-GAIN, HELD_GAIN = 1e-4, 1e-3  # relative reduction of the squared error below which the steps end; with penalties
-LEAST_SLOPE = 0.02  # of the mean slope: a monotone bend is nowhere flatter on the range of v
-GRID = np.linspace(-1.0, 1.0, 201)
-
-Filter = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,20 @@ from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 FOLDS = 10
 
 Strengths = tuple[float, ...]
+TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the Everett function"
+MEMORY = Memory(9800.0, "n", 2)
+RECORDS = True
+LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))  # of ridge, penalty over the mean, over the width
+LAGS, DEAD_ZONES = 6, 6
+BETTER = 0.6  # ratio of errors below which rate dependence is kept: on one slow record it mimics a memory
+CANDIDATES = (Candidate(ANY, 0.5, 0.42, quick={"n": 20, "widths": 12, "means": 4}),)
+OPTIONS = (
+    Option("n", 40, 1, 100, text="steps of the grid of the Everett function"),
+    Option("widths", 32, 2, 100, text="hat functions of the half-difference of the thresholds"),
+    Option("means", 8, 1, 50, text="B-splines of their mean"),
+    Option("rate", None, choices=("yes", "no"), text="creep and rate dependence; default: by cross-validation"),
+    Option("start", "demagnetised", choices=("demagnetised", "low", "high"), text="memory before the first row"),
+)
 
 
 class Penalised:
@@ -109,22 +123,6 @@ def best_strengths(problem: Penalised, levels: Sequence[Strengths], progress: Pr
             at = min(places, key=error)
         if at == before:
             return tuple(some[i] for some, i in zip(levels, at, strict=True)), error(at)
-
-
-TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the Everett function"
-MEMORY = Memory(9800.0, "n", 2)
-RECORDS = True
-LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))  # of ridge, penalty over the mean, over the width
-LAGS, DEAD_ZONES = 6, 6
-BETTER = 0.6  # ratio of errors below which rate dependence is kept: on one slow record it mimics a memory
-CANDIDATES = (Candidate(ANY, 0.5, 0.42, quick={"n": 20, "widths": 12, "means": 4}),)
-OPTIONS = (
-    Option("n", 40, 1, 100, text="steps of the grid of the Everett function"),
-    Option("widths", 32, 2, 100, text="hat functions of the half-difference of the thresholds"),
-    Option("means", 8, 1, 50, text="B-splines of their mean"),
-    Option("rate", None, choices=("yes", "no"), text="creep and rate dependence; default: by cross-validation"),
-    Option("start", "demagnetised", choices=("demagnetised", "low", "high"), text="memory before the first row"),
-)
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
