@@ -24,8 +24,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import errors, fit
-from hystfmu.identify.features.monomials import basis, lagged
-from hystfmu.identify.methods.polynomial_narx import least_squares
+from hystfmu.identify.methods.polynomial_narx import basis, lagged, least_squares
 from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.model import Model
 from hystfmu.report.plot import Line, Plot

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.features.monomials import basis, lagged
-from hystfmu.identify.methods.polynomial_narx import least_squares
+from hystfmu.identify.methods.polynomial_narx import basis, lagged, least_squares
 from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.unit import Unit
 from papers import ipmc_sensor

@@ -16,8 +16,7 @@ from fmu_master import Array, unpack
 from hystfmu.data import Dataset
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.features.monomials import basis, lagged
-from hystfmu.identify.methods.polynomial_narx import least_squares
+from hystfmu.identify.methods.polynomial_narx import basis, lagged, least_squares
 from hystfmu.model import Model
 from papers import ipmc_sensor
 

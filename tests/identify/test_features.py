@@ -12,11 +12,10 @@ from hystfmu.identify.estimate import search
 from hystfmu.identify.features import (
     bent_sum,
     constraint_factor,
-    monomials,
     smooth_density,
 )
 from hystfmu.identify.features.plays import plays, thresholds
-from hystfmu.identify.methods import preisach
+from hystfmu.identify.methods import polynomial_narx, preisach
 from hystfmu.identify.methods.fitted_operator_mlp import straightened
 from papers.statements.printed import auxiliary
 
@@ -62,16 +61,16 @@ def test_monomials_are_all_products_and_the_constant(q):
         [*(np.prod(c) for d in range(1, q + 1) for c in itertools.combinations_with_replacement(row, d)), 1.0]
         for row in z
     ]
-    assert monomials.basis(z, q) == pytest.approx(np.array(expected))
-    assert monomials.count(3, q) == len(expected[0])
+    assert polynomial_narx.basis(z, q) == pytest.approx(np.array(expected))
+    assert polynomial_narx.count(3, q) == len(expected[0])
 
 
 @pytest.mark.parametrize("first", [0, 1])
 def test_lagged_rows_rest_at_the_first_value(first):
     v = np.arange(5.0) ** 2 + 7
-    rows = monomials.lagged(v, 3, first)
+    rows = polynomial_narx.lagged(v, 3, first)
     assert rows.tolist() == [[v[max(k - first - j, 0)] for j in range(3)] for k in range(5)]
-    assert monomials.lagged(v, 0).shape == (5, 0)
+    assert polynomial_narx.lagged(v, 0).shape == (5, 0)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import plants
 import pytest
-from scipy.optimize import lsq_linear, minimize, nnls
+from scipy.optimize import lsq_linear, nnls
 from torch_network import perceptron
 
 from hystfmu import Dataset, InputError, Model
@@ -16,8 +16,7 @@ from hystfmu.identify import METHODS, fit, options
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.network.torch_module import problem
 from hystfmu.identify.network.training import Fit, decay_for, train
-from hystfmu.identify.solvers.nonnegative import nonnegative, positive_solution, row_space
-from hystfmu.identify.solvers.trainers import levenberg_marquardt
+from hystfmu.identify.solvers.nonnegative import nonnegative
 
 
 @pytest.fixture(scope="module")
@@ -183,32 +182,6 @@ def test_a_dense_sum_of_5000_plays_is_fitted_exactly():
     assert np.abs(m.predict(v) - (0.4 * v + plants.plays(v, r) @ w - 0.7)).max() < 1e-5 * np.ptp(y)
 
 
-def test_shortest_positive_solution():
-    rng = np.random.default_rng(4)
-    A = rng.uniform(size=(40, 90))
-    A[30:] = rng.normal(size=(10, 30)) @ A[:30]  # dependent rows
-    w = rng.uniform(size=90) ** 4
-    Q, L, rows = row_space(A)
-    np.testing.assert_allclose(L @ Q.T, A[rows], atol=1e-12)
-    np.testing.assert_allclose(Q.T @ Q, np.eye(30), atol=1e-14)
-    x = positive_solution(A, A @ w)
-    assert (x >= 0).all()
-    assert 0 < np.count_nonzero(x == 0) < 18, "the shortest solution of any sign has negative weights"
-    np.testing.assert_allclose(A @ x, A @ w, rtol=0, atol=1e-12 * np.linalg.norm(A @ w))
-    shortest = minimize(
-        lambda z: (z @ z, 2 * z),
-        w,
-        jac=True,
-        bounds=[(0, None)] * 90,
-        method="SLSQP",
-        options={"ftol": 1e-14, "maxiter": 500},
-        constraints={"type": "eq", "fun": lambda z: A[:30] @ (z - w), "jac": lambda z: A[:30]},
-    )
-    np.testing.assert_allclose(x, shortest.x, atol=1e-5)
-    assert positive_solution(A, A @ w + rng.normal(size=40)) is None, "no x fits"
-    assert positive_solution(np.abs(A[:30]), -np.ones(30)) is None, "only negative x fit"
-
-
 def test_nonnegative_with_dependent_and_zero_columns():
     rng = np.random.default_rng(0)
     A = rng.uniform(size=(50, 4))
@@ -250,15 +223,6 @@ def test_jacobian_against_differences(activation):
     for found, wanted in ((own.residuals(p), (r, J)), (own.gradient(p), fit.gradient(p)), ((own.errors(p),), (r,))):
         for a, b in zip(found, wanted, strict=True):
             np.testing.assert_allclose(a, b, atol=1e-13)
-
-
-def test_levenberg_marquardt_on_rosenbrocks_valley():
-    def valley(p):
-        return np.array([10 * (p[1] - p[0] ** 2), 1 - p[0]]), np.array([[-20 * p[0], 10.0], [-1.0, 0.0]])
-
-    p, cost = levenberg_marquardt(np.array([-1.2, 1.0]), valley, 100, tolerance=0.0)
-    np.testing.assert_allclose(p, [1, 1], atol=1e-9)
-    assert cost < 1e-18
 
 
 def test_a_network_learns_a_network():

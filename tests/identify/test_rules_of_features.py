@@ -14,7 +14,7 @@ from hystfmu.identify.catalogue import Candidate
 from hystfmu.identify.cuts import validation_rows, without_outermost
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, polynomials, search, uncertainty, unknown
 from hystfmu.identify.excitation import closed_loop, dead_time, drift, minor_loops
-from hystfmu.identify.features.following import Following
+from hystfmu.identify.features.bent_sum import Following
 
 H = 1e-3
 OPTIONS = {"hold": "foh", "delay_max": 10.0, "zeta_max": 5.0}

@@ -79,5 +79,6 @@ def test_one_oscillation_does_not_tell_close_kinds_apart():
         for e in (0.01, 0.014, 0.016)
     )
     for poor in (False, True):
-        race = Race(data, 0, poor, trials={t.name: t for t in (best, near, loser)})
+        race = Race(data, 0, poor)
+        race.trials = {t.name: t for t in (best, near, loser)}
         assert [race.as_good(t, best) for t in (best, near, loser)] == [True, poor, False]

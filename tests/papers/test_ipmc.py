@@ -12,8 +12,7 @@ from hystfmu import Dataset, InputError, Model
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
-from hystfmu.identify.features.monomials import basis, count, lagged
-from hystfmu.identify.methods.polynomial_narx import least_squares
+from hystfmu.identify.methods.polynomial_narx import basis, count, lagged, least_squares
 from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.identify.streaming import Stream
 from papers import ipmc_sensor

@@ -47,28 +47,6 @@ def test_powell_beale_directions_are_conjugate_after_a_restart_that_is_not_the_f
     assert steps < 40
 
 
-def test_powell_beale_on_rosenbrock():
-    from scipy.optimize import rosen, rosen_der
-
-    x, value, steps = conjugate_gradients(np.full(6, -1.2), lambda x: (rosen(x), rosen_der(x)), 1000, gradient=1e-9)
-    np.testing.assert_allclose(x, 1, atol=1e-8)
-    assert value < 1e-16
-    assert steps < 300
-
-
-def test_powell_beale_stops_at_a_minimum_and_never_climbs():
-    values = []
-
-    def steep(x):
-        values.append(x @ x)
-        return x @ x, 2 * x
-
-    x, value, steps = conjugate_gradients(np.array([3.0, -4.0]), steep, 50)
-    assert (value, steps) == (0.0, 1) or steps < 5
-    np.testing.assert_allclose(x, 0, atol=1e-12)
-    assert value <= values[0]
-
-
 # ---- trainers ------------------------------------------------------------------------------------------------------
 def test_gradient_of_the_network_against_differences():
     x, y = rng.uniform(-1, 1, (30, 2)), rng.normal(size=30)

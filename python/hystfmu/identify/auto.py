@@ -16,7 +16,7 @@ the share of the states of other signals that the training rows leave out (`hyst
 way to one that stays inside and is no loser; if there is none, it stays: a worse kind is no remedy.  Of kinds that are
 equally good, one with an exact inverse is preferred, then the one with the fewest parameters; if the record is one
 oscillation, each block is much like the next, and all that are no losers are equally good.  If the best leaves more
-than `REFUSED` % beside the noise, there is no model (`hystfmu.identify.refusal`).
+than `REFUSED` % beside the noise, there is no model (`refusal`).
 
 No kind is left out for its price.  Where the whole record would take too long, all race on a shorter one
 (`hystfmu.identify.cuts`), and the chosen kind is fitted to all rows.  Kinds whose memory contradicts the minor
@@ -37,13 +37,7 @@ import numpy as np
 from hystfmu.base.arrays import Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.identify.catalogue import (
-    CLOSES,
-    LAGS,
-    LATE,
-    OPENS,
-    Option,
-)
+from hystfmu.identify.catalogue import CLOSES, LAGS, LATE, OPENS, Option
 from hystfmu.identify.cuts import shortened
 from hystfmu.identify.entrants import BUDGET, affordable, entrants
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
@@ -99,11 +93,7 @@ class Choice:
 
 
 def choose(
-    data: Dataset,
-    seed: int,
-    progress: Progress,
-    inverses: Inverses | None = None,
-    only_invertible: bool = False,
+    data: Dataset, seed: int, progress: Progress, inverses: Inverses | None = None, only_invertible: bool = False
 ) -> Choice:
     """Let the candidates that suit the data race, and choose.
 
@@ -120,7 +110,7 @@ def choose(
     untried = list(reasons)
     costs = {n: c.cost(rows) for n, (_, c) in entered.items()}
     order = sorted(entered, key=lambda n: costs[n])
-    progress = _rising(progress)
+    report = _Report(progress)
     total = 2 * sum(costs.values())  # the other folds and the last fit come after the first
     done = 0.0
     for name in order:
@@ -129,7 +119,7 @@ def choose(
             race.reasons[name] = f"{race.best().name} leaves nothing to explain"
             untried.append(name)
             continue
-        race.first(name, key, candidate, partial(_share, progress, done / total, (done + costs[name]) / total))
+        race.first(name, key, candidate, partial(report, done / total, (done + costs[name]) / total))
         done += costs[name] * (1.0 if name in race.trials else SHORT)
     if not race.trials:
         raise refusal(where, only_invertible, race, seen)
@@ -139,7 +129,7 @@ def choose(
             break
         race.again(late)
         done += spent
-        progress(min(done / total, 1.0))
+        report(done / total)
     rate = _rate(race, seen)
     ranked = sorted(race.trials.values(), key=race.excess)
     told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "rate": rate}
@@ -166,20 +156,15 @@ def choose(
     return chosen({})
 
 
-def _rising(progress: Progress) -> Progress:
-    """Return a report that never falls, not even by rounding."""
-    told = 0.0
+class _Report:
+    """Progress of parts, which never falls, not even by rounding."""
 
-    def report(part: float) -> None:
-        nonlocal told
-        told = max(told, part)
-        progress(told)
+    def __init__(self, progress: Progress) -> None:
+        self.progress, self.told = progress, 0.0
 
-    return report
-
-
-def _share(progress: Progress, first: float, last: float, part: float) -> None:
-    progress(min(first + (last - first) * part, last))
+    def __call__(self, first: float, last: float = 1.0, part: float = 0.0) -> None:
+        self.told = max(self.told, min(first + (last - first) * part, last))
+        self.progress(self.told)
 
 
 def _preferred(

@@ -23,6 +23,14 @@ Options = Mapping[str, Any]
 """Values of the options of a kind by name, checked."""
 Built = tuple[Graph, int, dict[str, Any]]
 """A fitted graph, the number of its parameters, and what else was found, with ``warnings`` and ``bounded``."""
+CLOSES, OPENS, LAGS, LATE, ANY = "return-point", "open", "rate", "open, then rate", ""
+EXPENSIVE = 3.0  # s: a fit that takes longer, and has no quick options, is tried on a part of the rows first
+AUTO = "auto"
+METHODS: tuple[str, ...] = (*(module.name for module in pkgutil.iter_modules(methods.__path__)), AUTO)
+REMOVED = {  # kinds of older versions: what takes their place
+    "prandtl_ishlinskii_asym": "actuator or preisach",
+    "prandtl_ishlinskii_rate": "actuator or preisach",
+}
 
 
 @dataclass(frozen=True)
@@ -96,10 +104,6 @@ def resolve(method: str, table: Sequence[Option], given: Mapping[str, Any]) -> d
     return {name: o.check(given[name]) if name in given else o.default for name, o in rows.items()}
 
 
-CLOSES, OPENS, LAGS, LATE, ANY = "return-point", "open", "rate", "open, then rate", ""
-EXPENSIVE = 3.0  # s: a fit that takes longer, and has no quick options, is tried on a part of the rows first
-
-
 @dataclass(frozen=True)
 class Candidate:
     """An entry of the table ``CANDIDATES`` of a kind of model.
@@ -158,14 +162,6 @@ class Memory:
         """Return the bytes per row of a fit with these options; `default` is that of the option that it grows with."""
         size = float(given.get(self.option, default))
         return float(self.per_row * (size / default) ** self.power)
-
-
-AUTO = "auto"
-METHODS: tuple[str, ...] = (*(module.name for module in pkgutil.iter_modules(methods.__path__)), AUTO)
-REMOVED = {  # kinds of older versions: what takes their place
-    "prandtl_ishlinskii_asym": "actuator or preisach",
-    "prandtl_ishlinskii_rate": "actuator or preisach",
-}
 
 
 def method(key: str) -> ModuleType:

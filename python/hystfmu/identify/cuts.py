@@ -28,6 +28,12 @@ ALONE = (
     0.01  # of the range: a block that reaches an end of the range farther than all other rows holds the outermost loop
 )
 
+SAMPLES = 100  # rows in a mean cycle that thinning leaves
+ABOVE = 1e-3  # of the span: RMS beyond the noise that may lie above half of the Nyquist rate of the thinned rows
+PLACES = 9  # parts that are compared
+AS_MUCH = 0.95  # of the most range and speed of any part: the earliest such part is taken
+FAST = 95.0  # percentile of the speeds
+
 
 def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> NDArray[np.bool_]:
     """Return which rows of an input u (n,) belong to validation blocks, (n,).
@@ -52,13 +58,6 @@ def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
         if v[held].max(initial=-np.inf) > v[~held].max(initial=-np.inf) + ALONE * float(np.ptp(u)):
             left[block == block[int(np.argmax(v))]] = False
     return left if left.any() else held
-
-
-SAMPLES = 100  # rows in a mean cycle that thinning leaves
-ABOVE = 1e-3  # of the span: RMS beyond the noise that may lie above half of the Nyquist rate of the thinned rows
-PLACES = 9  # parts that are compared
-AS_MUCH = 0.95  # of the most range and speed of any part: the earliest such part is taken
-FAST = 95.0  # percentile of the speeds
 
 
 def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:

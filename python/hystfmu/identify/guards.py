@@ -21,6 +21,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.signals import nested_reversals
 from hystfmu.graph import Graph
+from hystfmu.model.inputs import with_starts
 
 HELD = 100  # rows of each step
 REVERSALS, SEED = 80, 77
@@ -80,9 +81,7 @@ def leaves(graph: Graph, u: Array, data: Dataset) -> bool:
 
 def _beyond(graph: Graph, u: Array, data: Dataset) -> float:
     """Return how many spans the output leaves the range of y by; covariates stay at their means."""
-    held = [np.full(len(u), port.start) for port in graph.inputs[1:]]
-    y = graph.run(np.column_stack([u, *held]), data.h)
-    measured = data.y[data.counted]
+    y, measured = graph.run(with_starts(graph, u), data.h), data.y[data.counted]
     with np.errstate(over="ignore", invalid="ignore"):
         return float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / data.span
 

@@ -33,6 +33,7 @@ from hystfmu.model.trained_range import trained_range
 WORST = 0.5  # of the span: no constant has a larger RMS error
 SMALLEST = 1e-100
 """Least span, and one over the largest value: beyond them squares overflow or vanish, and NNLS aborts the process."""
+_LEAST = 2  # letters of a heading that says more than the name of the port
 
 
 def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[str, Any]) -> Model:
@@ -151,9 +152,6 @@ def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, A
             "scipy": scipy.__version__,
         },
     }
-
-
-_LEAST = 2  # letters of a heading that says more than the name of the port
 
 
 def with_texts(graph: Graph, data: Dataset) -> Graph:

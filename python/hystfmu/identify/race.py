@@ -24,7 +24,7 @@ from hystfmu.identify.features.other_memory import other_memory, unseen
 from hystfmu.identify.one import fit_one
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
-from hystfmu.model.inputs import run_along
+from hystfmu.model.inputs import run_along, with_starts
 
 BLOCKS = 8  # long ones: where a record repeats its loops, short blocks have been seen by their neighbours
 SPREAD = 2  # folds that tell a spread
@@ -86,7 +86,6 @@ class Trial:
         return found if np.isfinite(found) else np.inf
 
 
-@dataclass
 class Race:
     """Folds, candidates that are left, and the reasons of the others.
 
@@ -94,27 +93,17 @@ class Race:
     candidates apart that are no losers.
     """
 
-    data: Dataset
-    seed: int
-    poor: bool = False
-    sigma: float = 0.0
-    unseen: float = 0.0
-    rest: float = 0.0
-    other: Array = field(default_factory=lambda: np.zeros(0))
-    inside: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
-    trials: dict[str, Trial] = field(default_factory=dict)
-    reasons: dict[str, str] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self.sigma = noise(self.data.y[self.data.train])
-        self.unseen = unseen(self.data)
-        self.rest = rest(self.data)
+    def __init__(self, data: Dataset, seed: int, poor: bool = False) -> None:
+        self.data, self.seed, self.poor = data, seed, poor
+        self.trials: dict[str, Trial] = {}
+        self.reasons: dict[str, str] = {}
+        self.sigma, self.unseen, self.rest = noise(data.y[data.train]), unseen(data), rest(data)
         u = self.data.longest().u
-        self.other = other_memory(u[self.data.longest().train], float(self.data.u[0]))
+        self.other: Array = other_memory(u[self.data.longest().train], float(self.data.u[0]))
         kept = [self.data.u[self.held(fold)[0].counted] for fold in FOLDS]
         lo, hi = max(v.min() for v in kept), min(v.max() for v in kept)
         # beyond the range of the rows of any fold fits differ by what they extrapolate, as no fit to all rows does
-        self.inside = (self.other >= lo) & (self.other <= hi)
+        self.inside: NDArray[np.bool_] = (self.other >= lo) & (self.other <= hi)
 
     def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]:
         """Return the data without the blocks of a fold, the rows of these blocks that count, and the block of each."""
@@ -142,13 +131,7 @@ class Race:
         return model, errors, [rms(errors[block == k]) for k in np.unique(block)], rms(every[self.data.counted])
 
     def trial(
-        self,
-        name: str,
-        key: str,
-        candidate: Candidate,
-        options: Options,
-        progress: Progress,
-        share: float = 1.0,
+        self, name: str, key: str, candidate: Candidate, options: Options, progress: Progress, share: float = 1.0
     ) -> Trial:
         """Fit a candidate without the first fold."""
         model, errors, blocks, whole = self.fitted(FOLDS[0], key, options, progress, share)
@@ -253,9 +236,8 @@ class Race:
 
     def _other(self, model: Model) -> Array:
         """Return the output of a model on the input with other memory; covariates stay at their first values."""
-        held = [np.full(len(self.other), port.start) for port in model.graph.inputs[1:]]
-        y = np.asarray(model.graph.run(np.column_stack([self.other, *held]), self.data.h)).reshape(-1)
-        return y[self.inside]
+        y = model.graph.run(with_starts(model.graph, self.other), self.data.h)
+        return np.asarray(y).reshape(-1)[self.inside]
 
     def as_good(self, trial: Trial, best: Trial) -> bool:
         """Return whether a candidate is as good as the best one, or noise explains the difference."""

@@ -7,7 +7,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Output
-from hystfmu.identify.features.monomials import basis
+from hystfmu.identify.methods.polynomial_narx import basis
 from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.model import Model
 from hystfmu.unit import Unit

@@ -91,13 +91,7 @@ def invert(
     progress: Progress = silent,
     **options: Any,
 ) -> Model:
-    """Invert a model without the cascade test of `inverse`; parameters as there.
-
-    Raises
-    ------
-    InputError
-        Raised as by `inverse`.
-    """
+    """Invert a model without the cascade test of `inverse`; parameters and errors as there."""
     if method == "adaptive":
         return adaptive_inverse(model, **options)
     if method not in METHODS:

@@ -99,24 +99,9 @@ def split(model: Model) -> Parts | None:
 def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Model]) -> Model:
     """Put the feed-forward of the dynamics before the inverse of the hysteresis.
 
-    Parameters
-    ----------
-    model : Model
-        The whole model.
-    parts : Parts
-        Its parts, from `split`.
-    inverted : function
-        Returns the inverse of the model of the hysteresis.
-
-    Returns
-    -------
-    Model
-        `fit` states ``lag_steps`` and ``lag`` (s), and ``band`` (Hz), up to which it is accurate.
-
-    Raises
-    ------
-    InputError
-        The hysteresis has no such inverse, or the dynamics have no static gain.
+    `parts` are those of `split`, `inverted` returns the inverse of the model of the hysteresis.  `fit` of the result
+    states ``lag_steps`` and ``lag`` (s), and ``band`` (Hz), up to which it is accurate.  A hysteresis without such
+    an inverse, or dynamics without static gain, are an InputError.
     """
     if model.step is None:
         raise InputError(f"The model {model.key} must state its step for an inverse of its dynamics. Got none.")
@@ -145,19 +130,10 @@ def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Mode
 
 
 def feedforward(parts: Parts, h: float) -> tuple[int, Array]:
-    """Return the number of samples ahead and the weights of the last samples, newest first.
+    """Return the number of samples ahead and the weights of the last samples, newest first, for steps of h (s).
 
-    Parameters
-    ----------
-    parts : Parts
-        Their transfer functions are inverted; gains and delays are not.
-    h : float
-        Step (s).
-
-    Raises
-    ------
-    InputError
-        The dynamics have no static gain, or need more than `MOST_AHEAD` samples.
+    The transfer functions are inverted; gains and delays are not.  Dynamics without static gain, or that need more
+    than `MOST_AHEAD` samples, are an InputError.
     """
     fractions = parts.fractions(h)
     theta = min(2 * np.pi * BAND * parts.frequency() * h, np.pi / 10)
@@ -202,12 +178,7 @@ def _quotient(a: Array, b: Array) -> Array:
 def wanted(model: Model, parts: Parts, share: float) -> list[Array]:
     """Return wanted outputs up to `BAND` of the slowest natural frequency: decaying sines and two tones, with a ramp.
 
-    Parameters
-    ----------
-    model, parts : Model, Parts
-        Model with its parts, from `split`.
-    share : float
-        Share of the input range that they use.
+    They use a share of the input range of the model with its parts, from `split`.
     """
     from hystfmu.data.signals import decaying_sine, two_tones
 

@@ -18,14 +18,13 @@ from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.inverse.ports import at_start, given_text, wanted_text
 from hystfmu.model import Model
 
+ENTERED = ("sum", "product")
+
 
 def exact_inverse(model: Model) -> Model:
     """Invert a model whose blocks form one chain and have inverses; blocks that covariates drive stand beside it.
 
-    Raises
-    ------
-    InputError
-        The blocks form no chain, or one has no inverse; the message names it.
+    Blocks that form no chain are an InputError, as is one without an inverse, which the message names.
     """
     g = model.graph
     alone = driven_beside(g)
@@ -161,9 +160,6 @@ _INVERT: dict[str, Callable[[Node], Node]] = {
 }
 
 
-ENTERED = ("sum", "product")
-
-
 @dataclass(frozen=True)
 class Inverted:
     """Inverse of a block, whose first input is the output of the block, and the wires into its other inputs."""
@@ -192,10 +188,7 @@ def takes_beside(g: Graph, n: Node, alone: set[str]) -> bool:
 def inverted_beside(g: Graph, n: Node, alone: set[str]) -> Inverted | None:
     """Solve a sum or a product for the input that the chain drives; None for another block.
 
-    Raises
-    ------
-    InputError
-        A weight of 0, or a factor that may be 0.
+    A weight of 0, or a factor that may be 0, is an InputError.
     """
     if not takes_beside(g, n, alone):
         return None

@@ -23,24 +23,18 @@ from hystfmu.model import Model
 from hystfmu.model.inputs import with_starts
 
 FLAT = 1e-4  # step back after a reversal, relative to the input range, on which the output must move
+CREEP = "creep"
 
 
 def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = None) -> Model:
     """Invert a model by root finding: a static one, or one with creep, whose lags before a step are known.
 
-    Parameters
-    ----------
-    model : Model
-        Model with one input and one output, and perhaps covariates, which the inverse takes too; with creep, the
-        inverse is exact for steps of ``model.step``.
-    lo, hi : float, optional
-        Limits of the input, in its unit of measure; default the range of the data (provenance ``span_u``).
+    The model has one input and one output, and perhaps covariates, which the inverse takes too; with creep, the inverse
+    is exact for steps of ``model.step``.  The limits of the input, in its unit of measure, are by default the range of
+    the data (provenance ``span_u``).
 
-    Raises
-    ------
-    InputError
-        The model has other dynamics than creep, its output stands still after a reversal, or its input range is not
-        known.
+    An InputError are other dynamics than creep, an output that stands still after a reversal, an input range that is
+    not known.
     """
     if lo is None or hi is None:
         lo, hi = input_range(
@@ -83,28 +77,12 @@ def _refuse_flat(model: Model, lo: float, hi: float) -> None:
         )
 
 
-CREEP = "creep"
-
-
 def known_states(model: Model) -> tuple[list[Node], Model]:
-    """Separate the lags of creep from a model.
+    """Separate the lags of creep from a model with one output.
 
-    Parameters
-    ----------
-    model : Model
-        Model with one output.
-
-    Returns
-    -------
-    states : list of Node
-        Blocks of the lags, which an implicit inverse must follow; they are part of the graph of the second result.
-    model : Model
-        The model with a step of each creep in place of the creep: the same outputs if `states` step first.
-
-    Raises
-    ------
-    InputError
-        The model states no step, or the lags of a creep do not start in equilibrium.
+    It returns the blocks of the lags, which an implicit inverse must follow, and the model with a step of each creep
+    in place of the creep and with these blocks: the same outputs if they step first.  A model that states no step,
+    or lags that do not start in equilibrium, are an InputError.
     """
     states: list[Node] = []
     g = model.graph

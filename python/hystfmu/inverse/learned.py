@@ -46,12 +46,8 @@ FALLING = 0.05  # share of the rows on which the output moves against the input,
 def learned_inverse(model: Model, seed: int, options: dict[str, Any], progress: Progress = silent) -> Model:
     """Train an inverse of a model that states its input range; `options` are those of ``play_bank_mlp``.
 
-    `progress` is called with the fraction done, 0..1; it ends early if the first of two networks is good enough.
-
-    Raises
-    ------
-    InputError
-        The input range is unknown, or `hystfmu.identify.fit` refuses the options.
+    The progress ends early if the first of two networks is good enough.  An input range that is unknown, or options
+    that `hystfmu.identify.fit` refuses, are an InputError.
     """
     from hystfmu.data.signals import training
 

@@ -29,17 +29,7 @@ def over_range(model: Model, v: Array) -> Array:
 def input_range(model: Model, needed: str) -> tuple[float, float]:
     """Return the least and the largest input that the model was identified on, in the unit of measure of u.
 
-    Parameters
-    ----------
-    model : Model
-        Model whose provenance states ``span_u``.
-    needed : str
-        Rule for the message.
-
-    Raises
-    ------
-    InputError
-        The model does not state its input range.
+    Its provenance states ``span_u``; if not, an InputError begins with the rule `needed`.
     """
     span = model.provenance.get("span_u")
     if not (isinstance(span, list) and len(span) == 2):

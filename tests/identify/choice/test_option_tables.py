@@ -9,7 +9,7 @@ from hystfmu import InputError
 from hystfmu.identify import catalogue
 from hystfmu.identify.catalogue import ANY, CLOSES, LAGS, LATE, OPENS, Candidate, Option
 from hystfmu.identify.features.plays import u0_option
-from hystfmu.identify.network import readout
+from hystfmu.identify.network.readout import network_options
 
 U0 = {"u0": (None, -1e300, 1e300)}
 DYNAMICS = {"delay_max": (10.0, 0.0, 1e5), "zeta_max": (5.0, 0.01, 1e3)}
@@ -157,7 +157,7 @@ def test_a_default_in_words(default, words):
 
 
 def test_options_that_kinds_share_are_made_with_their_defaults():
-    made = {o.name: o for o in readout.options(7, 4, 90, 1e-8)}
+    made = {o.name: o for o in network_options(7, 4, 90, 1e-8)}
     assert list(made) == ["hidden", "activation", "starts", "trainer", "iterations", "decay", "margin"]
     assert {name: (made[name].default, made[name].lo, made[name].hi) for name in network(7, 4, 90)} == network(7, 4, 90)
     assert "at least 1e-08" in made["decay"].text

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hystfmu import Dataset, InputError, fit
-from hystfmu.identify.features.monomials import basis, lagged
 from hystfmu.identify.methods import polynomial_narx as kind
+from hystfmu.identify.methods.polynomial_narx import basis, lagged
 
 H = 1e-3
 OPTIONS = {

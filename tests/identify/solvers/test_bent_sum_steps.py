@@ -9,8 +9,7 @@ import pytest
 from numpy.polynomial import legendre
 
 from hystfmu.identify.features import bent_sum, constraint_factor
-from hystfmu.identify.features.bent_sum import BentSum, Problem
-from hystfmu.identify.features.following import Following
+from hystfmu.identify.features.bent_sum import BentSum, Following, Problem
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 H = 0.01

@@ -11,8 +11,7 @@ from hystfmu import Dataset, InputError, fit
 from hystfmu.graph import Graph
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.methods import preisach
-from hystfmu.identify.methods.preisach import dead_zones, knots, lag
-from hystfmu.identify.solvers import penalised
+from hystfmu.identify.methods.preisach import Penalised, dead_zones, knots, lag
 from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.identify.streaming import Stream
 from papers.statements.printed import PrintedRecursive
@@ -149,9 +148,7 @@ def test_rate_dependent_terms_must_gain(monkeypatch, data, sign, rate, errors, k
     beside = np.column_stack([*(lag(u, H, t) for t in T), bent])
     free = beside if kept else np.zeros((400, 0))
     columns = density.columns(u)
-    problem = penalised.Penalised(
-        columns[rows], free[rows], sign * record.y[rows], (density.along_mean, density.along_width)
-    )
+    problem = Penalised(columns[rows], free[rows], sign * record.y[rows], (density.along_mean, density.along_width))
     x, v, c = problem.solve((1e-3, 3e-2, 3e-2))
     want = sign * (columns @ x + free @ v + c)
     assert graph.run(u, H).reshape(-1) == pytest.approx(want, rel=1e-6, abs=1e-6)

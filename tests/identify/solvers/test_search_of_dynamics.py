@@ -16,7 +16,7 @@ from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.estimate import dynamics
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, search, uncertainty, unknown
 from hystfmu.identify.estimate.search import standard_errors
-from hystfmu.identify.features import bent_sum, following, other_memory, plays
+from hystfmu.identify.features import bent_sum, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
 from hystfmu.identify.features.plays import behind_dead_band, dead_band, with_dead_band
 from hystfmu.identify.graphs import covariate_inputs
@@ -230,7 +230,7 @@ def test_covariates_start_at_their_training_means():
 def test_blocks_by_default():
     u = np.interp(np.arange(2001), 20 * np.arange(101), np.random.default_rng(3).uniform(-1, 1, 101))
     assert validation_rows(u).tolist() == validation_rows(u, 3, 40).tolist()
-    assert following.LEVELS == ("none", "offset", "gain", "bend")
+    assert bent_sum.LEVELS == ("none", "offset", "gain", "bend")
 
 
 def test_steps_behind_another_start_end_where_they_do_not_reach_it(monkeypatch):
@@ -282,7 +282,7 @@ def test_gauss_newton_steps_with_gains_of_covariates():
     theta = rng.uniform(-1, 1, (500, 2))
     v = 0.6 * x + 0.4 * play
     y = (1 + 0.3 * theta[:, 0]) * (0.5 + v + 0.2 * v**2) + 0.1 * theta[:, 0] + 0.4 * theta[:, 1]
-    f = following.Following(theta, ("gain", "offset"))
+    f = bent_sum.Following(theta, ("gain", "offset"))
     rows = np.arange(20, 500)
     p = Problem(np.column_stack([x, play]), y[rows], rows, H, np.zeros(0), following=f)
     s = bent_sum.fit(p, bent_sum.fit_linear(p, 2))

@@ -23,6 +23,12 @@ from hystfmu.identify.estimate.free import Free
 from hystfmu.model.inputs import rows_of
 
 MARGIN = 1e-10  # of a start to its bounds, relative to the room between them or to 1
+DECADES = 3.0  # to both sides of a positive value
+WIDE = 10.0  # times the value, or times 1, to both sides of one of any sign
+LARGE = 1e5  # a limit of a block from here on is no limit of a search
+RATIO = 10.0  # bound of the logarithm of a value over the last one, where the sum is given
+STEP = 0.3  # scale of a logarithm
+SHARE = 0.1  # scale of another coordinate, relative to the room between its bounds
 
 
 @dataclass(frozen=True)
@@ -63,11 +69,6 @@ class Coordinates:
         whole = p.copy()
         whole[moved] = q
         return whole
-
-
-DECADES = 3.0  # to both sides of a positive value
-WIDE = 10.0  # times the value, or times 1, to both sides of one of any sign
-LARGE = 1e5  # a limit of a block from here on is no limit of a search
 
 
 def default_bounds(free: Free, graph: Graph, data: Dataset) -> tuple[float, float]:
@@ -114,11 +115,6 @@ def _range(free: Free, graph: Graph, data: Dataset) -> tuple[float, float]:
     probe = Graph(graph.nodes, graph.wires, graph.inputs, [Output("probe", sources[0])], sort=False, step=graph.step)
     seen = probe.run(rows, data.h)
     return float(seen.min()), float(seen.max())
-
-
-RATIO = 10.0  # bound of the logarithm of a value over the last one, where the sum is given
-STEP = 0.3  # scale of a logarithm
-SHARE = 0.1  # scale of another coordinate, relative to the room between its bounds
 
 
 @dataclass(frozen=True)

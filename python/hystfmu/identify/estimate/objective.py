@@ -38,16 +38,6 @@ class Linear:
     elements: tuple[int, ...] = (0,)
     positive: bool = False
 
-    @property
-    def node(self) -> str:
-        """Name of its node."""
-        return self.name.partition(".")[0]
-
-    @property
-    def parameter(self) -> str:
-        """Name of the parameter in the block."""
-        return self.name.partition(".")[2]
-
 
 class OutOfTime(Exception):
     """The time of a search is over."""
@@ -97,7 +87,8 @@ class Objective:
         for part in self.linear:
             n = len(part.elements)
             if part.name not in found:
-                found[part.name] = self.structure(p).node(part.node).value(part.parameter)
+                node, _, parameter = part.name.partition(".")
+                found[part.name] = self.structure(p).node(node).value(parameter)
             found[part.name][list(part.elements)] = weights[at : at + n]
             at += n
         return found

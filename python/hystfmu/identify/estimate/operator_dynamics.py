@@ -79,7 +79,7 @@ def build(operator: Operator, data: Dataset, options: Options, progress: Progres
 
         return Objective(data, structure, everything.only(moved, p), linear, rows=rows)
 
-    g = search(_Bank(operator, data, some, hold).residuals, data, options, lambda f: progress(0.5 * f))
+    g = search(_bank(operator, data, some, hold), data, options, lambda f: progress(0.5 * f))
     shapes = np.arange(len(lo)) > DELAY
     points = [np.array([*g.point(h), *start]) for start in operator.starts]
     p = everything.inside(points[0])
@@ -108,25 +108,22 @@ def build(operator: Operator, data: Dataset, options: Options, progress: Progres
     return chains.finished(best.graph(q)), parameters, found_of
 
 
-class _Bank:
-    """Responses of fixed shapes behind the dynamics, for the search of the dynamics alone."""
+def _bank(operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) -> Callable[[Dynamics], Array]:
+    """Return the residuals, by the dynamics, that 1 and responses of fixed shapes behind them leave, combined."""
+    front, found = operator.nodes(data), []
+    for point in operator.bank:
+        given = [(*name.partition(".")[::2], value) for name, value in operator.shape(point).items()]
+        nodes = [n.with_values(**{k: v for node, k, v in given if node == n.name}) for n in front]
+        found.append(_run(operator, nodes, data.u))
+    responses, y = np.column_stack([found[0][:, 0], *(c[:, 1:] for c in found)]), data.y[rows]
 
-    def __init__(self, operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) -> None:
-        self.rows, self.y, self.h, self.hold = rows, data.y[rows], data.h, hold
-        front, columns = operator.nodes(data), []
-        for point in operator.bank:
-            given = [(*name.partition(".")[::2], value) for name, value in operator.shape(point).items()]
-            nodes = [n.with_values(**{k: v for node, k, v in given if node == n.name}) for n in front]
-            columns.append(_run(operator, nodes, data.u))
-        self.columns = np.column_stack([columns[0][:, 0], *(c[:, 1:] for c in columns)])
-
-    def residuals(self, g: Dynamics) -> Array:
-        """Return the residuals of a linear combination of 1 and of the filtered responses."""
-        filtered = g.filter(self.columns, self.h, self.hold)[self.rows]
-        columns = np.column_stack([np.ones(len(self.rows)), filtered])
+    def residuals(g: Dynamics) -> Array:
+        columns = np.column_stack([np.ones(len(rows)), g.filter(responses, data.h, hold)[rows]])
         size = np.linalg.norm(columns, axis=0)
-        c = np.linalg.lstsq(columns / size, self.y, rcond=1e-10)[0] / size
-        return np.asarray(columns @ c - self.y)
+        c = np.linalg.lstsq(columns / size, y, rcond=1e-10)[0] / size
+        return np.asarray(columns @ c - y)
+
+    return residuals
 
 
 class _Chains:

@@ -24,6 +24,9 @@ from hystfmu.identify.estimate.objective import Objective, OutOfTime
 EVALUATIONS = (30, 200)  # limit on evaluations of residuals and Jacobian: per start, for the best start
 TOLERANCES = (1e-8, 1e-13)  # relative change of the cost and of the coordinates that ends a search
 ENOUGH = 1e-4  # misfit, relative to the size of the residuals, below which no other start is tried
+NULL = 1e-5  # singular value, relative to the largest, of a direction without effect: above the error of differences
+PART = 0.05  # of such a direction: from here on a parameter takes part in it
+WIDE = 0.25  # standard error, relative to the room between the bounds, of a parameter that is as good as unknown
 
 
 @dataclass(frozen=True)
@@ -66,11 +69,7 @@ def refined(
 
 
 def best_of(
-    objective: Objective,
-    starts: Iterable[Array],
-    evaluations: int,
-    progress: Progress = silent,
-    enough: float = ENOUGH,
+    objective: Objective, starts: Iterable[Array], evaluations: int, progress: Progress = silent, enough: float = ENOUGH
 ) -> Found:
     """Search briefly from each start, and return the best; parameters as in `search`."""
     points, best = list(starts), None
@@ -138,11 +137,6 @@ def correlation_time(residuals: Array) -> float:
     correlation = np.fft.irfft(spectrum, n)[: len(e)] / power
     end = int(np.argmax(correlation <= 0)) or len(correlation)
     return float(1 + 2 * correlation[1:end].sum())
-
-
-NULL = 1e-5  # singular value, relative to the largest, of a direction without effect: above the error of differences
-PART = 0.05  # of such a direction: from here on a parameter takes part in it
-WIDE = 0.25  # standard error, relative to the room between the bounds, of a parameter that is as good as unknown
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,16 @@ from hystfmu.identify.evidence.told import Seen, held_input, known_modes, left_o
 
 GRID = 1200  # bins after pooling
 DAMPINGS = (0.01, 0.03, 0.1, 0.3, 0.8)
+MOST_MODES = 3
+PAYS = 60.0  # drop of the weighted sum of squares, over the misfit, that a mode must give
+PAYS_SHARE = 0.15  # and of all of it, because errors of the model of the hysteresis are no white noise
+DOUBTFUL, WRONG = 2.0, 6.0  # misfit that asks for other starts, and that no fit has
+FITS_BETTER = 0.7  # misfit over that of a fit with as many known modes
+WIDE, SHORT, LONG = np.arange(-0.5, 6.01, 0.25), np.arange(-0.5, 1.51, 0.25), np.arange(1.5, 3.51, 0.25)
+STARTS = ((WIDE, True), (WIDE, False), (SHORT, False), (LONG, False))
+"""Delays (steps) of starts, and whether the first mode stands for the whole response, without a rest."""
+REST_PAYS, HOLD_PAYS = 25.0, 50.0  # the same for a rest, and for held values against a smooth input
+BELOW, SLOW = 100.0, 20.0  # lowest frequency of the fit and of the slow parts, as fractions of the lowest mode
 
 
 @dataclass(frozen=True)
@@ -79,18 +89,6 @@ def scan(
 
 def _real(x: Complex) -> Array:
     return np.vstack([x.real, x.imag])
-
-
-MOST_MODES = 3
-PAYS = 60.0  # drop of the weighted sum of squares, over the misfit, that a mode must give
-PAYS_SHARE = 0.15  # and of all of it, because errors of the model of the hysteresis are no white noise
-DOUBTFUL, WRONG = 2.0, 6.0  # misfit that asks for other starts, and that no fit has
-FITS_BETTER = 0.7  # misfit over that of a fit with as many known modes
-WIDE, SHORT, LONG = np.arange(-0.5, 6.01, 0.25), np.arange(-0.5, 1.51, 0.25), np.arange(1.5, 3.51, 0.25)
-STARTS = ((WIDE, True), (WIDE, False), (SHORT, False), (LONG, False))
-"""Delays (steps) of starts, and whether the first mode stands for the whole response, without a rest."""
-REST_PAYS, HOLD_PAYS = 25.0, 50.0  # the same for a rest, and for held values against a smooth input
-BELOW, SLOW = 100.0, 20.0  # lowest frequency of the fit and of the slow parts, as fractions of the lowest mode
 
 
 def modes(seen: Seen) -> tuple[str, Fitted] | None:

@@ -15,6 +15,15 @@ from hystfmu.identify.evidence.spectra import CELL, LOCAL, Cells, Response, Wind
 
 INEXACT = 0.01  # of the output in a cell: error of the model of the hysteresis and of the input between rows
 BEYOND = 1.15  # last bin of a fit, over the highest frequency that is seen
+KNOWN_F, KNOWN_ZETA, KNOWN_SHARE = 0.1, 0.5, 1 / 5  # largest relative standard errors of a mode
+KNOWN_TOLD = 0.5  # the same of its share, with the errors of its shape
+HIGHEST = 0.35  # frequency of a mode over the sample rate
+OVERDAMPED = 0.5  # damping ratio from which a part below the modes is creep, and one of negative share none
+REST_SHAPE = 0.5  # share of a rest that may be the rise of its mode towards its resonance
+BENT = 0.5  # error of f_n over the half width of the resonance, for an error of the response there
+LEAST_F, LEAST_ZETA_SE, LEAST_SHARE, LEAST_DELAY = 1e-4, 3e-3, 2e-3, 0.05
+"""Least standard errors: relative of f_n and zeta, of a share, and of the delay in steps.  Drawn devices with modes
+above the band and inputs that are no ramps between rows have such errors where the noise allows smaller ones."""
 
 
 @dataclass(frozen=True)
@@ -78,17 +87,6 @@ def noise_of(seen: Seen, e: Array) -> Array:
         left.append(smooth(power[at : at + w.cells]))
         at += w.cells
     return np.minimum(seen.cells.noise, np.concatenate(left))
-
-
-KNOWN_F, KNOWN_ZETA, KNOWN_SHARE = 0.1, 0.5, 1 / 5  # largest relative standard errors of a mode
-KNOWN_TOLD = 0.5  # the same of its share, with the errors of its shape
-HIGHEST = 0.35  # frequency of a mode over the sample rate
-OVERDAMPED = 0.5  # damping ratio from which a part below the modes is creep, and one of negative share none
-REST_SHAPE = 0.5  # share of a rest that may be the rise of its mode towards its resonance
-BENT = 0.5  # error of f_n over the half width of the resonance, for an error of the response there
-LEAST_F, LEAST_ZETA_SE, LEAST_SHARE, LEAST_DELAY = 1e-4, 3e-3, 2e-3, 0.05
-"""Least standard errors: relative of f_n and zeta, of a share, and of the delay in steps.  Drawn devices with modes
-above the band and inputs that are no ramps between rows have such errors where the noise allows smaller ones."""
 
 
 def known_modes(found: Fitted, seen: Seen) -> NDArray[np.bool_]:

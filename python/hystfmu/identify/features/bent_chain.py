@@ -23,8 +23,7 @@ from hystfmu.identify.catalogue import Options
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.dynamics import Dynamics, search
 from hystfmu.identify.features import bent_sum
-from hystfmu.identify.features.bent_sum import BentSum, Filter, Problem
-from hystfmu.identify.features.following import Following
+from hystfmu.identify.features.bent_sum import BentSum, Filter, Following, Problem
 from hystfmu.identify.features.plays import plays, thresholds, u0_of
 from hystfmu.identify.features.smooth_density import RelaySum
 from hystfmu.identify.graphs import covariate_inputs, device, wired

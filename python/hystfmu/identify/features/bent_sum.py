@@ -5,14 +5,21 @@
 F is linear (G0 with delay, or nothing) with gain 1 at rest, L_T a first-order lag, b a polynomial (Legendre basis on
 the range of v).  The fit takes Gauss-Newton steps in the non-negative w and k, each a non-negative least-squares
 problem on the columns F[(1 + sum k_j L_j)[b'(v) p_i]] and F[L_j[b]]; between the steps the coefficients of b follow by
-linear least squares.  With covariates b follows them (`following`); their gains g are variables of the Gauss-Newton
-steps, without bounds.  This is a Wiener-Hammerstein structure with a hysteresis at its front (Giri & Bai 2010,
+linear least squares.  This is a Wiener-Hammerstein structure with a hysteresis at its front (Giri & Bai 2010,
 Block-oriented Nonlinear System Identification, ch. 1), solved as a separable problem (Golub & Pereyra 1973).
+
+The bend may follow covariates theta, scaled to [-1, 1], linear in each of them:
+
+  b(v, theta) = (1 + g' theta) b(v) + sum_j theta_j b_j(v)
+
+A covariate acts at one of four levels: none; ``offset``, b_j constant; ``gain``, b_j constant and g_j free; ``bend``,
+b_j a polynomial of the degree of b.  The gains g are variables of the Gauss-Newton steps, without bounds.  With a gain
+the inverse of b(v) is that of the whole; with a bend it is a root.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,17 +28,77 @@ from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.graph.columns import parallel_lags
-from hystfmu.identify.features.following import Following
-from hystfmu.identify.solvers.nonnegative import nonnegative
-from hystfmu.identify.solvers.penalised import LEAST_SIZE
+from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 
+LEVELS = ("none", "offset", "gain", "bend")
 STEPS = 30  # most Gauss-Newton steps
 SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step, tried in turn
 GAIN, HELD_GAIN = 1e-4, 1e-3  # relative reduction of the squared error below which the steps end; with penalties
 LEAST_SLOPE = 0.02  # of the mean slope: a monotone bend is nowhere flatter on the range of v
 GRID = np.linspace(-1.0, 1.0, 201)
-
 Filter = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Following:
+    """Covariates theta (n, m), scaled, over all rows, and the level of each, of `LEVELS`."""
+
+    theta: Array
+    levels: Sequence[str]
+
+    @property
+    def gains(self) -> NDArray[np.intp]:
+        """Numbers of the covariates that set the gain."""
+        return np.flatnonzero([level == "gain" for level in self.levels])
+
+    def free(self, size: int) -> NDArray[np.bool_]:
+        """Return which of the coefficients of b_j are free, shape (m, size)."""
+        found = np.zeros((len(self.levels), size), dtype=bool)
+        for j, level in enumerate(self.levels):
+            found[j, : {"none": 0, "bend": size}.get(level, 1)] = True
+        return found
+
+    def factor(self, g: Array) -> Array:
+        """Return 1 + g' theta, shape (n,)."""
+        return np.asarray(1 + self.theta @ g)
+
+    def columns(self, basis: Array, g: Array) -> Array:
+        """Return the columns of a regression on the coefficients of b and the free ones of b_j.
+
+        The basis (n, size) are polynomials of v, g (m,) the gains.
+        """
+        rows, orders = np.nonzero(self.free(basis.shape[1]))
+        return np.hstack([basis * self.factor(g)[:, None], self.theta[:, rows] * basis[:, orders]])
+
+    def coefficients(self, found: Array, size: int) -> tuple[Array, Array]:
+        """Split the weights of `columns` into those of b (size,) and of b_j (m, size)."""
+        free = self.free(size)
+        c = np.zeros(free.shape)
+        c[free] = found[size:]
+        return found[:size], c
+
+    def value(self, v: Array, q: Array, c: Array, g: Array) -> Array:
+        """Return b(v, theta), shape (n,), for coefficients q of b and c of b_j."""
+        own: Array = self.factor(g) * np.asarray(legendre.legval(v, q), float)
+        if not self.levels:
+            return own
+        return np.asarray(own + np.sum(self.theta * np.asarray(legendre.legval(v, c.T), float).T, axis=1))
+
+    def slope(self, v: Array, q: Array, c: Array, g: Array) -> Array:
+        """Return the derivative of b(v, theta) by v, shape (n,)."""
+        if len(q) == 1:
+            return np.zeros(len(v))
+        of_q, of_c = (np.asarray(legendre.legder(each, axis=-1), float) for each in (q, c.reshape(-1, len(q))))
+        return self.value(v, of_q, of_c, g)
+
+    def started(self, y: Array, rows: NDArray[np.intp]) -> Array:
+        """Return free columns (rows, ...) that stand for offset and gain in a fit without a bend, y (rows,)."""
+        used = self.theta[rows][:, [level != "none" for level in self.levels]] if self.levels else np.zeros((len(y), 0))
+        return np.hstack([np.ones((len(y), 1)), used, used * y[:, None]])
+
+    def parameters(self, size: int) -> int:
+        """Return the number of free coefficients and gains for polynomials with `size` coefficients."""
+        return int(self.free(size).sum()) + len(self.gains)
 
 
 @dataclass(frozen=True)

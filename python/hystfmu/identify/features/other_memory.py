@@ -19,6 +19,7 @@ from hystfmu.model.coverage import coverage
 
 MOST_ROWS, LEAST_REVERSALS = 8000, 12
 SEED = 77
+PLAYS = 2  # that stand for the memory of a kind with local parameters
 
 
 def other_memory(u: Array, start: float) -> Array:
@@ -44,9 +45,6 @@ def other_memory(u: Array, start: float) -> Array:
         parts.append(last + (level - last) * shape)
         rows, last = rows + len(shape), level
     return np.concatenate(parts)
-
-
-PLAYS = 2  # that stand for the memory of a kind with local parameters
 
 
 def unseen(data: Dataset) -> float:

@@ -1,4 +1,4 @@
-"""Play operators: columns of a regression, run by the C core, their thresholds, their start, and a dead band.
+"""Play operators as columns of a regression, run by the C core; options that operators share; a dead band.
 
 A dead band is a play in front of a model that suppresses the reversals of input noise.  A model without return-point
 memory (Bouc-Wen, Duhem) accumulates every reversal of the noise: noise of 0.25 % of the input range costs 2.2 % of the
@@ -19,6 +19,11 @@ from hystfmu.graph import Graph, Input, Node
 from hystfmu.identify.catalogue import Option, Options
 
 LEAST_TRAVEL = 0.02
+RANGE = Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen")
+MOST = 0.05  # of the range: a larger sigma is the excitation itself
+WIDTH = 2.0  # half-width of the play, in sigma
+DEAD_BAND_TEXT = "half-width of a play in front of the model, in the unit of measure of u; default: 2 sigma of noise"
+DEAD_BAND = Option("dead_band", None, 0.0, 1e300, text=DEAD_BAND_TEXT)
 
 
 def thresholds(u: Array, n: int) -> Array:
@@ -42,20 +47,20 @@ def u0_option(what: str) -> Option:
     return Option("u0", None, -1e300, 1e300, text=f"initial memory: {what} at this input; default the first input")
 
 
+def branch_option(of: str = "") -> Option:
+    """Return the option of the memory of an operator with a branch function, `of` that name."""
+    what = f"a branch of {of}" if of else "a branch"
+    return Option(
+        "memory",
+        "dominant",
+        choices=("dominant", "last"),
+        text=f"extremum {what} starts from; last: the literal reading",
+    )
+
+
 def u0_of(data: Dataset, options: Options) -> float:
     """Return the value of the option, in the unit of measure of u."""
     return float(data.u[0]) if options["u0"] is None else float(options["u0"])
-
-
-MOST = 0.05  # of the range: a larger sigma is the excitation itself
-WIDTH = 2.0  # half-width of the play, in sigma
-DEAD_BAND = Option(
-    "dead_band",
-    None,
-    0.0,
-    1e300,
-    text="half-width of a play in front of the model, in the unit of measure of u; default: 2 sigma of noise",
-)
 
 
 def dead_band(u: Array) -> float:

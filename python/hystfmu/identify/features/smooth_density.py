@@ -26,6 +26,8 @@ from hystfmu.graph import Graph, Node
 
 MARGIN = 0.1
 DEGREE = 2
+GRID, WIDTHS, MEANS = 40, 16, 8  # of `RelaySum`
+HELD = (1e-3, 3e-2, 3e-2)  # strengths of the ridge and of the penalties over mean and width of the density
 
 
 def triangles(n: int) -> Array:
@@ -98,10 +100,6 @@ def splines(x: Array, n: int) -> Array:
     inner = np.linspace(-1.0, 1.0, n - degree + 1)
     knots = np.concatenate([np.full(degree, -1.0), inner, np.full(degree, 1.0)])
     return np.asarray(BSpline.design_matrix(np.clip(x, -1.0, 1.0), knots, degree).toarray())
-
-
-GRID, WIDTHS, MEANS = 40, 16, 8
-HELD = (1e-3, 3e-2, 3e-2)  # strengths of the ridge and of the penalties over mean and width of the density
 
 
 class RelaySum:

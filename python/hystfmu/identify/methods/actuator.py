@@ -28,7 +28,7 @@ from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import ANY, Built, Candidate, Memory, Option, Options
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told, uncertainty
 from hystfmu.identify.features.bent_chain import PLAYS, RELAYS, STOPS, Fitting, Parts, Trial, chain
-from hystfmu.identify.features.following import LEVELS, Following
+from hystfmu.identify.features.bent_sum import LEVELS, Following
 from hystfmu.identify.features.plays import u0_option
 
 TEXT = "plays, stops or relays, bend, creep, G0(s) with delay: the parts that validation blocks support"

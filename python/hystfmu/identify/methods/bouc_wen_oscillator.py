@@ -45,10 +45,7 @@ OPTIONS = (
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the graph of one ``bouc_wen_oscillator``; return it, the number of its parameters, and those with bounds.
 
-    Raises
-    ------
-    InputError
-        The spectra give a mass or stiffness that is not positive.
+    Spectra that give a mass or stiffness that is not positive are an InputError.
     """
     rows = np.arange(len(data.u))[data.counted][:: options["stride"]]
     y = data.y[rows]

@@ -14,11 +14,10 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import CLOSES, Candidate, Option, Options
 from hystfmu.identify.features.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
-from hystfmu.identify.features.plays import u0_of, u0_option
+from hystfmu.identify.features.plays import branch_option, u0_of, u0_option
 from hystfmu.identify.methods.fitted_operator_mlp import BEND, straightened
-from hystfmu.identify.network import readout
 from hystfmu.identify.network.hidden_sweep import hidden_sweep
-from hystfmu.identify.network.readout import Features, fit_readout
+from hystfmu.identify.network.readout import Features, fit_readout, network_options
 
 TEXT = "constraint-factor operator and a network on (x, h)"
 COVARIATES = True
@@ -33,18 +32,13 @@ OPTIONS = (
         choices=("increasing", "literal"),
         text="least squares over increasing branches; literal: the paper's normal equations",
     ),
-    Option(
-        "memory",
-        "dominant",
-        choices=("dominant", "last"),
-        text="extremum a branch starts from; last: the literal reading",
-    ),
+    branch_option(),
     Option("roughness", 1e-4, 0.0, 1e3, text="penalty on the third derivative of the branch"),
     BEND,
     Option("range", 1.0, 1e-6, 10.0, text="range that the input is scaled to before the operator"),
     Option("sweep", 0, 0, 1000, text="try 1 .. sweep hidden neurons; 0: use `hidden`"),
     u0_option("the operator rests"),
-    *readout.options(hidden=5, starts=3, iterations=230),
+    *network_options(hidden=5, starts=3, iterations=230),
 )
 
 

@@ -143,10 +143,7 @@ class _Start:
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build the graph ``scaling -> duhem -> scaling``; return it with the number of its parameters.
 
-    Raises
-    ------
-    InputError
-        There are fewer rows of rising or of falling input than coefficients.
+    Fewer rows of rising or of falling input than coefficients are an InputError.
     """
     rows, counted, m, q = data.train, data.counted, options["m"], options["q"]
     seen = data.u[: rows.stop]  # later rows do not affect the training rows

@@ -50,11 +50,8 @@ CANDIDATES = (Candidate(LAGS, 0.5, 3.0),)
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the graph of one ``duhem_oscillator``; return it, the number of its parameters and what is known of them.
 
-    Raises
-    ------
-    InputError
-        The spectra give a mass or stiffness that is not positive, a natural frequency above that of the rows, or an
-        oscillator that has nothing to do with the data.
+    An InputError are spectra that give a mass or stiffness that is not positive, a natural frequency above that of the
+    rows, or an oscillator that has nothing to do with the data.
     """
     stride = options["stride"]
     rows = np.arange(len(data.u))[data.counted][::stride]

@@ -14,8 +14,7 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option, Options
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
-from hystfmu.identify.network import readout
-from hystfmu.identify.network.readout import Features, fit_readout
+from hystfmu.identify.network.readout import Features, fit_readout, network_options
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "fitted weighted plays and a network on (x, their sum)"
@@ -27,7 +26,7 @@ OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
     BEND,
     u0_option("every play rests"),
-    *readout.options(hidden=12, starts=3, iterations=150),
+    *network_options(hidden=12, starts=3, iterations=150),
 )
 
 

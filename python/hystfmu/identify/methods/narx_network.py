@@ -44,10 +44,7 @@ OPTIONS = (
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build ``scaling -> narx_network -> scaling``; return it with the number of weights.
 
-    Raises
-    ------
-    InputError
-        Too few rows for the lags, or a model that is unstable in a free run.
+    Too few rows for the lags, or a model that is unstable in a free run, are an InputError.
     """
     lags, hidden = options["lags"], options["hidden"]
     u, y = data.u[data.train], np.full(data.train.stop, np.nan)
@@ -78,13 +75,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 
 
 def trained(
-    u: Array,
-    y: Array,
-    lags: int,
-    hidden: int,
-    iterations: tuple[int, int],
-    seed: int,
-    progress: Progress,
+    u: Array, y: Array, lags: int, hidden: int, iterations: tuple[int, int], seed: int, progress: Progress
 ) -> tuple[Array, float]:
     """Train on scaled input u and output y (n,), evenly sampled, within [-1, 1].
 

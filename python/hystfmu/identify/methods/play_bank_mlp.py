@@ -12,8 +12,7 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import CLOSES, Candidate, Memory, Option, Options
 from hystfmu.identify.features.plays import thresholds, u0_of, u0_option
-from hystfmu.identify.network import readout
-from hystfmu.identify.network.readout import Features, fit_readout
+from hystfmu.identify.network.readout import Features, fit_readout, network_options
 
 TEXT = "bank of plays and a network on them"
 MEMORY = Memory(700.0, "N")
@@ -24,7 +23,7 @@ CANDIDATES = (Candidate(CLOSES, 2.0, 0.05, quick={"starts": 1, "iterations": 30}
 OPTIONS = (
     Option("N", 32, 1, 10000, text="number of plays"),
     u0_option("every play rests"),
-    *readout.options(hidden=6, starts=2, iterations=150, least_decay=LEAST_DECAY),
+    *network_options(hidden=6, starts=2, iterations=150, least_decay=LEAST_DECAY),
 )
 
 

@@ -13,10 +13,14 @@ As in `zhao_tan_mlp`, the range to which the input is scaled is a parameter, cho
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
+from math import comb
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
@@ -24,8 +28,7 @@ from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options
-from hystfmu.identify.features.monomials import basis, count, lagged
-from hystfmu.identify.features.plays import u0_of, u0_option
+from hystfmu.identify.features.plays import RANGE, branch_option, u0_of, u0_option
 from hystfmu.identify.graphs import covariate_inputs, device
 from hystfmu.identify.solvers.recursive import Recursive
 
@@ -53,13 +56,8 @@ OPTIONS = (
     ),
     Option("dead_zone", None, 1e-300, 1e300, text="r, as y is measured; default 1.2 times the largest batch error"),
     Option("ridge", 1e-3, 1e-12, 1e6, text="ridge on the weights, each scaled by its column"),
-    Option(
-        "memory",
-        "dominant",
-        choices=("dominant", "last"),
-        text="extremum a branch of f starts from; last: the literal reading",
-    ),
-    Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen"),
+    branch_option("f"),
+    RANGE,
     u0_option("the operator rests"),
     Option("margin", 0.05, 0.0, 1e300, text="the input is limited to the training range and this fraction of it"),
 )
@@ -145,11 +143,8 @@ def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Build ``scaling -> zhao_tan -> polynomial_narx -> scaling``; return it with the number of weights.
 
-    Raises
-    ------
-    InputError
-        Too many weights for the rows, a dead zone without its training, covariates with lags of y or another training
-        than by batch.
+    An InputError are too many weights for the rows, a dead zone without its training, covariates with lags of y or
+    another training than by batch.
     """
     n_u, n_f, n_y, n_k, q = (options[name] for name in ("n_u", "n_f", "n_y", "n_k", "q"))
     if data.covariates and (n_y or options["training"] != "batch"):
@@ -200,13 +195,7 @@ def solve(seen: Signals, rows: Rows, lags: list[int], q: int, ridge: float) -> t
 
 
 def _recursive(
-    seen: Signals,
-    rows: Rows,
-    lags: list[int],
-    options: Options,
-    batch: Array,
-    gains: Array,
-    progress: Progress,
+    seen: Signals, rows: Rows, lags: list[int], options: Options, batch: Array, gains: Array, progress: Progress
 ) -> Array:
     """Return the weights after one pass over the training rows, starting from 0."""
     z, _ = seen.lags(*lags)
@@ -251,10 +240,40 @@ def assemble(data: Dataset, seen: Signals, lags: Mapping[str, int], q: int, thet
         Node("network", "polynomial_narx", {**lags, "q": q}, {"theta": theta[:size], "y0": seen.y[0]}),
         Node("readout", "scaling", {"n": 1}, {"gain": seen.half, "offset": seen.middle}),
     ]
-    wires = [
-        ("input.y", "operator.x"),
-        ("input.y", "network.u"),
-        ("operator.h", "network.f"),
-        ("network.y", "readout.u"),
-    ]
-    return device(data, nodes, wires)
+    wires = [("input.y", "operator.x"), ("input.y", "network.u"), ("operator.h", "network.f")]
+    return device(data, nodes, [*wires, ("network.y", "readout.u")])
+
+
+def count(p: int, q: int) -> int:
+    """Return the number of monomials of p variables up to order q with the constant, (p + q)! / (p! q!)."""
+    return comb(p + q, q)
+
+
+@functools.lru_cache(maxsize=64)
+def _factors(p: int, q: int) -> tuple[NDArray[np.intp], ...]:
+    """Return, per degree 1..q, the variables of each monomial; shape (monomials of that degree, degree)."""
+    return tuple(
+        np.array(list(combinations_with_replacement(range(p), d)), np.intp).reshape(-1, d) for d in range(1, q + 1)
+    )
+
+
+def basis(z: Array, q: int) -> Array:
+    """Compute the regressor h(k) of eq. 11, (..., count(p, q)), of lagged signals z (..., p) up to order q.
+
+    z = [u(k-1), ..., u(k-n_u), f(k-1), ..., f(k-n_f), y(k-1), ..., y(k-n_y)], or from u(k), f(k) on; its order is that
+    of the block `polynomial_narx`: z, all products z_i z_j with i <= j, then of three, ..., finally the constant.
+    """
+    parts = []
+    for factors in _factors(z.shape[-1], q):
+        product = z[..., factors[:, 0]]
+        for column in factors.T[1:]:
+            product = product * z[..., column]
+        parts.append(product)
+    return np.concatenate([*parts, np.ones((*z.shape[:-1], 1))], axis=-1)
+
+
+def lagged(v: Array, n: int, first: int = 1) -> Array:
+    """Return v(k-first), ..., v(k-first-n+1) for every row k, shape (rows, n); v rests at v[0] before row 0."""
+    rested = np.concatenate([np.full(n, v[0]), v])
+    starts = range(n - first, -first, -1)
+    return np.column_stack([rested[i : i + len(v)] for i in starts]) if n else np.empty((len(v), 0))

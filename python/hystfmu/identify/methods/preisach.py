@@ -7,12 +7,16 @@ mu is a smooth function of few parameters (`smooth_density`).  Minor loops diffe
 sum of plays, but wiping-out and congruence hold.  Mayergoyz, Mathematical Models of Hysteresis, 1991, ch. 1.  The terms
 in brackets are creep (Krejci & Kuhnen 2001) and dead zones S of a lagged input, which widen the loop with the rate.
 
-The model is linear in all weights.  A ridge and two penalties make the density smooth; their strengths, and whether the
-model has the rate-dependent terms, follow from tenfold cross-validation over consecutive training rows.
+The model is linear in all weights x >= 0 and v, which minimise |y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 +
+sum_i s_i^2 |P_i x|^2.  The penalties make the density smooth; their strengths, and whether the model has the
+rate-dependent terms, follow from tenfold cross-validation over consecutive training rows.  The rows are reduced to the
+triangles of their QR factors, one for each chunk of consecutive rows, so that other strengths or other chunks cost no
+pass over the rows.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -23,8 +27,11 @@ from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.graphs import device
-from hystfmu.identify.solvers.penalised import Penalised, best_strengths
+from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 
+FOLDS = 10
+
+Strengths = tuple[float, ...]
 TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the Everett function"
 MEMORY = Memory(9800.0, "n", 2)
 RECORDS = True
@@ -39,6 +46,83 @@ OPTIONS = (
     Option("rate", None, choices=("yes", "no"), text="creep and rate dependence; default: by cross-validation"),
     Option("start", "demagnetised", choices=("demagnetised", "low", "high"), text="memory before the first row"),
 )
+
+
+class Penalised:
+    """A regression problem: columns A (n, p) with non-negative weights, F (n, q) with free ones, target y (n,).
+
+    The penalties are matrices P_i (m, p), for columns of median size.
+    """
+
+    def __init__(self, bounded: Array, free: Array, y: Array, penalties: Sequence[Array]) -> None:
+        columns = np.column_stack([bounded, free])
+        self.n, self.m = bounded.shape[1], columns.shape[1]
+        self.middle, self.mean = columns.mean(axis=0), float(y.mean())
+        columns = columns - self.middle
+        size = np.linalg.norm(columns, axis=0)
+        size[: self.n] = np.maximum(size[: self.n], LEAST_SIZE * size[: self.n].max())
+        size[size == 0] = 1.0
+        self.size = size
+        typical = float(np.median(size[: self.n]))
+        wide = [np.hstack([p / size[: self.n] * typical, np.zeros((len(p), self.m - self.n))]) for p in penalties]
+        self._penalties = [np.eye(self.m), *wide]
+        self._rows = np.column_stack([columns / size, np.ones(len(y)), y - self.mean])
+        self._chunks = np.array_split(self._rows, min(FOLDS, len(y) // 2))
+        parts = [_triangle(chunk) for chunk in self._chunks]
+        self._whole = _triangle(np.vstack(parts))
+        self._without = [_triangle(np.vstack(parts[:i] + parts[i + 1 :])) for i in range(len(parts))]
+
+    def solve(self, strengths: Strengths) -> tuple[Array, Array, float]:
+        """Return x (p,), v (q,) and c for these strengths, first that of the ridge on all scaled weights."""
+        z = self._solved(self._whole, strengths)
+        w = z[:-1] / self.size
+        return w[: self.n], w[self.n :], float(self.mean + z[-1] - self.middle @ w)
+
+    def error(self, strengths: Strengths) -> float:
+        """Return the RMS error over `FOLDS` chunks of consecutive rows, each predicted from the others."""
+        squares = [
+            float(np.sum((chunk[:, :-1] @ self._solved(triangle, strengths) - chunk[:, -1]) ** 2))
+            for chunk, triangle in zip(self._chunks, self._without, strict=True)
+        ]
+        return float(np.sqrt(np.sum(squares) / len(self._rows)))
+
+    def _solved(self, triangle: Array, strengths: Strengths) -> Array:
+        """Return the scaled weights and the constant."""
+        held = np.vstack([s * p for s, p in zip(strengths, self._penalties, strict=True)])
+        A = np.vstack([triangle[:, : self.m], held])
+        rest = np.zeros(len(held))
+        free = np.column_stack([A[:, self.n :], np.concatenate([triangle[:, self.m], rest])])
+        x, v = nonnegative(A[:, : self.n], np.concatenate([triangle[:, -1], rest]), free)
+        return np.concatenate([x, v])
+
+
+def _triangle(rows: Array) -> Array:
+    return np.asarray(np.linalg.qr(rows, mode="r"))
+
+
+def best_strengths(problem: Penalised, levels: Sequence[Strengths], progress: Progress) -> tuple[Strengths, float]:
+    """Choose the strengths with the least error of cross-validation, one after the other until none changes.
+
+    The levels of each strength are tried from weak to strong; the search starts in the middle.  It returns the
+    strengths and the error.
+    """
+    at = [len(some) // 2 for some in levels]
+    known: dict[tuple[int, ...], float] = {}
+
+    def error(place: list[int]) -> float:
+        key = tuple(place)
+        if key not in known:
+            known[key] = problem.error(tuple(some[i] for some, i in zip(levels, place, strict=True)))
+            progress(min(1.0, len(known) / (3 * sum(map(len, levels)))))
+        return known[key]
+
+    while True:
+        before = list(at)
+        for axis, some in enumerate(levels):
+            places = [[*at[:axis], i, *at[axis + 1 :]] for i in range(len(some))]
+            at = min(places, key=error)
+        if at == before:
+            return tuple(some[i] for some, i in zip(levels, at, strict=True)), error(at)
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:

@@ -17,8 +17,7 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option, Options
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
-from hystfmu.identify.network import readout
-from hystfmu.identify.network.readout import Features, fit_readout
+from hystfmu.identify.network.readout import Features, fit_readout, network_options
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "network on the input, its rate and a bank of plays"
@@ -33,7 +32,7 @@ OPTIONS = (
     Option("N", 12, 1, 10000, text="number of plays in the bank"),
     Option("tau", None, 0.0, 1e12, text="time constant of a derivative (s); default 5 samples, 0 without memory"),
     u0_option("every play rests"),
-    *readout.options(hidden=6, starts=2, iterations=150),
+    *network_options(hidden=6, starts=2, iterations=150),
 )
 
 

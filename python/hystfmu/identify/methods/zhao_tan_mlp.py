@@ -14,9 +14,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import CLOSES, OPENS, Candidate, Option, Options
-from hystfmu.identify.features.plays import u0_of, u0_option
-from hystfmu.identify.network import readout
-from hystfmu.identify.network.readout import Features, fit_readout
+from hystfmu.identify.features.plays import RANGE, branch_option, u0_of, u0_option
+from hystfmu.identify.network.readout import Features, fit_readout, network_options
 
 TEXT = "Zhao-Tan operator and a network on (x, h)"
 COVARIATES = True
@@ -35,15 +34,10 @@ CANDIDATES = (
 )
 OPTIONS = (
     Option("operator", "zhao_tan", choices=tuple(OPERATORS), text="block of the second input of the network"),
-    Option(
-        "memory",
-        "dominant",
-        choices=("dominant", "last"),
-        text="extremum a branch starts from; last: the literal reading",
-    ),
-    Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen"),
+    branch_option(),
+    RANGE,
     u0_option("the operator rests"),
-    *readout.options(hidden=12, starts=3, iterations=150),
+    *network_options(hidden=12, starts=3, iterations=150),
 )
 
 

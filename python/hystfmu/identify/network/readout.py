@@ -15,7 +15,7 @@ from hystfmu.identify.network.training import LEAST_DECAY, MOST_ROWS, decay_for,
 from hystfmu.identify.solvers.trainers import TRAINERS
 
 
-def options(hidden: int, starts: int, iterations: int, least_decay: float = LEAST_DECAY) -> tuple[Option, ...]:
+def network_options(hidden: int, starts: int, iterations: int, least_decay: float = LEAST_DECAY) -> tuple[Option, ...]:
     """Return the options of a network readout with these defaults."""
     decay = f"weight decay; default: a tenth of the noise variance of y, at least {least_decay:g}"
     return (

@@ -40,8 +40,6 @@ def train_module(
         Optimiser; see `hystfmu.identify.solvers.trainers`.
     iterations : int
         Largest number of iterations.
-    progress : function
-        Called with the fraction done, 0..1.
 
     Returns
     -------

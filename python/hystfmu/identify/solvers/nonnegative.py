@@ -34,8 +34,14 @@ DIRECT = 1200  # limit on columns solved at once if most weights are positive bu
 DENSE = 3000  # limit on columns whose row space is factored, which takes 4 n^3 operations
 OPTIMAL = 1e-13  # gradient of a unit column, relative to |b|, that counts as 0
 GAP = 1e-2  # allowed distance of |r|^2 from its minimum, relative to |r|^2: a small r needs a smaller gradient
+LEAST_SIZE = 0.1  # of the largest column: a column that the rows hardly excite is not scaled up further
 MANY = 2**17  # rows
 MEAN = 16 * np.finfo(float).eps  # rounding of a column that is a mean of two others, relative to the largest entry
+EXACT = 1e-13  # largest |b - A x| / |b| of an exact solution; 1e-14 is usual
+DEPENDENT = 1e-12  # distance of a dependent row from the span of the others, relative to the largest row
+CHUNK = 64  # rows per chunk
+ROUNDS = 20  # limit on rounds that set negative weights to 0
+MOST_PUSHED = 0.2  # of all columns: with more weights at 0, a working set of columns is faster
 
 
 def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
@@ -140,13 +146,6 @@ def _triangle(A: Array, b: Array) -> tuple[Array, Array]:
 def _factor(A: Array) -> Array:
     R: Array = np.linalg.qr(A, mode="r")  # type: ignore[assignment]
     return R
-
-
-EXACT = 1e-13  # largest |b - A x| / |b| of an exact solution; 1e-14 is usual
-DEPENDENT = 1e-12  # distance of a dependent row from the span of the others, relative to the largest row
-CHUNK = 64  # rows per chunk
-ROUNDS = 20  # limit on rounds that set negative weights to 0
-MOST_PUSHED = 0.2  # of all columns: with more weights at 0, a working set of columns is faster
 
 
 def positive_solution(A: Array, b: Array) -> Array | None:

@@ -24,30 +24,13 @@ BLOCK = 4  # block size of LAPACK's update; larger blocks do not help with one n
 class Recursive:
     """Recursive estimator of theta in y = h' theta + e.
 
-    Parameters
-    ----------
-    n : int
-        Number of parameters.
-    eta : float
-        Initial covariance P(0) = eta I; 1/eta is a ridge towards `theta`.
-    mu : float
-        Forgetting factor in (0, 1].  With 1 all samples count equally, and theta is their least-squares solution with
-        that ridge.
-    dead_zone : float, optional
-        Dead zone r in the unit of measure of y: an error of at most r changes nothing.  Trap: below the error of the
-        best theta, the update follows noise and diverges.  Without it the update is plain recursive least squares.
-    fraction : float
-        beta as a fraction of its bound mu Sigma, in (0, 1]; at 1 the error after the update is r^2 / e.
-    theta : array, shape (n,), optional
-        Initial parameters; default 0.
+    The initial covariance is P(0) = eta I; 1/eta is a ridge towards the initial parameters, 0 by default.  mu in (0, 1]
+    is the forgetting factor.  With 1 all samples count equally, and theta is their least-squares solution with that
+    ridge.  An error of at most the dead zone, in the unit of measure of y, changes nothing.  Trap: below the error of
+    the best theta, the update follows noise and diverges.  Without it the update is plain recursive least squares.
+    `fraction` in (0, 1] is beta as a fraction of its bound mu Sigma; at 1 the error after the update is r^2 / e.  A
+    value out of range is an InputError, as is a recursion that diverges.
 
-    Raises
-    ------
-    InputError
-        A value is out of range; from `update`, the recursion diverged.
-
-    References
-    ----------
     IPMC paper, section 5; Golub & Van Loan, Matrix Computations, 6.5 (updating QR factorisations).
     """
 
@@ -99,22 +82,8 @@ class Recursive:
     def update(self, phi: Array, y: float) -> float:
         """Update the parameters with one sample.
 
-        Parameters
-        ----------
-        phi : array, shape (n,)
-            Regressor h(k).
-        y : float
-            Measured output.
-
-        Returns
-        -------
-        float
-            Error e(k) = y - phi' theta(k-1) before the update.
-
-        Raises
-        ------
-        InputError
-            A value is not finite, the regressor has another length, or the recursion diverged.
+        The regressor phi is h(k), shape (n,); the error e(k) = y - phi' theta(k-1) is that before the update.  A value
+        that is not finite, another length, or a recursion that diverges is an InputError.
         """
         h = np.asarray(phi, dtype=np.float64)
         if h.shape != (self.n,):
