@@ -36,7 +36,7 @@ import numpy as np
 
 from hystfmu.data import Dataset
 from hystfmu.identify.candidate import CLOSES, LAGS, LATE, OPENS, Candidate
-from hystfmu.identify.catalogue import candidates, takes_covariates, takes_records
+from hystfmu.identify.catalogue import candidates, takes_covariates
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.memory import too_large
@@ -129,8 +129,6 @@ def choose(
     seen = examine(data.longest())
     found, missing = candidates()
     reasons = missing | left_out({n: c for n, (_, c) in found.items()}, seen)
-    if len(data.starts) > 1:
-        reasons |= {n: "it takes one record only" for n, (key, _) in found.items() if not takes_records(key)}
     if data.covariates:
         reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not takes_covariates(key)}
     reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(len(data.t), key, c.options))}

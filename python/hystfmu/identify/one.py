@@ -25,6 +25,7 @@ from hystfmu.identify import guards
 from hystfmu.identify.catalogue import AUTO, METHODS, method, takes_covariates, takes_records
 from hystfmu.identify.excitation import drift
 from hystfmu.identify.features import dead_band
+from hystfmu.identify.one_run import one_run
 from hystfmu.identify.options import resolve
 from hystfmu.identify.port_texts import with_texts
 from hystfmu.model import Model
@@ -44,12 +45,6 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     module = method(key)
     chosen = resolve(key, module.OPTIONS, given)
     check(data)
-    if len(data.starts) > 1 and not takes_records(key):
-        kinds = ", ".join(k for k in METHODS if k != AUTO and takes_records(k))
-        raise InputError(
-            f"{data.path or data.name}: The data of {key} must be one record. Got {len(data.starts)} records, which "
-            f"{kinds} take."
-        )
     if data.covariates and not takes_covariates(key):
         kinds = ", ".join(k for k in METHODS if k != AUTO and takes_covariates(k))
         raise InputError(
@@ -62,7 +57,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     band = chosen.get(dead_band.OPTION.name, 0.0)
     # small matrices: several threads wait for each other, up to twenty times longer on a loaded machine
     with threadpool_limits(1):
-        behind = dead_band.behind(data, band)
+        behind = dead_band.behind(data if takes_records(key) else one_run(data), band)
         graph, parameters, *more = module.build(behind, chosen, seed, progress)
     fitted = Fitted(dead_band.in_front(graph, band), parameters, dict(more[0]) if more else {}, started)
     return finished(data, key, module.TEXT, fitted, {k: v for k, v in chosen.items() if v is not None}, seed)
