@@ -18,10 +18,10 @@ equally good, one with an exact inverse is preferred, then the one with the fewe
 oscillation, each block is much like the next, and all that are no losers are equally good.  If the best leaves more
 than `REFUSED` % beside the noise, there is no model (`hystfmu.identify.refusal`).
 
-No kind is left out for its price.  Where the whole record would take too long, all race on a shorter one
-(`hystfmu.identify.short_record`), and the chosen kind is fitted to all rows.  Kinds whose memory contradicts the minor
-loops in the data, and those for rate dependence if the input has one speed, do not compete.  If the excitation is not
-informative enough to identify memory, the model carries warnings.
+No kind is left out for its price.  Where the whole record would take too long, all race on a shorter one, of several
+on the longest (`hystfmu.identify.short_record`), and the chosen kind is fitted to all rows.  Kinds whose memory
+contradicts the minor loops in the data, and those for rate dependence if the input has one speed, do not compete.  If
+the excitation is not informative enough to identify memory, the model carries warnings.
 """
 
 from __future__ import annotations
@@ -133,7 +133,8 @@ def choose(
         reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not takes_covariates(key)}
     reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(len(data.t), key, c.options))}
     entered = {n: kc for n, kc in found.items() if n not in reasons}
-    raced = shortened(data, affordable([c for _, c in entered.values()], data.train.stop))
+    most = affordable([c for _, c in entered.values()], data.train.stop)
+    raced = shortened(data if data.train.stop <= most else data.longest(), most)
     rows = raced.train.stop
     race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
     race.reasons |= reasons
