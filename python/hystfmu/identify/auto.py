@@ -18,10 +18,10 @@ equally good, one with an exact inverse is preferred, then the one with the fewe
 oscillation, each block is much like the next, and all that are no losers are equally good.  If the best leaves more
 than `REFUSED` % beside the noise, there is no model (`refusal`).
 
-No kind is left out for its price.  Where the whole record would take too long, all race on a shorter one
-(`hystfmu.identify.cuts`), and the chosen kind is fitted to all rows.  Kinds whose memory contradicts the minor
-loops in the data, and those for rate dependence if the input has one speed, do not compete.  If the excitation is not
-informative enough to identify memory, the model carries warnings.
+No kind is left out for its price.  Where the whole record would take too long, all race on a shorter one, of several
+on the longest (`hystfmu.identify.cuts`), and the chosen kind is fitted to all rows.  Kinds whose memory contradicts
+the minor loops in the data, and those for rate dependence if the input has one speed, do not compete.  If the
+excitation is not informative enough to identify memory, the model carries warnings.
 """
 
 from __future__ import annotations
@@ -103,7 +103,8 @@ def choose(
     where = data.path or data.name
     seen = examine(data.longest())
     entered, reasons = entrants(data, seen)
-    raced = shortened(data, affordable([c for _, c in entered.values()], data.train.stop))
+    most = affordable([c for _, c in entered.values()], data.train.stop)
+    raced = shortened(data if data.train.stop <= most else data.longest(), most)
     rows = raced.train.stop
     race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
     race.reasons |= reasons

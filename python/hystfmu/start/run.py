@@ -142,7 +142,7 @@ def start(
     if model.fit.get("warnings") or doubt:
         notes = [
             *notes,
-            _measure_next(folder / "measure_next.csv", data, asked, float(model.fit["evidence"]["band"][1])),
+            _measure_next(folder / "measure_next.csv", data, asked, model),
         ]
         files["next measurement"] = (folder / "measure_next.csv", "written for what the record does not show")
     said = verdict(loop)
@@ -159,10 +159,11 @@ def _of_a_loop(folder: Path, name: str) -> list[Path]:
     return [folder / n for n in ("loop", "devices.study.toml", "report.json", "measure_next.csv", *inverse)]
 
 
-def _measure_next(path: Path, data: Dataset, asked: Requirements, top: float) -> str:
+def _measure_next(path: Path, data: Dataset, asked: Requirements, model: Model) -> str:
     """Write the input that would end the doubt, up to the frequency that the rate of the record carries or more."""
+    top = float(model.fit["evidence"]["band"][1])
     up_to = max(CARRIED / data.h, FASTER * (asked.bandwidth or 0.0), SEEN * top)
-    return f"measure next: {write_excitation(path, data, reference_frequency(data), up_to)}"
+    return f"measure next: {write_excitation(path, data, reference_frequency(data), up_to, model)}"
 
 
 def _model(data: Dataset, key: Any, seed: int, progress: Callable[[float], None]) -> tuple[Model, str, list[str]]:

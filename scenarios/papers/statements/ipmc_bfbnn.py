@@ -11,7 +11,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify import fit
-from hystfmu.identify.features.monomials import basis, lagged
+from hystfmu.identify.methods.polynomial_narx import basis, lagged
 from papers.row import Row
 from papers.statements import relay_sum
 from papers.statements.branches import crossings
