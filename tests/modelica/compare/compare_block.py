@@ -39,6 +39,8 @@ EXAMPLES = {
     "ChargeDrive": ["command.r", "underVoltage.flange_b.s", "underCharge.flange_b.s"],
     "Cascade": ["reference.r", "inverse.u", "plant.y"],
     "BoucWen": ["reference.r", "controller.u", "plant.y"],
+    "Preisach": ["reference.r", "inverse.u", "plant.y"],
+    "Duhem": ["reference.r", "controller.u", "plant.y"],
     "ZhaoTan": ["reference.r", "inverse.u", "plant.y"],
     "SlidingMode": ["reference.r", "controller.u", "plant.y"],
     "SuperTwisting": ["reference.r", "controller.u", "plant.y"],
