@@ -40,6 +40,7 @@ EXAMPLES = {
     "Cascade": ["reference.r", "inverse.u", "plant.y"],
     "BoucWen": ["reference.r", "controller.u", "plant.y"],
     "Preisach": ["reference.r", "inverse.u", "plant.y"],
+    "IpmcNetwork": ["reference.r", "sensor.y", "compensator.u"],
     "Duhem": ["reference.r", "controller.u", "plant.y"],
     "ZhaoTan": ["reference.r", "inverse.u", "plant.y"],
     "SlidingMode": ["reference.r", "controller.u", "plant.y"],
