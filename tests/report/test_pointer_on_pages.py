@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import re
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from kinds_of_pages import SCENARIOS, data
-from opened_page import opened
+from opened_page import dragged, opened
 
 import hystfmu as hy
 from hystfmu.scenario import Scenario
@@ -163,22 +162,6 @@ def test_two_runs_are_read_at_once(browser: Browser, made: Callable[[str], Path]
         p.locator(".hero").get_by_role("button", name="change in %").click()
         signed = [float(v) for v in p.locator(".hero td:nth-child(5)").all_text_contents()]
         assert signed == sorted(signed)
-
-
-def dragged(p: Page) -> dict[str, np.ndarray]:
-    """Drag the input of an explorer to and fro; return the columns of the file that the page saves."""
-    p.locator("canvas.loop").scroll_into_view_if_needed()
-    box = p.locator("canvas.loop").bounding_box()
-    assert box is not None
-    for k, share in enumerate([0.2, 0.9, 0.35, 0.7]):
-        p.mouse.move(box["x"] + share * box["width"], box["y"] + box["height"] / 2, steps=1 if k == 0 else 5)
-        if k == 0:
-            p.mouse.down()
-    p.mouse.up()
-    with p.expect_download() as waited:
-        p.get_by_role("button", name="Save the path").click()
-    head, *rows = csv.reader(waited.value.path().read_text().splitlines())
-    return dict(zip(head, np.array(rows, dtype=float).T, strict=True))
 
 
 def test_the_plant_of_a_loop_runs_behind_its_inverse(browser: Browser, run: Path) -> None:
