@@ -26,7 +26,7 @@ REACHED = """() => {
   window.reached = new Set();  // heights of what had the focus
   addEventListener('focusin', e => reached.add(Math.round(e.target.getBoundingClientRect().top + scrollY)));
 }"""
-LOOKS = [(width, scheme) for scheme in ("light", "dark") for width in (1100, 400)]
+LOOKS = [(width, scheme) for scheme in ("light", "dark") for width in (1280, 400)]
 FEWEST = {"fmu_of_a_block": 2, "paper": 2}  # heights with something for the keyboard, of the first 30
 Made = Callable[[str], Path]
 

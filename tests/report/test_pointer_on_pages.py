@@ -51,6 +51,7 @@ def test_the_matrix_sorts_by_a_scenario_and_says_what_the_data_say(browser: Brow
     of_pid = {r["case"]: r["metrics"][0]["value"] for r in told if r["scenario"] == "pid"}
     with opened(browser, run) as p:
         matrix = p.locator("table.matrix").first
+        p.get_by_text("Scenarios against cases").click()
         matrix.get_by_role("button", name="pid").click()
         rows = [[c.strip() for c in r.locator("th, td").all_text_contents()] for r in matrix.locator("tr").all()[1:]]
         column = matrix.locator("tr").first.locator("th").all_text_contents().index("pid")
@@ -64,6 +65,7 @@ def test_a_cell_leads_to_its_case_by_pointer_and_key(browser: Browser, run: Path
     with opened(browser, run) as p:
         fold = p.locator("details", has=p.locator('[id="sliding_mode/sine_100"]'))
         assert fold.get_attribute("open") is None
+        p.get_by_text("Scenarios against cases").click()
         p.locator('a[href="#sliding_mode/sine_100"]').click()
         assert fold.get_attribute("open") is not None
         assert fold.locator("figure").first.is_visible()

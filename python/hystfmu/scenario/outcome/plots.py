@@ -16,11 +16,15 @@ from hystfmu.scenario.system.system import System
 
 
 def case_plots(system: System, trace: Trace) -> list[Plot]:
-    """Plots of a case in the report: the named loops and signals, those of one unit of measure together."""
+    """Plots of a case in the report: the error first, then loops, then signals, with one unit of measure each."""
     case = system.case
     after = min((m.after for m in case.metrics.values()), default=0.0)
     window = trace.t >= after
     plots = []
+    tracked = drawn(case)
+    if tracked is not None and tracked.against is not None:
+        line = Line(f"{tracked.signal} - {tracked.against}", *error_of(trace, tracked))
+        plots.append(Plot("Tracking error, including between samples", "t in s", "% of the stroke", [line], True))
     if case.loops:
         lines = [Line(f"{b} over {a}", _share(trace[a][window]), _share(trace[b][window])) for a, b in case.loops]
         plots.append(Plot("Loops, each over its range", "input in % of its range", "output in % of its range", lines))
@@ -30,10 +34,6 @@ def case_plots(system: System, trace: Trace) -> list[Plot]:
     for signals in units.values():
         lines = [Line(s, trace.t, trace[s]) for s in signals]
         plots.append(Plot(", ".join(signals), "t in s", value_label(system, signals), lines))
-    tracked = drawn(case)
-    if tracked is not None and tracked.against is not None:
-        line = Line(f"{tracked.signal} - {tracked.against}", *error_of(trace, tracked))
-        plots.append(Plot("Tracking error, including between samples", "t in s", "% of the stroke", [line], True))
     return plots
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from hystfmu.base.printable import escape
 from hystfmu.report.curve import path
+from hystfmu.report.digits import figure_of
 from hystfmu.scenario.outcome.excerpt import drawn
 from hystfmu.scenario.outcome.plots import error_of
 from hystfmu.scenario.report.worst_and_best import main_verdict, word_of
@@ -67,7 +68,7 @@ def _cell(r: Result | None) -> str:
 def linked(r: Result) -> str:
     """Return curve, metric and verdict of a case as a link to it."""
     v = main_verdict(r)
-    number = "" if v is None else f"{v.value:.3g} "
+    number = "" if v is None else f"{escape(figure_of(v.value, v.kind))} "
     return f'<a class="{"ok" if r.passed else "bad"}" href="#{place(r)}">{_curve(r)}{number}{word_of(r)}</a>'
 
 
@@ -127,6 +128,7 @@ def _metric(v: Verdict | None, fails: bool) -> str:
     if v is None:
         return "<td></td>"
     good = v.within and not (fails and v.same is False)
-    limit = "" if v.limit is None else f" <small>{'≤' if v.within else '&gt;'} {v.limit:.4g}</small>"
-    changed = f'<small class="was">was {v.baseline:.4g}</small>' if v.same is False else ""
-    return f"<td{'' if good else BAD}>{v.value:.4g}{limit}{changed}</td>"
+    limit = "" if v.limit is None else f" <small>{'≤' if v.within else '&gt;'} {v.limit:.3g}</small>"
+    was = "" if v.baseline is None or v.same is not False else escape(figure_of(v.baseline, v.kind))
+    changed = f'<small class="was">was {was}</small>' if was else ""
+    return f"<td{'' if good else BAD}>{escape(figure_of(v.value, v.kind))}{limit}{changed}</td>"

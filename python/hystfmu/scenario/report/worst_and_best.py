@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hystfmu.base.printable import escape
+from hystfmu.report.digits import figure_of
 from hystfmu.report.page import figure
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.outcome.excerpt import drawn
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from hystfmu.scenario.verdict.result import Result
 
 TURNS = 3  # of the reference, on each side of the largest error
-TALL, LOW = 220, 150
+LOW, TALL = 130, 250  # curves that cannot be told apart, and under them the main plot, their difference
 
 
 def main_verdict(r: Result) -> Verdict | None:
@@ -67,9 +68,9 @@ def _said(name: str, r: Result) -> str:
     if v is None:
         return f'<p><b>{title}</b> <b class="bad">stopped</b></p>'
     unit = " % of the stroke" if v.kind.endswith("_percent") else ""
-    limit = "" if v.limit is None else f", limit {v.limit:.4g}"
+    limit = "" if v.limit is None else f", limit {v.limit:.3g}"
     word = f'<b class="{"ok" if r.passed else "bad"}">{word_of(r)}</b>'
-    return f"<p><b>{title}</b><br/>{escape(v.metric)} {v.value:.3g}{unit}{limit}: {word}</p>"
+    return f"<p><b>{title}</b><br/>{escape(v.metric)} {escape(figure_of(v.value, v.kind))}{unit}{limit}: {word}</p>"
 
 
 def _plots(r: Result) -> list[Plot]:
@@ -83,14 +84,14 @@ def _plots(r: Result) -> list[Plot]:
     lines = [Line("wanted", t, wanted), Line("reached", t, reached)]
     unit = value_label(r.system, [tracked.against, tracked.signal])
     return [
-        Plot("wanted and reached, around the largest error", "t in s", unit, lines, height=TALL),
+        Plot("wanted and reached, around the largest error", "t in s", unit, lines, height=LOW),
         Plot(
             "error, also between samples",
             "t in s",
             "% of the stroke",
             [Line("reached - wanted", t, e)],
             envelope=True,
-            height=LOW,
+            height=TALL,
         ),
     ]
 
