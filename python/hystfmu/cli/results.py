@@ -110,7 +110,7 @@ def _papers(folder: str | None) -> ModuleType:
 @click.option(
     "-o", "out", default="demo", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
 )
-@click.option("--full", is_flag=True, help="Fit five kinds of model and run all shipped scenarios too; needs torch.")
+@click.option("--full", is_flag=True, help="Fit five kinds of model and run all shipped scenarios too.")
 def demo(out: str, full: bool) -> None:
     """Run the whole workflow on built-in data.
 

@@ -90,13 +90,14 @@ def _spectrum(e: Array, data: Dataset) -> Plot:
     def line(name: str, v: Array) -> Line:
         f, power = densities(v - v.mean(), data.h)
         amplitude = np.sqrt(power[1:]) / data.span
-        return Line(name, np.log10(f[1:]), 20 * np.log10(np.maximum(amplitude, FLOOR)))
+        return Line(name, f[1:], 20 * np.log10(np.maximum(amplitude, FLOOR)))
 
     return Plot(
         "spectrum of the error",
-        "log10 of the frequency (Hz)",
+        "frequency (Hz)",
         "dB of the span per sqrt(Hz)",
         [line("error", e), line("output", data.y)],
+        log_x=True,
     )
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.base.files import write_text
+from hystfmu.report import digits
 from hystfmu.start.closed_loop import ClosedLoop
 
 SCHEMA: dict[str, Any] = {
@@ -104,9 +105,7 @@ def sentence(told: dict[str, Any]) -> str:
 
 def percent(value: float | None) -> str:
     """Return an error in percent with three digits, or that it is not known."""
-    if value is None:
-        return "not known"
-    return "< 0.001" if value < 0.001 else f"{value:.3g}"
+    return "not known" if value is None else digits.percent(value)
 
 
 def write_verdict(folder: Path, told: dict[str, Any]) -> Path:

@@ -23,6 +23,7 @@ from hystfmu.scenario.report.machine import machine_form
 if TYPE_CHECKING:
     from hystfmu.scenario.outcome.result import Result
 
+ALL = "Scenarios against cases, each with its error and verdict"
 OPEN = ' open="open"'
 METHODS = {"newton": "Newton", "relaxation": "Aitken relaxation"}
 MOST_SHOWN, LEAST_DRAWN, PER_CASE = 500_000, 100_000, 550  # characters: of all cases, their diagrams, rows of a case
@@ -90,7 +91,11 @@ def _scenarios(results: Sequence[Result]) -> list[str]:
     for r in results:
         groups.setdefault(r.scenario, []).append(r)
     several = len(groups) > 1
-    parts = [f"<section><h2>All cases</h2>{matrix(results)}</section>"] if several else []
+    parts = (
+        [f"<section><h2>All cases</h2><details><summary>{ALL}</summary>{matrix(results)}</details></section>"]
+        if several
+        else []
+    )
     drawings = _drawings(results)
     worst = sorted((r for r in results if not r.passed), key=nearness, reverse=True)[:MOST_FAILURES]
     unfolded = {place(r) for r in worst}
