@@ -49,12 +49,12 @@ if TYPE_CHECKING:
 @click.option(
     "--source",
     is_flag=True,
-    help="Also pack the C source: one file that contains the data, and needs FMI headers.",
+    help="Also pack the C source: one file with the data; it needs the FMI headers.",
 )
 @click.option(
     "--explorer",
     is_flag=True,
-    help="Put the explorer into the documentation: the model runs in the page, some 60 kB more.",
+    help="Put the explorer into the documentation, which then runs the model in the page; adds 60 kB.",
 )
 @click.option(
     "--modelica", "folder", type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write a Modelica package into."
@@ -97,14 +97,14 @@ def export(
 
     The FMU supports Co-Simulation and Model Exchange.  No compiler is needed.
 
-    The Modelica package contains a record of the parameter values, a block and an example.  It uses the HystFMU
-    library, which is installed with this program; a line says where.  A model from volts to a length also gives a piezo
-    actuator between pins and flanges.  --sheet takes stroke (m), blocking_force (N), capacitance (F, small signal),
-    capacitance_ratio (mean over small signal), resonance (Hz) and damping.
+    The Modelica package contains a record of the parameter values, a block and an example. It uses the HystFMU library,
+    which is installed with this program; the command prints its path. A model with an input in volts and an output in a
+    unit of length also gives a piezo actuator with pins and flanges. --sheet takes stroke (m), blocking_force (N),
+    capacitance (F, small signal), capacitance_ratio (mean over small signal), resonance (Hz) and damping.
 
-    --controller makes one unit of all between reference r and measured output y on one side and command u on the other:
-    feed-forward, controller, inverse, known limits, anti-windup.  It is called once for each sample.  With u_present,
-    the command that acts before the start, it takes over without a jump.
+    --controller exports one unit with the inputs reference r and measured output y and the output command u:
+    feed-forward, controller, inverse, known limits, anti-windup. The unit is called once per sample. Its input
+    u_present is the command before the start: the unit takes over without a jump.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu

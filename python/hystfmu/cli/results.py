@@ -34,18 +34,18 @@ _BEGUN = "finished steps are kept; to go on with the others:"
     "folder",
     type=OUTPUT_FOLDER,
     metavar="DIR",
-    help="Write a page per paper: tables, and its figures from our data.",
+    help="Write a page per paper with tables and with its figures from our data.",
 )
 @json_option
 def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str | None, as_json: bool) -> None:
     """Reproduce the result tables of the papers.
 
-    Each row gives its place in the paper, the printed figure, a literal replica and the result of HystFMU on the same
-    quantity, and says whether the printed figure is met or by which factor it is missed, and on how many of the
-    records that are scanned where a paper does not print its own.  Figures of networks are medians of seeds, with
-    their range.  The exit status is 1 if a stated target is missed; a missed figure without a target, or a target on
-    time, which depends on the load of the machine, does not change it.  Rows without data or package are listed
-    first and skipped; the exit status is then 1, too, or 2 if nothing is left to run.
+    Each row states a quantity, its place in the paper, the printed figure, the result of a literal replica and of
+    HystFMU, and whether the printed figure is met or by which factor it is missed. If a paper does not state its
+    record, several records are scanned, and the row states on how many of them the figure is met. Figures of networks
+    are medians over seeds, with their range. The exit status is 1 if a stated target is missed. Missed figures without
+    a target and missed run times do not change it. Papers without data or packages are listed first and skipped; then
+    the exit status is 1, too, or 2 if none can run.
 
     \b
     Example: hystfmu reproduce zhao_tan_2008

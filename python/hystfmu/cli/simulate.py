@@ -84,7 +84,7 @@ class _Simulate(Command):
     type=click.Choice(["fmpy", "native"]),
     default="fmpy",
     show_default=True,
-    help="fmpy simulates FMUs (reference), native runs exported blocks in the C core; same bits.",
+    help="fmpy simulates FMUs (reference); native runs exported blocks in the C core, with the same bits.",
 )
 @click.option(
     "--coupling",

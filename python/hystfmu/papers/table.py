@@ -151,7 +151,7 @@ def scanned(rows: Sequence[Row]) -> tuple[int, int]:
 
 
 def nearest(scanned: Sequence[tuple[Any, Sequence[float]]], printed: Sequence[float]) -> Any:
-    """Return the setting whose replica is nearest to the print: the largest factor between them is the smallest.
+    """Return the setting whose replica is closest to the printed figures: with the smallest largest factor.
 
     Parameters
     ----------

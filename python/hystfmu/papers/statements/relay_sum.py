@@ -63,7 +63,7 @@ def increment_row() -> Row:
     gained = [(y := relay_sum(v, mu)[-rows:]) - y[0] for v in u]
     other, same = (50 * float(np.abs(gained[0] - g).max()) / mu.sum() for g in (gained[2], gained[1]))
     return Row(
-        "increments from an extremum differ by, % of span",
+        "difference of increments from an extremum, % of span",
         0.0,
         other,
         same,
