@@ -1,6 +1,6 @@
 """Variables of the environment that a process with foreign code sees: those that Python and the loader need.
 
-This module imports the standard library alone: it runs before anything else is loaded.
+This module imports only the standard library, because it runs before anything else is loaded.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The exception for wrong user input; its text is one line that says what to change."""
+"""Exception for wrong user input; its one-line text states the remedy."""
 
 from hystfmu.base.printable import printable
 
@@ -20,5 +20,6 @@ class InputError(ValueError):
     """
 
     def __str__(self) -> str:
-        """Return the line; names and values of a file cannot steer the terminal that shows it."""
+        """Return the line with control characters escaped, so that names and values of a file cannot control the
+        terminal."""
         return printable(" ".join(super().__str__().split()))

@@ -1,4 +1,4 @@
-"""Optional packages: one line says which extra of HystFMU brings a package that is missing."""
+"""Optional packages: if one is missing, one line names the extra of HystFMU that installs it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EXTRAS = {
 
 
 class MissingExtra(InputError):
-    """A package that an extra brings is not installed; the text names the command that installs it."""
+    """An optional package is not installed; the text names the command that installs it."""
 
 
 @contextmanager
@@ -35,7 +35,7 @@ def extras(what: str, extra: str = "") -> Iterator[None]:
     what : str
         What needs them, for the message.
     extra : str
-        The extra to name, for packages that several bring; default that of `EXTRAS`.
+        The extra to name if several install the package; default: that of `EXTRAS`.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Calls of the C library and of the system by name; what gives up the capabilities of root, capabilities(7).
+"""Calls of the C library and of the system by name; removal of the capabilities of root, capabilities(7).
 
-This module imports the standard library alone: it runs before anything else is loaded.
+This module imports only the standard library, because it runs before anything else is loaded.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ def call(name: str, *arguments: object) -> int:
 def drop_capabilities() -> None:
     """Empty all sets of this thread.
 
-    No program that it starts has one again: a user who may not change the bounding set has no capability, and the
-    process has said before that it takes no new privileges.
+    Programs that it starts cannot regain capabilities: the bounding set is empty or cannot be changed, and the process
+    has renounced new privileges before.
 
     Raises
     ------

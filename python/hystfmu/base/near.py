@@ -20,7 +20,7 @@ def meant(word: str, known: Iterable[str]) -> str:
 
 
 def meant_file(path: str | Path) -> str:
-    """Return the same for a path that does not exist, from what stands beside its first missing part."""
+    """Return the same for a missing path, from the entries of its last existing folder."""
     missing = Path(path)
     while not missing.parent.exists():
         missing = missing.parent

@@ -1,6 +1,6 @@
 """Files that a child process with foreign code leaves as its results.
 
-That code may put in their place a link to a file that it may not read itself, or a pipe that is waited for.
+This code may replace them by a link to a file that it cannot read itself, or by a pipe that blocks.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ _FLAGS = [getattr(os, f"O_{name}", 0) for name in ("NOFOLLOW", "NONBLOCK", "BINA
 
 
 def open_result(path: str | Path) -> BufferedReader:
-    """Open a result: a regular file with one name, not behind a link.  What is checked is what is read.
+    """Open a result: a regular file with one name, not a link. The check applies to the opened file.
 
     Raises
     ------
     InputError
-        There is no such file, or something else is in its place.
+        There is no such regular file.
     """
     try:
         handle = os.open(path, os.O_RDONLY | sum(_FLAGS))

@@ -1,4 +1,4 @@
-"""Keys and words of a TOML text renamed in place: comments, order and layout stay."""
+"""Renaming of keys and values in a TOML text: comments, order and layout do not change."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ def renamed(table: Any, rename: Rename, path: Path = ()) -> Any:
 
 
 def renamed_text(text: str, rename: Rename) -> str:
-    """Return a TOML text with other keys and values; the caller compares what it parses to with `renamed`.
+    """Return a TOML text with other keys and values; the caller parses it and compares it with `renamed`.
 
-    It knows tables, arrays of tables, dotted keys and inline tables on one line.
+    It supports tables, arrays of tables, dotted keys and inline tables on one line.
     """
     header: Path = ()
     lines = []
@@ -89,7 +89,7 @@ def _value(text: str) -> Any:
 
 
 def _written(value: Any, old: str) -> str:
-    """Return a value as TOML; a value that stays keeps its form."""
+    """Return a value as TOML; an unchanged value keeps its notation."""
     if value == _value(old):
         return old
     return f'"{value}"' if isinstance(value, str) else repr(value)

@@ -46,7 +46,7 @@ class Columns:
         train : str, optional
             Rows that a fit counts.
         with_output : bool
-            Whether an output is needed; else it is read where it is clear which column it is.
+            Whether an output is required; if not, it is read only if its column is clear.
 
         Raises
         ------

@@ -240,7 +240,7 @@ def _folder(out: str, source: Path) -> Path:
     Raises
     ------
     InputError
-        It is that of the scenario, or a file.
+        The folder is that of the scenario, or a file.
     """
     into = Path(out)
     if into.exists() and not into.is_dir():
@@ -252,9 +252,9 @@ def _folder(out: str, source: Path) -> Path:
 
 
 def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
-    """Write a scenario, with its results as baseline if they are good, and return what its loop breaks.
+    """Write a scenario, with its results as baseline if they are good, and return the broken limits of its loop.
 
-    It is made in a temporary folder, so that nothing is written if one of the files may not be replaced.
+    It is built in a temporary folder, so that nothing is written if one of the files must not be replaced.
     """
     from hystfmu.base.files import read_bytes, write_bytes
     from hystfmu.face.running import run

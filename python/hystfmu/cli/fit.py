@@ -194,7 +194,7 @@ def fit(
 
 
 def _refuse_other(path: str, data: Dataset, key: str, seed: int) -> None:
-    """Refuse, before a fit that takes long, an existing file that holds no model of these rows and this kind."""
+    """Before the fit, refuse an existing file that does not contain a model of these rows and this kind."""
     from hystfmu.base.files import load_toml
 
     if may_replace(path):

@@ -175,7 +175,7 @@ def export(
 
 
 def _stepped(model: hy.Model, step: float) -> hy.Model:
-    """A model file without a sample period, with this one."""
+    """Set the sample period of a model file that has none."""
     if model.step is not None:
         raise InputError(f"--step must be left out: the model was identified with a step of {model.step:g} s")
     if not 0 < step < float("inf"):
@@ -223,7 +223,7 @@ def _controller(
 
 
 def _block(name: str, values: dict[str, Any]) -> Block:
-    """The block of that name with these sizes and values."""
+    """Return the block of this name with these sizes and values."""
     import hystfmu as hy
     from hystfmu.graph.listing import find
 

@@ -203,7 +203,7 @@ def start(
 
 
 def _contender(c: Contender) -> dict[str, Any]:
-    """Return a structure of the race as numbers."""
+    """Return the figures of a compared controller structure."""
     t = c.tuned
     return {
         "structure": t.structure.name,

@@ -1,4 +1,4 @@
-"""Continuous-time form of a graph, as a Model Exchange solver drives it: evaluate, derivatives, commit, sample."""
+"""Continuous-time form of a graph for a Model Exchange solver: evaluate, derivatives, commit, sample."""
 
 from __future__ import annotations
 

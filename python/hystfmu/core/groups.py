@@ -1,4 +1,4 @@
-"""The group of a parameter in dialogs and in `hystfmu blocks`, from its row in the C table."""
+"""Group of a parameter in dialogs and in `hystfmu blocks`, from its row in the C table."""
 
 from __future__ import annotations
 

@@ -141,7 +141,7 @@ def _checked(m: Model, path: Path, version: Literal[2, 3], name: str) -> list[st
 
 
 def _sections(models: list[Model], rows: list[list[str]], data: Dataset) -> list[Section]:
-    """Return what precedes the loops: before and after compensation, the models, the explorer."""
+    """Return the sections before the loops: before and after compensation, the models, the explorer."""
     compensator = inverse(models[0])
     wanted = models[0].predict(data.u, data.h)  # a displacement that the actuator can follow
     slope, offset = np.polyfit(data.y, data.u, 1).tolist()

@@ -1,7 +1,7 @@
 """Gains at which the Nyquist curve of a loop runs through -1, and where stability is lost there.
 
-Not every such gain is a limit: a curve that encircles -1 once more and once less may stay stable, and a conditionally
-stable loop has limits on both sides.
+Not every such gain is a limit: a loop may stay stable although its curve crosses -1, and a conditionally stable loop
+has limits on both sides.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def crossed(L: Callable[[Array], Complex], angles: Array, values: Complex) -> Ar
 
 
 def _static(L: Callable[[Array], Complex], beside: complex) -> Array:
-    """Return L at z = 1, shape (1,), or (0,) where a pole lies there, so that L beside it is another one."""
+    """Return L at z = 1, shape (1,), or shape (0,) if there is a pole."""
     with suppress(np.linalg.LinAlgError), np.errstate(all="ignore"):
         found = L(np.zeros(1))
         if abs(found[0] - beside) < 0.5 * abs(beside):
@@ -49,7 +49,7 @@ def first_lost(factors: Array, stable: Callable[[float], bool]) -> float:
     Parameters
     ----------
     factors : array, shape (k,)
-        All at which stability may change.
+        All factors at which stability may change.
     stable : function
         Whether the loop is stable with a factor.
     """

@@ -36,7 +36,7 @@ def cut(graph: Graph, sort: bool = True) -> Cut:
     graph : Graph
         Graph with or without delay blocks.
     sort : bool
-        Sort the blocks again, as a continuous graph needs; in steps, each keeps its place and what it reads.
+        Whether to sort the blocks again, for a continuous graph; in a sampled graph the order is kept.
 
     Returns
     -------

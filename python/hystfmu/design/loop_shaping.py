@@ -1,8 +1,8 @@
 """H-infinity loop shaping: the controller that is most robust against perturbations of a shaped plant.
 
 McFarlane & Glover, IEEE Trans. Automat. Control 37 (1992) 759-769; Skogestad & Postlethwaite, Multivariable Feedback
-Control, 2nd ed., section 9.4.  A discrete plant is designed for in the plane of the bilinear transformation, which
-keeps all norms.
+Control, 2nd ed., section 9.4. For a discrete plant, the design uses the bilinear transformation, which preserves all
+norms.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ class LoopShaping:
     robust : control.StateSpace
         The robust controller without the weight.
     b_opt : float
-        Largest margin that any controller reaches: size of coprime factor perturbations, at most 1.  Below 0.25 the
-        weight asks for too much.
+        Largest margin that any controller reaches: size of coprime factor perturbations, at most 1. Below 0.25 the
+        weight is too demanding.
     b : float
-        Margin that this controller is sure to reach, b_opt / ratio.
+        Guaranteed margin of this controller, b_opt / ratio.
     """
 
     controller: Any
@@ -50,7 +50,7 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
     W : control.TransferFunction or control.StateSpace
         Weight before the plant; it gives the loop its shape.
     ratio : float
-        Margin given away against the optimum, above 1; 1.1 is usual.
+        Ratio of the optimal margin to that of this controller, above 1; 1.1 is usual.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
     Raises
     ------
     InputError
-        `ratio` is not above 1, or the shaped plant has states that its input does not reach or its output not show.
+        `ratio` is not above 1, or the shaped plant has uncontrollable or unobservable states.
     """
     if not ratio > 1:
         raise InputError(f"The ratio must be a float in (1, inf). Got {ratio:g} instead.")
@@ -85,7 +85,7 @@ def robust_controller(system: StateSpace, ratio: float) -> tuple[StateSpace, flo
     system : (A, B, C, D)
         Continuous state space, one input and one output.
     ratio : float
-        Margin given away against the optimum, above 1.
+        Ratio of the optimal margin to that of this controller, above 1.
     """
     # here, so that a process for a foreign FMU does not wait for it
     from scipy.linalg import solve_continuous_are

@@ -1,8 +1,9 @@
-"""Controllers that remember a period: learning and repetitive control, cut out of a graph and given by their filters.
+"""Controllers with a memory of one period (learning and repetitive control), separated from a graph and described by
+filters.
 
-A memory of n steps is a ring, which no state space at rest shows, and n states would be many.  Its law is
-w_k = Q w_(k-n) + L e_(k-n) with filters that look both ways; it enters a loop by its response.  From period to period
-the corrections shrink by Q - L T, T the response from w to y with the rest of the loop closed.
+A memory of n steps is a ring buffer; as a state space it would have n states. Its law is w_k = Q w_(k-n) + L e_(k-n)
+with non-causal filters, so it enters a loop by its frequency response. From period to period the corrections are
+multiplied by Q - L T, where T is the response from w to y with the rest of the loop closed.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ class PeriodMemory:
     n : int
         Steps in a period.
     q, l : array, shapes (2 n_q + 1,), (2 n_l + 1,)
-        Taps of Q and L, from the oldest step to the one as far ahead.
+        Taps of Q and L, from the oldest step to the same number of steps ahead.
     lifted : bool
         The memory changes at the end of a period only: within one there is no feedback through it.
     """
@@ -39,7 +40,7 @@ class PeriodMemory:
     lifted: bool
 
     def factor(self, angles: Array, error: Complex) -> Complex:
-        """Return Q + L E, by which the corrections of a period differ from those of the last one.
+        """Return Q + L E, the factor of the corrections from period to period.
 
         Parameters
         ----------
@@ -52,7 +53,7 @@ class PeriodMemory:
         return np.asarray(taps_at(self.q, z) + taps_at(self.l, z) * error)
 
     def response(self, angles: Array) -> Complex:
-        """Return the response from e to w; 0 if the memory is lifted."""
+        """Return the response from e to w; 0 if the lifted form is used."""
         if self.lifted:
             return np.zeros(len(angles), complex)
         z = np.exp(1j * angles)

@@ -1,8 +1,8 @@
 """Feed-forward with preview: compensates linear dynamics if the wanted output is known some steps ahead.
 
-The zeros between several modes are undone by a filter W(s), if it is stable; weights of the last samples do the rest.
-They minimise abs(1 - z^lead F(z) W(z) G(z)) over a grid of frequencies, and are exact at rest.  G contains the held
-command and the delay, also a part of a step.  The lead is part of the result.
+A filter W(s) compensates the zeros between several modes, if it is stable; weights of the last samples compensate the
+rest. They minimise abs(1 - z^lead F(z) W(z) G(z)) over a grid of frequencies, and are exact at rest. G contains the
+held command and the delay, also a part of a step. The lead is part of the result.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def preview(plant: Plant, h: float) -> Preview:
 def transfer_function(plant: Plant, name: str, hold: str = "zoh") -> Node:
     """Return the modes of a plant as one transfer function that starts steady; its delay is left out.
 
-    A static rest would be direct feed-through: it becomes a mode that is far faster than the others.
+    The static rest, which would be direct feed-through, becomes a mode that is much faster than the others.
     """
     f_n, zeta, share = list(plant.f_n), list(plant.zeta), list(plant.share)
     if abs(plant.rest) > 1e-9:
@@ -127,7 +127,8 @@ def _times(polynomials: list[Array]) -> Array:
 
 
 def _zeros(plant: Plant, seen: list[int]) -> Node | None:
-    """Return the filter that undoes the zeros between modes and all modes but the first; None if it is not stable."""
+    """Return the filter that compensates the zeros between modes and all modes except the first; None if it is not
+    stable."""
     total = sum(plant.share[i] for i in seen)
     dens = [_second_order(plant.f_n[i], plant.zeta[i]) for i in sorted(seen, key=lambda i: plant.f_n[i])]
     order = sorted(seen, key=lambda i: plant.f_n[i])

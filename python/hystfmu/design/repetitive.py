@@ -23,7 +23,7 @@ EDGE = 0.5  # share of the taps of L that a cosine window tapers
 
 @dataclass(frozen=True)
 class RepetitiveFilters:
-    """Taps as the block `repetitive` takes them, and what they reach.
+    """Taps for the block `repetitive`, and the resulting convergence.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class RepetitiveFilters:
     contraction: tuple[float, ...]
 
     def error_ratio(self, L: Any, w: Array, n: int) -> Array:
-        """Return by what the error changes against the loop without the repetitive part, at frequencies w (rad/s).
+        """Return the factor of the error relative to the loop without the repetitive part, at frequencies w (rad/s).
 
         Parameters
         ----------
@@ -117,18 +117,18 @@ def learning_filters(
     Parameters
     ----------
     T : array, shape (loops, POINTS / 2 + 1)
-        Responses from a correction to what it takes off the error, at `filter_angles`.
+        Responses from a correction to the reduction of the error, at `filter_angles`.
     h : float
         Step (s).
     cutoff, gain, n_q, n_l
         As `repetitive_filters`.
     rest : float
-        Q at frequency 0.  Below 1 the memory forgets what the loop does not respond to, such as a constant correction
-        before an integrator.
+        Q at frequency 0. With a value below 1 the memory forgets corrections without effect, such as a constant
+        correction before an integrator.
     floor : float
-        Share of the mean square of the responses below the cutoff that is added to that at each frequency: what the
-        loop hardly responds to is not inverted.  Trap: without it a zero of T at one frequency, of an integrator or
-        two, adds a constant to all taps.
+        Regularisation: this share of the mean square of the responses below the cutoff is added at each frequency, so
+        that frequencies with a small response are not inverted. Trap: without it, a zero of T at one frequency, for
+        example due to an integrator, adds a constant to all taps.
 
     Raises
     ------

@@ -22,7 +22,7 @@ FAST = 3.0  # times the sampling rate (rad/s over 1/s): poles and zeros above ar
 
 @functools.lru_cache(maxsize=64)
 def robust_filters(plant: Plant, h: float, weight: float, zero: float) -> tuple[Node, ...]:
-    """Return filters of static gain 1 that stand before an integral; empty if there is no such controller.
+    """Return filters of static gain 1 in series before an integral; empty if there is no such controller.
 
     Parameters
     ----------

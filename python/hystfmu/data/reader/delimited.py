@@ -26,7 +26,7 @@ def delimited(content: bytes, path: str | Path, decimal: str | None, packed: lis
     decimal : str, optional
         Decimal sign; None finds it.
     packed : list of str
-        How the file was packed, for the line of what was assumed.
+        Compression of the file, for the line with the assumptions.
 
     Raises
     ------

@@ -41,7 +41,7 @@ def is_frame(given: object) -> bool:
 
 
 def frame(given: Any, most: int) -> Table:
-    """Read the columns of numbers and times; an index of pandas that is no count of rows is a column.
+    """Read the columns of numbers and times; a pandas index other than row numbers is a column.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ _LINE = re.compile(
 
 
 def stated_step(name: str, value: float, unit: str = "") -> float:
-    """Return the sample step (s) that a named number states; 0 if it states none.
+    """Return the sample step (s) given by a named number; 0 if it gives none.
 
     Parameters
     ----------
@@ -75,7 +75,8 @@ def _is_of_a_step(unit: str) -> bool:
 
 
 def units_in(rows: Iterable[list[str]], columns: int) -> list[str]:
-    """Return the units of measure of `columns` columns, the first that of the time if it is one; empty where none is.
+    """Return the units of measure of `columns` columns, the first for the time if the first unit is one of time; empty
+    if unknown.
 
     Parameters
     ----------

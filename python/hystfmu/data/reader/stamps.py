@@ -1,7 +1,7 @@
 """Date and clock in text, ``2026-11-22T10:15:00.125Z``, ``22.11.2026 10:15:00,125``, ``10:15:00 PM``, as times in s.
 
-The date matters only where it changes.  Days and months are told apart by the separator, by a number above 12, by AM
-and PM; what could be either is refused.
+The date is used only if it changes. Day and month are distinguished by the separator, by a number above 12, or by AM
+and PM; ambiguous dates are refused.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def stamps(cells: Sequence[str], place: Callable[[int], str]) -> Stamps:
     Raises
     ------
     InputError
-        A cell that is no clock; dates that could be read in two ways.
+        A cell that is not a time; ambiguous dates.
     """
     found = _STAMP.findall("\n".join(cells))
     if len(found) != len(cells):

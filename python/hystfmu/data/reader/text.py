@@ -16,7 +16,7 @@ _LOOK = 1000  # bytes that tell UTF-16 without a mark
 
 
 def content_of(path: str | Path, most: int) -> tuple[bytes, list[str]]:
-    """Read a file, unpack gzip, and return the bytes with what was assumed.
+    """Read a file, unpack gzip, and return the bytes and a remark.
 
     Raises
     ------
@@ -45,12 +45,12 @@ def content_of(path: str | Path, most: int) -> tuple[bytes, list[str]]:
 def text_of(content: bytes, path: str | Path) -> tuple[str, list[str]]:
     """Decode a text file; lines end with a line feed afterwards.
 
-    UTF-8 and UTF-16 with or without a byte order mark; what is not UTF-8 is taken as cp1252, the encoding of Windows.
+    Text is UTF-8 or UTF-16, with or without a byte order mark; otherwise cp1252, the encoding of Windows, is assumed.
 
     Raises
     ------
     InputError
-        Bytes that are no text.
+        The bytes are not text.
     """
     name, start = next(((n, len(m)) for m, n in _MARKS if content.startswith(m)), ("", 0))
     if not name:

@@ -1,4 +1,4 @@
-"""HDF5 files: libhdf5 is native code, which an untrusted file can crash.  Numbers that lie in the file itself."""
+"""HDF5 files: libhdf5 is native code, which an untrusted file can crash. Numbers that are stored in the file itself."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ def arrays(source: str) -> tuple[list[Found], list[str]]:
 
 
 def _arrays(h5py: Any, file: Any, turn: int) -> list[Found]:
-    """Collect what lies in the file; links to others are not followed.  MATLAB stores columns first: `turn` is -1."""
+    """Collect the datasets of the file; links to other files are not followed. MATLAB stores columns first: `turn` is
+    -1."""
     found: list[Found] = []
 
     def collect(group: Any, prefix: str, depth: int) -> None:

@@ -10,7 +10,7 @@ from hystfmu.base.told_arrays import Found, serve, since_first
 
 
 def arrays(source: str) -> tuple[list[Found], list[str]]:
-    """Return the arrays of numbers or times; the one array of an npy file has no name.
+    """Return the arrays of numbers or times; the array of an npy file has no name.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Workbooks by openpyxl: the first sheet with rows of numbers, as text with tabs whose lines are the rows."""
+"""Workbooks read by openpyxl: the first sheet with rows of numbers, as text lines with tabs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LEAST_ROWS = 4  # with two numbers or times
 
 
 def arrays(source: str) -> tuple[list[Found], list[str]]:
-    """Return the text as an array of bytes, and which sheet it is.
+    """Return the text as an array of bytes, and the name of the sheet.
 
     Raises
     ------
