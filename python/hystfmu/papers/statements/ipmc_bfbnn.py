@@ -67,7 +67,7 @@ def rows() -> list[Row]:
             sense="equal",
         ),
         Row(
-            f"appendix, case 2: f at one extremum over {CYCLES} equal cycles differs by",
+            f"appendix, case 2: change of f at one extremum over {CYCLES} equal cycles",
             None,
             float(np.ptp(printed[top][1:])),
             float(np.ptp(kept[top][1:])),
