@@ -1,4 +1,4 @@
-"""Feed-forward of a scan: the tones of a triangle with rounded turn-arounds through the inverse of linear dynamics.
+"""Feed-forward of a scan: the tones of a triangle with rounded turns, passed through the inverse of linear dynamics.
 
 A lightly damped stage cannot be inverted sample by sample without exciting it, but a periodic reference has a few tones
 below its resonances.  Their inverse is exact in the steady state, with the delay and the hold of the command.
@@ -18,15 +18,15 @@ from hystfmu.model import Model
 def scan_harmonics(n: Array, turn: float) -> Array:
     """Return the amplitudes of sin(2 pi n f t) in the triangle of amplitude 1 of the block ``reference``.
 
-    The acceleration of a triangle consists of impulses; turn-arounds of stated length make rectangles of them, whose
-    spectrum is a sinc, and raise the speed of the lines.
+    The acceleration of a triangle consists of impulses. With turns of stated length they become rectangles, whose
+    spectrum is a sinc, and the speed of the lines increases.
 
     Parameters
     ----------
     n : array, shape (m,)
         Numbers of the harmonics, from 1 on; even ones are 0.
     turn : float
-        Share of the period in the turn-arounds, as the parameter of the block.
+        Share of the period for the turns, as the parameter of the block.
     """
     return np.asarray(8 / (np.pi * n) ** 2 * np.sin(np.pi * n / 2) * np.sinc(n * turn / 2) / (1 - turn / 2))
 
@@ -56,7 +56,7 @@ def scan_feedforward(
     delay : float
         Steps between the command and the dynamics.
     highest : float
-        Largest frequency of a tone (Hz); below the Nyquist rate and below what the dynamics are known for.
+        Largest frequency of a tone (Hz), below the Nyquist rate and within the range of the known dynamics.
 
     Returns
     -------

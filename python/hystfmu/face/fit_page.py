@@ -31,7 +31,7 @@ def fit_page(model: Model, data: Dataset, lead: str = "") -> str:
     data : Dataset
         With a measured output.
     lead : str
-        What to say first; by default what the model is.
+        First sentence; by default a description of the model.
     """
     title = f"{model.key} fitted to {data.name}"
     head = [f"<h1>{escape(title)}</h1>", f'<p class="lead">{escape(lead or model.text)}</p>']
@@ -63,7 +63,7 @@ def fit_sections(model: Model, data: Dataset) -> list[Section]:
 
 
 def interval_of(model: Model, y: Array, data: Dataset, refit: bool) -> tuple[Interval | None, str]:
-    """Return the interval for new rows, and which rows gave it.
+    """Return the interval for new rows, and the rows that it was computed from.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def interval_of(model: Model, y: Array, data: Dataset, refit: bool) -> tuple[Int
 
 
 def interval_text(found: Interval | None, which: str, unit: str) -> str:
-    """Say in a sentence what interval the errors on new rows fall into."""
+    """State the interval of errors on new rows in a sentence."""
     if found is None:
         return "No interval for new rows: it needs 80 rows that are no training rows (--train A:B)."
     of = f" {unit}" if unit else ""

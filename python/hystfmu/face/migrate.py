@@ -16,7 +16,7 @@ from hystfmu.scenario.system.spec import FORMAT as SCENARIO
 
 
 def migrate(path: str | Path) -> list[str]:
-    """Bring a file to the present format, in place; comments and layout stay.
+    """Convert a file to the present format, in place; comments and layout do not change.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def migrate(path: str | Path) -> list[str]:
     Raises
     ------
     InputError
-        No file of these kinds, one of a newer version, or keys that can be changed by hand only.
+        Not a file of these kinds, a file of a newer version, or keys that must be changed by hand.
 
     Examples
     --------

@@ -1,4 +1,5 @@
-"""A transfer function over many columns, as its block steps: the matrices are the derived values of the block."""
+"""A transfer function over many columns, with the steps of its block: the matrices are the derived values of the
+block."""
 
 from __future__ import annotations
 

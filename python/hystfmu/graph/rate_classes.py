@@ -16,10 +16,10 @@ def is_sampled(graph: Graph) -> bool:
 
 
 def needs_step(graph: Graph) -> bool:
-    """Return whether steps of another length are another model.
+    """Return whether the model depends on the length of its steps.
 
-    They are for a sampled block, and for a memory that sees its source at the steps only, since the graph follows the
-    time or reads, in a loop, outputs of the last step.
+    It does if it has a sampled block, or a memory whose source changes only at steps because the graph depends on time
+    or reads outputs of the last step in a loop.
     """
     timed = any(n.block.of("time") for n in graph.nodes)
     looped = any(source >= to and place != graph.nodes[to].block.trial - 1 for to, place, source, *_ in graph.links)

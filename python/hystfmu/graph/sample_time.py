@@ -1,4 +1,4 @@
-"""Steps of a graph: the sample time that its memory is made for, and a step that suits its dynamics."""
+"""Steps of a graph: the sample time of its memory, and a suitable step for its dynamics."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PER_PERIOD = 20  # steps per period or, for a real pole, per 2 pi time constant
 
 
 def sample_time(graph: Graph) -> float | None:
-    """Return the sample time (s), of which every communication step is a multiple; None if any step is right.
+    """Return the sample time (s), of which every communication step must be a multiple; None if any step is valid.
 
     A sampled block in a graph without a step takes a sample at each communication point.
     """
@@ -30,7 +30,7 @@ def samples_in(period: float, t: float, h: float) -> int:
     Raises
     ------
     InputError
-        The step is no multiple of the period, give or take a thousandth of it and the rounding of the times.
+        The step is not a multiple of the period, up to a thousandth of it and rounding errors of the times.
     """
     n = math.floor(h / period + 0.5)
     off, slack = abs(h - n * period), 1e-3 * period + 16 * np.finfo(float).eps * abs(t + h)
@@ -43,7 +43,7 @@ def samples_in(period: float, t: float, h: float) -> int:
 
 
 def suitable_step(graph: Graph) -> float:
-    """Return the step (s) of the default experiment: that of the graph, else one that its fastest pole asks for."""
+    """Return the step (s) of the default experiment: that of the graph, or one for its fastest pole."""
     if graph.step > 0:
         return graph.step
     pole = _fastest_pole(graph)

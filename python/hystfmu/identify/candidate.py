@@ -28,8 +28,8 @@ class Candidate:
         Options of a short trial fit, which a kind must pass before it is fitted in full; empty: there is none.  It may
         be coarser than the full fit but must have each of its parts.
     local : bool
-        Whether each parameter acts on some states of the memory only, so that the kind knows nothing of states that no
-        row has seen.  A network states its coverage itself.
+        Whether each parameter acts only on some states of the memory, so that states outside the record remain
+        undetermined. A network states its coverage itself.
     """
 
     memory: str
@@ -63,7 +63,7 @@ class Memory:
     option : str
         Option that it grows with; empty: none.
     power : int
-        With which power of it.
+        Exponent of this growth.
     """
 
     per_row: float

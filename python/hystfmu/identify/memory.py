@@ -16,14 +16,14 @@ LEAST = 400.0  # bytes per row of any fit
 
 
 def too_large(rows: int, key: str, given: Mapping[str, Any]) -> str:
-    """Return why a fit would take too much memory; empty if it would not.
+    """Return the reason why a fit would take too much memory; empty if it would not.
 
     Parameters
     ----------
     rows : int
         Rows of the record.
     key : str
-        Kind of model; ``"auto"`` stands for the one that takes least.
+        Kind of model; ``"auto"`` stands for the kind that takes least memory.
     given : mapping
         Options of the kind that differ from their defaults.
     """

@@ -80,7 +80,7 @@ class Fitted:
     found : dict
         Entries of `Model.fit`, with ``warnings`` and ``bounded`` (`hystfmu.identify.guards`).
     started : float
-        When it began (`time.perf_counter`).
+        Start time (`time.perf_counter`).
     """
 
     graph: Graph
@@ -90,7 +90,7 @@ class Fitted:
 
 
 def finished(data: Dataset, key: str, text: str, fitted: Fitted, chosen: dict[str, Any], seed: int) -> Model:
-    """Run a fitted graph free, compute its errors, look for what the data do not show, record the provenance.
+    """Run a fitted graph free, compute its errors, check what the data support, record the provenance.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def finished(data: Dataset, key: str, text: str, fitted: Fitted, chosen: dict[st
 
 
 def _check_run(key: str, y: Array, data: Dataset) -> None:
-    """Refuse a model that runs away: the mean of the output is never worse than half the span."""
+    """Refuse a diverging model, whose error exceeds half the span."""
     e = (y - data.y)[data.counted]
     if np.isfinite(y).all() and rms(e) <= WORST * data.span * (1 + 1e-9):
         return

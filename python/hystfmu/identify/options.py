@@ -38,7 +38,7 @@ class Option:
 
     @property
     def rule(self) -> str:
-        """The legal values in words."""
+        """Valid values in words."""
         if self.choices:
             return f"one of {', '.join(self.choices)}"
         if isinstance(self.default, bool):

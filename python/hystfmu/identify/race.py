@@ -1,8 +1,9 @@
-"""A race of candidates over folds of validation blocks: errors beside the noise and beside what no row has seen.
+"""Racing of candidates over folds of validation blocks: errors without noise, plus errors in states outside the record.
 
-Blocks of one record are much alike: what a fit extrapolates to other states of the memory does not show in them.  It
-shows where fits to different rows disagree: the folds are a jackknife with groups deleted (Shao & Wu, Annals of
-Statistics 17 (1989) 1176-1197), and the standard error of the output on an input with other memory counts as an error.
+Validation blocks of one record are similar, so they do not show errors of extrapolation to other states of the memory.
+The disagreement of fits to different rows shows them: the folds are a delete-group jackknife (Shao & Wu, Annals of
+Statistics 17 (1989) 1176-1197), and the standard error of the output for an input with another memory counts as an
+error.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ class Trial:
     model : Model
         Fit without the blocks of the first fold.
     outside : float
-        Share of the states of other signals of which the model knows nothing.
+        Share of the states of other signals that the training rows do not cover.
     errors : array, shape (m,)
         Errors on the validation rows so far.
     others : list of array, shape (n,)
@@ -66,8 +67,8 @@ class Trial:
     by_block : list of float
         RMS error in each validation block so far (unit of measure of y).
     whole : float
-        RMS error over the whole training part.  Rows of the fit can only flatter: what is missed there is missed, also
-        where no block has been held out yet, such as in a sweep at the end.
+        RMS error over the whole training part. Errors on the rows of the fit are too small, so a large error there is
+        real, also in parts without held-out blocks, such as a sweep at the end.
     first : float
         Mean square of the errors after the first fold.
     """
@@ -89,7 +90,7 @@ class Trial:
 
     @property
     def square(self) -> float:
-        """Mean square of the errors: on the validation rows so far, or where it is larger on the whole record."""
+        """Mean square of the errors on the validation rows so far, or on the whole record if that is larger."""
         return max(float(np.mean(self.errors**2)), self.whole**2)
 
     @property
@@ -99,7 +100,7 @@ class Trial:
 
     @property
     def spread(self) -> float:
-        """Standard error of the output in states that the record does not hold (RMS); 0 after one fold only."""
+        """Standard error of the output in states outside the record (RMS); 0 after one fold only."""
         n = len(self.others)
         if n < 2:
             return 0.0
@@ -110,7 +111,7 @@ class Trial:
 
 @dataclass
 class Race:
-    """Folds, candidates that are left, and the reasons of the others.
+    """Folds, remaining candidates, and the reasons why others were excluded.
 
     Parameters
     ----------
@@ -119,8 +120,8 @@ class Race:
     seed : int
         Seed of random starts.
     poor : bool
-        Whether the record is poor in reversals, such as one oscillation: blocks repeat what was fitted and cannot tell
-        candidates apart that are no losers.
+        Whether the record has few different reversals, such as one oscillation: its blocks resemble the fitted rows and
+        cannot distinguish candidates except losers.
     """
 
     data: Dataset
@@ -186,7 +187,7 @@ class Race:
         return Trial(name, key, candidate, model, errors, outside, by_block=blocks, whole=whole)
 
     def excess(self, trial: Trial) -> float:
-        """Return the error beside the noise and that of states that were left out, in % of the span."""
+        """Return the error without noise, including that in uncovered states, in % of the span."""
         return self._beside_noise(trial, trial.square)
 
     def _beside_noise(self, trial: Trial, square: float) -> float:
@@ -202,9 +203,8 @@ class Race:
         return min(self.trials.values(), key=self.risk)
 
     def floor(self) -> float:
-        """Return the variance of the noise, which no model can explain; 0 if one leaves clearly less.
-
-        Then the estimate was wrong: coarse rows look like noise.
+        """Return the variance of the noise, which no model can explain; 0 if the error of a model is clearly smaller,
+        because then the estimate is wrong: coarse rows look like noise.
         """
         least = self.sigma**2
         for t in self.trials.values():
@@ -231,7 +231,7 @@ class Race:
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
 
     def first(self, name: str, key: str, candidate: Candidate, progress: Callable[[float], None]) -> None:
-        """Let a candidate enter: a short trial fit if it has one, then a fit without the first fold."""
+        """Add a candidate: a short trial fit if it has one, then a fit without the first fold."""
         try:
             if candidate.tries(self.data.train.stop) and self.trials:
                 share = 1.0 if candidate.quick else PART
@@ -254,13 +254,12 @@ class Race:
             self.trials[name] = trial
 
     def contenders(self) -> list[Trial]:
-        """Return the candidates that are no losers, cheapest first."""
+        """Return the candidates except losers, cheapest first."""
         return [t for t in self.trials.values() if self.risk(t) <= LOSER * self.least()]
 
     def late(self) -> list[Trial]:
-        """Return the candidates to run next: no losers, or no longer, that have run on fewest folds.
-
-        Where one is left and its spread is known, a further fold decides nothing.
+        """Return the candidates to run next: those that are not losers and have run on the fewest folds. If only one
+        remains and its spread is known, no further fold is needed.
         """
         contenders = self.contenders()
         if len(contenders) == 1 and contenders[0].folds >= SPREAD:
@@ -298,5 +297,5 @@ class Race:
 
 
 def doubt(rows: int) -> float:
-    """Return the relative difference of the variances of errors and noise that chance explains on few rows."""
+    """Return the relative difference of the variances of errors and noise that can occur by chance on few rows."""
     return SURE * float(np.sqrt(UNCERTAIN / rows))

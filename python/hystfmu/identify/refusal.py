@@ -1,4 +1,4 @@
-"""Refusal of a fit: one sentence for every path, which names every candidate with its error or its reason."""
+"""Refusal of a fit: one sentence that names every candidate with its error or its reason."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def refusal(where: str, rule: str, race: Race, seen: Excitation, faults: Mapping
     where : str
         File or name of the record.
     rule : str
-        What a kind must do, without a full stop.
+        Requirement of a kind, without a full stop.
     race : Race
         Candidates that were fitted, and the reasons of the others.
     seen : Excitation
-        What the record is too poor for.
+        Deficiency of the record.
     faults : dict, optional
-        Reasons of candidates beside their errors.
+        Reasons in addition to errors of candidates.
     """
     faults = faults or {}
     ranked = sorted(race.trials.values(), key=race.excess)

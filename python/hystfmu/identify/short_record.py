@@ -1,8 +1,8 @@
-"""A shorter record of the same device, on which kinds of model race where the whole one takes too long.
+"""A shorter record of the same device, on which kinds of model compete if the whole record takes too long.
 
-Rows are thinned evenly as far as extrema and spectra allow: the output still has `SAMPLES` rows in a cycle of the
-input, and nothing of note above half of the Nyquist rate of the rows that are left.  What is still too long is cut to
-one part that shows as much of the range and of the speeds as any other, the earliest of equal ones.
+Rows are thinned as far as extrema and spectra allow: `SAMPLES` rows remain per cycle of the input, and the output has
+no significant content above half of the new Nyquist rate. If the record is still too long, it is cut to the part that
+covers most of the range and of the speeds.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ FAST = 95.0  # percentile of the speeds
 
 
 def shortened(data: Dataset, most: int) -> Dataset:
-    """Return a record of about `most` training rows at most; several records stay as they are.
+    """Return a record of about `most` training rows at most; several records are not changed.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def shortened(data: Dataset, most: int) -> Dataset:
     Returns
     -------
     Dataset
-        The same data where they are short enough; later rows than the training rows are left out otherwise.
+        The same data if they are short enough; otherwise rows after the training rows are omitted.
     """
     n = data.train.stop - data.train.start
     if n <= most or len(data.starts) > 1:
@@ -53,7 +53,7 @@ def shortened(data: Dataset, most: int) -> Dataset:
 
 
 def beginning(data: Dataset, rows: int) -> Dataset:
-    """Return the data up to the first `rows` training rows, with those that are held out."""
+    """Return the data up to the first `rows` training rows, with the held-out rows."""
     n = data.train.start + rows
     if n >= data.train.stop or len(data.starts) > 1:
         return data
@@ -62,14 +62,14 @@ def beginning(data: Dataset, rows: int) -> Dataset:
 
 
 def _rows(data: Dataset, rows: slice, first: int) -> Dataset:
-    """Return some rows, of which those from row `first` of the data on count."""
+    """Return some rows; rows from row `first` of the data on count."""
     t, u, y, beside = data.t[rows], data.u[rows], data.y[rows], data.covariates.rows(rows)
     begin = -(-(first - rows.start) // (rows.step or 1))
     return replace(data, t=t, u=u, y=y, covariates=beside, train=slice(begin, len(t)))
 
 
 def _factor(data: Dataset, wanted: int) -> int:
-    """Return how many rows may become one, up to the number that is wanted."""
+    """Return the thinning factor, up to the wanted one."""
     u, y = data.u[data.train], data.y[data.train]
     turns = reversals(u)
     between = np.diff(turns)
@@ -90,7 +90,7 @@ def _lost(v: Array, factor: int) -> bool:
 
 
 def _place(u: Array, most: int) -> int:
-    """Return the first row of the part of `most` rows that shows most."""
+    """Return the first row of the most informative part of `most` rows."""
     speed = np.abs(np.diff(u, append=u[-1]))
     places = np.unique(np.linspace(0, len(u) - most, PLACES).astype(int))
     parts = [slice(a, a + most) for a in places]

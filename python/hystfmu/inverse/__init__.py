@@ -55,7 +55,7 @@ def inverse(
     Parameters
     ----------
     model : Model
-        Model with one input and one output, and perhaps covariates, which the inverse takes too.
+        Model with one input and one output, and optional covariates, which are also inputs of the inverse.
     method : {"exact", "implicit", "learned", "adaptive"}
         See the module docstring.
     seed : int
@@ -91,7 +91,7 @@ def invert(
     progress: Callable[[float], None] = lambda fraction: None,
     **options: Any,
 ) -> Model:
-    """Invert a model without the cascade test of `inverse`; parameters as there.
+    """Invert a model without the cascade test; parameters as for `inverse`.
 
     Raises
     ------

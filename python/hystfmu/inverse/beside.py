@@ -1,4 +1,5 @@
-"""Blocks beside the chain of a model, which covariates drive, and inverses of sums and products that they enter."""
+"""Blocks that covariates drive, in parallel with the chain of a model, and inverses of sums and products that they
+enter."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ class Inverted:
 
 
 def driven_beside(g: Graph) -> set[str]:
-    """Return the names of the blocks that the first input does not reach; none without covariates."""
+    """Return the names of the blocks that do not depend on the first input; none without covariates."""
     if len(g.inputs) == 1:
         return set()
     reached: set[str] = set()
@@ -33,7 +34,7 @@ def driven_beside(g: Graph) -> set[str]:
 
 
 def takes_beside(g: Graph, n: Node, alone: set[str]) -> bool:
-    """Return whether a block is a sum or product of the chain and of signals beside it."""
+    """Return whether a block is a sum or product of the chain and of parallel signals."""
     return n.type in ENTERED and any(a.split(".")[0] in alone and b.split(".")[0] == n.name for a, b in g.wires)
 
 

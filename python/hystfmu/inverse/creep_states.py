@@ -1,12 +1,13 @@
-"""Creep in a model that is inverted by root finding: its lags before a step are known, so only the step is searched.
+"""Creep in a model that is inverted by root finding: its states before a step are known, so only the step is searched.
 
 A step of length h moves the lag q of the input v to q + s (v - q), s = 1 - e^(-h/T).  So the output of the block,
 w0 v + sum w q, is a function of v and of the states before the step:
 
   (w0 + sum w s) v + sum w (1 - s) q.
 
-The first term is static and stays in the model.  The second one comes from the same lags in a block before the inverse:
-without direct feed-through, it reads the input of the last step, has moved to q when the search begins, and holds.
+The first term is static and stays in the model. The second term comes from the same lags in a block before the inverse.
+This block has no direct feed-through: it reads the input of the last step, is at q when the search starts, and holds
+this value.
 """
 
 from __future__ import annotations
@@ -34,9 +35,9 @@ def known_states(model: Model) -> tuple[list[Node], Model]:
     Returns
     -------
     states : list of Node
-        Blocks of the lags, which an implicit inverse must follow; they are part of the graph of the second result.
+        Blocks of the lags, which must precede an implicit inverse; they are part of the graph of the second result.
     model : Model
-        The model with a step of each creep in place of the creep: the same outputs if `states` step first.
+        The model with one step of each creep instead of the creep: it has the same outputs if `states` step first.
 
     Raises
     ------
@@ -58,7 +59,7 @@ def known_states(model: Model) -> tuple[list[Node], Model]:
 
 
 def _separated(g: Graph, node: Node, h: float) -> tuple[Graph, Node]:
-    """Replace a creep by a step of it; return the graph and the block of its lags, shifted to start at 0."""
+    """Replace a creep by one step; return the graph and the block of its lags, shifted to start at 0."""
     taken = {n.name for n in g.nodes}
 
     def free(name: str) -> str:

@@ -18,7 +18,7 @@ from hystfmu.model import Model
 
 
 def exact_inverse(model: Model) -> Model:
-    """Invert a model whose blocks form one chain and have inverses; blocks that covariates drive stand beside it.
+    """Invert a model whose blocks form one chain and have inverses; blocks that covariates drive may be in parallel.
 
     Raises
     ------
@@ -56,7 +56,8 @@ def exact_inverse(model: Model) -> Model:
 
 
 def _chain(model: Model, alone: set[str]) -> list[Node]:
-    """Return the nodes from input to output, each with one invertible input and output, without those `alone`."""
+    """Return the nodes from input to output, each with one invertible input and output, without the parallel ones
+    `alone`."""
     graph = model.graph
     path = [(a, b) for a, b in graph.wires if a.split(".")[0] not in alone]
     follows = {a.split(".")[0]: b for a, b in path}
@@ -79,7 +80,7 @@ def _chain(model: Model, alone: set[str]) -> list[Node]:
 
 
 def _instead(model: Model) -> str:
-    """Name the methods that accept the model, as the end of a sentence; both need the range of its input."""
+    """Name the other methods that accept the model, as the end of a sentence; both need the range of its input."""
     if "span_u" not in model.provenance:
         return "; other methods need the input range of the model, provenance.span_u = [min, max]"
     try:

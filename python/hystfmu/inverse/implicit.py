@@ -19,15 +19,15 @@ def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = N
     Parameters
     ----------
     model : Model
-        Model with one input and one output, and perhaps covariates, which the inverse takes too; with creep, the
-        inverse is exact for steps of ``model.step``.
+        Model with one input and one output, and optional covariates, which are also inputs of the inverse; with creep,
+        the inverse is exact for steps of ``model.step``.
     lo, hi : float, optional
         Limits of the input, in its unit of measure; default the range of the data (provenance ``span_u``).
 
     Raises
     ------
     InputError
-        The model has other dynamics than creep, its output stands still after a reversal, or its input range is not
+        The model has other dynamics than creep, its output is constant after a reversal, or its input range is not
         known.
     """
     if lo is None or hi is None:
@@ -57,7 +57,7 @@ def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = N
 
 
 def _refuse_flat(model: Model, lo: float, hi: float) -> None:
-    """Raise if the output stands still after a reversal, e.g. a sum of plays without linear term: it has no inverse.
+    """Raise if the output is constant after a reversal, as for a sum of plays without linear term: it has no inverse.
 
     Trap: an infinitesimal step is no test, because a Zhao-Tan branch begins with slope 0 and has an inverse.
     """

@@ -1,7 +1,7 @@
 """Cache of unpacked FMUs and SSPs, keyed by the hash of the archive: all runs and processes share one copy.
 
-An entry is checked whenever it is used; a damaged one is unpacked anew.  It gets its name by an atomic rename, so that
-two processes that unpack the same archive never see a partial copy.  The cache may be deleted between runs.  A process
+An entry is checked whenever it is used; a damaged one is unpacked again. It gets its name by an atomic rename, so that
+two processes that unpack the same archive never see a partial copy. The cache may be deleted between runs. A process
 that cannot write it has one in a temporary folder, for as long as it runs.
 """
 
@@ -37,7 +37,8 @@ def cache_folder() -> Path:
 
 @cache
 def _temporary() -> tempfile.TemporaryDirectory[str]:
-    """Make the cache of a process that cannot write the one of the user; it goes at the end of the process."""
+    """Make a temporary cache for a process that cannot write the cache of the user; it is removed at the end of the
+    process."""
     return tempfile.TemporaryDirectory(prefix="hystfmu-cache-")
 
 
@@ -102,7 +103,8 @@ def _copy(within: Path, digest: str, path: str | Path, content: bytes, needs: st
 
 
 def _put(made: Path, entry: Path) -> None:
-    """Give an entry its name; a damaged one that has it goes, another process may have been faster."""
+    """Rename an entry to its final name; a damaged entry of this name is removed. Another process may have been
+    faster."""
     try:
         os.rename(made / _NEW, entry)
     except OSError:

@@ -16,12 +16,12 @@ _MOST_HASHES = 2**24  # bytes
 
 
 def write_hashes(entry: Path) -> None:
-    """Write down the hash of each file of the content."""
+    """Store the hash of each file of the content."""
     (entry / _HASHES).write_text(json.dumps(_hashes(entry / CONTENT)))
 
 
 def is_intact(entry: Path) -> bool:
-    """Return whether the content has the files that it had when it was unpacked, and no other ones."""
+    """Return whether the content has exactly the files that were unpacked."""
     try:
         return bool(json.loads(read_result(entry / _HASHES, _MOST_HASHES)) == _hashes(entry / CONTENT))
     except (OSError, InputError, ValueError, RecursionError):

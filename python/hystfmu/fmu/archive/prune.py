@@ -19,7 +19,7 @@ _ENTRY = re.compile(r"[0-9a-f]{64}")
 
 
 def prune(within: Path) -> None:
-    """Remove entries, and what a killed process left.  Other files of the folder stay."""
+    """Remove entries, and remains of killed processes. Other files of the folder stay."""
     with suppress(OSError):
         now = time.time()
         unused = {p: now - p.lstat().st_mtime for p in within.iterdir() if p.is_dir() and not p.is_symlink()}
@@ -44,7 +44,7 @@ def _size(folder: Path) -> int:
 
 
 def _remove(entry: Path) -> None:
-    """Remove an entry: at once it has no name, so that no process finds a part of it."""
+    """Remove an entry: it is renamed first, so that no process finds a part of it."""
     with suppress(OSError):
         made = tempfile.mkdtemp(prefix=PARTIAL, dir=entry.parent)
         with suppress(OSError):

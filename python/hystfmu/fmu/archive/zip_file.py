@@ -1,4 +1,4 @@
-"""Write ZIP archives with members that are deflated already, which `zipfile` of Python cannot."""
+"""Write ZIP archives with members that are already compressed, which Python's `zipfile` cannot do."""
 
 from __future__ import annotations
 

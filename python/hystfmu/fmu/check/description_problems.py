@@ -15,7 +15,7 @@ _RULES = "the rules of fmpy cannot be applied: {}: {}"
 
 
 def rule_problems(folder: Path, description: Any) -> Iterator[str]:
-    """Yield what the schema and the rules of fmpy find wrong, a sentence each.
+    """Yield the problems found by the schema and the rules of fmpy, a sentence each.
 
     Parameters
     ----------

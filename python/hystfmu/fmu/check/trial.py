@@ -25,9 +25,9 @@ class Trial:
     name : str
         What is done.
     find : callable
-        Yields the problems of an FMU as sentences.  A `Finding` that it raises says that the thing cannot be done.
+        Yields the problems of an FMU as sentences. A `Finding` that it raises means that the trial cannot be made.
     needs : str
-        Name of the trial without which this one would repeat a problem.
+        Name of the trial that must pass first; otherwise this one would repeat its problem.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Origin of an FMU: the name and the description that tell it from the FMU of another device.
+"""Origin of an FMU: name and description that distinguish it from the FMU of another device.
 
 Both come from the model and the record that it was fitted to, so that equal models give equal bytes.
 """

@@ -155,5 +155,5 @@ def _bytes(graph: Graph) -> int:
 
 
 def _comment(text: str) -> str:
-    """Return a text that ends no comment of C."""
+    """Return a text that is safe in a C comment."""
     return " ".join(text.replace("*/", "* /").replace("/*", "/ *").split())

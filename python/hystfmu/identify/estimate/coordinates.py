@@ -22,9 +22,9 @@ class Coordinates:
     lo, hi : array, shape (n,)
         Bounds.
     scale : array, shape (n,)
-        By how much a coordinate changes the output about as much as the others do.
+        Scale of each coordinate: steps of this size change the output by similar amounts.
     values : function
-        Returns the values of parameters, by ``node.parameter``, at a point (n,); those of arrays are whole.
+        Returns the values of parameters, by ``node.parameter``, at a point (n,); arrays are complete.
     """
 
     lo: Array

@@ -1,9 +1,9 @@
 """Bounds of a search where none are given: by the unit of measure of a parameter, its block, and the record.
 
 A frequency lies between a cycle per record and half the sample rate, a time between a tenth of a step and ten records.
-What is measured in the unit of an input (thresholds, inputs at rest) lies within a span of this input around its range.
-A parameter with limits in its block lies between these.  What must be positive is searched by its logarithm, over three
-decades to both sides of its value in the graph.
+A parameter in the unit of an input (threshold, input at rest) lies within one span around the range of this input. A
+parameter with limits in its block lies between these limits. A positive parameter is searched by its logarithm, over
+three decades to both sides of its value in the graph.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ LARGE = 1e5  # a limit of a block from here on is no limit of a search
 
 
 def default_bounds(free: Free, graph: Graph, data: Dataset) -> tuple[float, float]:
-    """Return the bounds of the search for a parameter that is not eliminated, those that are given among them."""
+    """Return the bounds of the search for a parameter that is not eliminated, including given ones."""
     least, most = float(free.start.min()), float(free.start.max())
     seconds = (data.train.stop - data.train.start) * data.h
     if free.row.unit == "Hz":
@@ -52,7 +52,7 @@ def is_log(free: Free) -> bool:
 
 
 def _range(free: Free, graph: Graph, data: Dataset) -> tuple[float, float]:
-    """Return the least and the largest value of the input that a parameter is measured by, in the graph as given."""
+    """Return the range of the input that has the unit of measure of a parameter, in the given graph."""
     end = f"{free.node}.{free.row.follows}"
     rows = rows_of(graph, data).reshape(len(data.u), -1)[: data.train.stop]
     for k, port in enumerate(graph.inputs):

@@ -1,8 +1,8 @@
 """Standard errors of the free parameters, and the parameters that a record does not determine.
 
-The Jacobian of the output by all free parameters, each column of length 1, is split by singular values.  A direction
-without effect means that the record tells only a combination of the parameters in it.  Standard errors as in
-`hystfmu.identify.features.identifiable`: they count with the correlation of the residuals.
+The Jacobian of the output by all free parameters, each column of length 1, is split by singular values. A direction
+without effect means that the record determines only a combination of its parameters. Standard errors, as in
+`hystfmu.identify.features.identifiable`, account for the correlation of the residuals.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ class Determined:
     labels : tuple of str
         Elements of the free parameters.
     values, errors : array, shape (n,)
-        Values; standard errors, infinite for what the record does not determine, 0 at a bound.
+        Values; standard errors, infinite if the record does not determine the parameter, 0 at a bound.
     bound : array, shape (n,) of bool
         Whether a value is at a bound.
     condition : float
-        Largest over smallest singular value of the scaled Jacobian, without what is at a bound.
+        Ratio of the largest to the smallest singular value of the scaled Jacobian, without parameters at a bound.
     together : tuple of tuple of str
-        Parameters of which the record tells only a combination; one alone has no effect.
+        Parameters of which the record determines only a combination; a single one has no effect.
     """
 
     labels: tuple[str, ...]
@@ -71,13 +71,13 @@ class Determined:
 
 
 def determined(objective: Objective, p: Array) -> Determined:
-    """Find what the record tells of every element of a parameter that the coordinates or the weights move.
+    """Compute standard errors of all elements of parameters that depend on the coordinates or the weights.
 
     Parameters
     ----------
     objective : Objective
     p : array, shape (n,)
-        Coordinates that were found.
+        Coordinates of the result.
     """
     residuals, weights, _ = objective.project(p)
     n, c = len(p), objective.coordinates

@@ -79,11 +79,11 @@ class Runs:
         h : float
             Time between rows (s).
         changes : sequence of mapping of str to array
-            By how much the elements of parameters change, for each derivative.
+            Changes of the elements of parameters, for each derivative.
         rows : array of int, shape (k,)
             Rows to return, rising.
         step : float
-            Part of a change by which blocks without a sensitivity are moved; 1 for what enters linearly.
+            Step of finite differences, relative to a change, for blocks without a sensitivity; 1 for linear parameters.
 
         Returns
         -------
@@ -121,7 +121,8 @@ class Runs:
     def _differences(
         self, inputs: Array, h: float, changes: Sequence[Mapping[str, Array]], rows: NDArray[np.intp], step: float
     ) -> tuple[Array, Array]:
-        """Do the same by whole runs: the core has no sensitivities for an implicit inverse."""
+        """Compute the same by finite differences of whole runs, because the core has no sensitivities for an implicit
+        inverse."""
         y, before = self.run(inputs, h)[rows], dict(self._last)
         dy = np.zeros((len(y), len(changes)))
         for column, change in enumerate(changes):

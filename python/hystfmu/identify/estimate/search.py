@@ -27,7 +27,7 @@ class Found:
     cost : float
         Half the sum of the squared residuals.
     whole : bool
-        Whether the search came to its end, or ended at its limit of time.
+        Whether the search converged, or ended at its time limit.
     """
 
     p: Array
@@ -112,7 +112,7 @@ def search(
     evaluations : (int, int)
         Limits on evaluations of residuals and Jacobian: per start, for the best start.
     enough : float
-        Misfit, relative to the size of the residuals, below which no other start is tried.
+        Misfit, relative to the size of the residuals, below which no further start is tried.
     """
     share = len(starts) / (len(starts) + 1)
     try:

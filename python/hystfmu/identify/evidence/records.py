@@ -45,7 +45,7 @@ def held_input(seen: Seen, hold: str) -> Array:
 
 
 def weight_of(seen: Seen, problem: Problem, noise: Array) -> Array:
-    """Return one over the RMS of noise and model error in each bin that counts."""
+    """Return the inverse of the RMS of noise and model error in each bin that counts."""
     both = np.repeat(noise + INEXACT**2 * seen.cells.total / CELL, CELL)
     out, at = [], 0
     for w, b in zip(seen.windows, problem.bins, strict=True):
@@ -56,7 +56,7 @@ def weight_of(seen: Seen, problem: Problem, noise: Array) -> Array:
 
 
 def left_over(seen: Seen, hold: str, found: Fitted) -> Array:
-    """Return the output (n,) without that of a fit."""
+    """Return the output (n,) minus that of a fit."""
     problem = Problem(seen.h, hold, held_input(seen, hold), seen.y, seen.records, (), (), np.zeros(0), ())
     return np.asarray(seen.y - found.output(problem))
 
@@ -67,9 +67,9 @@ def powers(seen: Seen, e: Array) -> Array:
 
 
 def noise_of(seen: Seen, e: Array) -> Array:
-    """Return the noise of each cell: what a fit leaves, where that is less than what the local response leaves.
+    """Return the noise of each cell: the residual of a fit or of the local response, whichever is smaller.
 
-    A light resonance bends the response inside a cell.
+    With a lightly damped resonance the response is curved within a cell.
     """
     left, at, power = [], 0, powers(seen, e)
     for w in seen.windows:

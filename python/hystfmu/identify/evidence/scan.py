@@ -42,7 +42,7 @@ def mode_response(f: Array, f_n: float | Array, zeta: float | Array) -> Complex:
 def scan(
     pooled: Pooled, known: list[Complex], lowest: float, highest: float, h: float, delays: Array
 ) -> tuple[float, float, float]:
-    """Return f_n (Hz), zeta and delay (steps) of the mode that explains most beside known responses.
+    """Return f_n (Hz), zeta and delay (steps) of the mode that explains most in addition to known responses.
 
     Parameters
     ----------

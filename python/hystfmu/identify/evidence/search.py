@@ -27,7 +27,8 @@ BELOW, SLOW = 100.0, 20.0  # lowest frequency of the fit and of the slow parts, 
 
 
 def modes(seen: Seen) -> tuple[str, Fitted] | None:
-    """Return the hold and the fit with as many modes as pay; None if the record shows no response."""
+    """Return the hold and the fit with the number of modes that the data support; None if the record shows no
+    response."""
     at = np.flatnonzero(seen.response.seen)
     if len(at) < 3:
         return None
@@ -54,7 +55,7 @@ def modes(seen: Seen) -> tuple[str, Fitted] | None:
 def _branch(
     seen: Seen, hold: str, highest: float, none: Fitted, start: tuple[Array, bool]
 ) -> list[tuple[Problem, Fitted]]:
-    """Add modes while they pay, from one of the starts."""
+    """Add modes while the data support them, from one of the starts."""
     last, noise, found = none, seen.cells.noise, []
     for _ in range(MOST_MODES):
         grown = _grown(seen, hold, noise, highest, last, start)
@@ -75,7 +76,8 @@ def _branch(
 
 
 def _highest(r: Response) -> float:
-    """Return the highest frequency (Hz) up to which at least half of the points of a third of an octave are seen."""
+    """Return the highest frequency (Hz) up to which at least half of the points of each third of an octave are
+    coherent."""
     seen = r.seen
     for k in range(len(seen) - 1, -1, -1):
         near = (r.f <= r.f[k]) & (r.f >= r.f[k] / 2 ** (1 / 3))
@@ -87,9 +89,9 @@ def _highest(r: Response) -> float:
 def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
     """Decide how the input behaves between rows, and whether the rest is needed.
 
-    A hold changes the response by a factor 1 - (omega h)^2/12 or /24, which looks like a rest; held values differ from
-    a smooth input by half a step of delay too.  So a hold is known only where it alone needs no rest.  That a true rest
-    looks like a hold to within five standard errors is a rare coincidence; a needless one of three is not.
+    A hold changes the response by a factor 1 - (omega h)^2/12 or /24, which looks like a rest term; held values also
+    add half a step of delay. So a hold is identified only if the fit with it needs no rest term. A true rest term
+    rarely equals the effect of a hold within five standard errors.
     """
     modes = best.structure.modes
     tried = {}
@@ -107,7 +109,7 @@ def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
 
 
 def _half(found: Fitted) -> Fitted:
-    """Let the delay of a smooth input stand for that of held values too: a quarter of a step less, and more or less."""
+    """Widen the delay of a smooth input so that it also covers held values: a quarter of a step less, plus or minus."""
     p, covariance = found.p.copy(), found.covariance.copy()
     at = len(p) - 1
     p[at] -= 0.25

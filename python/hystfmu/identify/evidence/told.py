@@ -43,7 +43,8 @@ def known_modes(found: Fitted, seen: Seen) -> NDArray[np.bool_]:
 
 
 def density_of(seen: Seen, e: Array) -> float:
-    """Return the density of the noise in spans of y: the least of what local responses, a fit, or quiet rows leave."""
+    """Return the density of the noise in spans of y: the least of the residuals of local responses, of a fit, and of
+    rows at rest."""
     left = seen.cells.left / (CELL - LOCAL)
     return min(
         noise_density(left, 2 * (CELL - LOCAL), seen.cells.f, seen.h),
@@ -53,7 +54,7 @@ def density_of(seen: Seen, e: Array) -> float:
 
 
 def static_gain(r: Response, found: Fitted | None) -> float:
-    """Return the static gain: of all parts of a fit, or of the lowest third of what is seen."""
+    """Return the static gain: of all parts of a fit, or of the lowest third of the coherent points."""
     if found is not None and found.structure.modes:
         return abs(float(found.gain.sum())) or 1.0
     seen = np.flatnonzero(r.seen)
@@ -68,7 +69,7 @@ def told(found: Fitted | None, seen: Seen, e: Array, density: float) -> tuple[tu
     found : Fitted, optional
     seen : Seen
     e : array, shape (n,)
-        What the fit leaves of the output.
+        Residual of the fit.
     density : float
         Of the noise, in spans of y.
     """

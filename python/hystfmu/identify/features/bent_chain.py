@@ -1,4 +1,4 @@
-"""Graph of a chain that `bent_sum` fitted: operator, bend, parts that follow covariates, creep, dynamics, offset.
+"""Graph of a chain that `bent_sum` fitted: operator, bend, parts that depend on covariates, creep, dynamics, offset.
 
 The bend is a sum of dead zones that interpolates the polynomial, because that has an exact inverse and continues as a
 straight line outside the range of the training rows.
@@ -47,7 +47,7 @@ class Parts(Protocol):
 
     @property
     def levels(self) -> tuple[str, ...]:
-        """The part of the model that follows each covariate."""
+        """The part of the model that depends on each covariate."""
         ...
 
 
@@ -104,7 +104,7 @@ def _hysteresis(f: Fitting, operator: str, w: Array) -> Node:
 def _beside(
     f: Fitting, parts: Parts, s: BentSum, used: list[int], at_0: float
 ) -> tuple[list[Node], list[tuple[str, str]], list[tuple[str, ...]]]:
-    """Return blocks and wires that let the bend follow covariates, the last block with the output; and their ends.
+    """Return blocks and wires of a bend that depends on covariates, and their ends.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _beside(
     used : list of int
         Numbers of the covariates that act.
     at_0 : float
-        Value of the bend at 0, which its block leaves out.
+        Value of the bend at 0, which its block omits.
     """
     names, n = f.data.covariates.names, len(used)
     half = (f.high - f.low)[used] / 2

@@ -3,11 +3,11 @@
   v = w0 x + sum_i w_i p_i[x],  b = b(v),  c = b + sum_j k_j L_{T_j}[b],  y = F[c] + offset
 
 F is linear (G0 with delay, or nothing) with gain 1 at rest, L_T a first-order lag, b a polynomial (Legendre basis on
-the range of v).  The fit takes Gauss-Newton steps in the non-negative w and k, each a non-negative least-squares
-problem on the columns F[(1 + sum k_j L_j)[b'(v) p_i]] and F[L_j[b]]; between the steps the coefficients of b follow by
-linear least squares.  With covariates b follows them (`following`); their gains g are variables of the Gauss-Newton
-steps, without bounds.  This is a Wiener-Hammerstein structure with a hysteresis at its front (Giri & Bai 2010,
-Block-oriented Nonlinear System Identification, ch. 1), solved as a separable problem (Golub & Pereyra 1973).
+the range of v). The fit takes Gauss-Newton steps in the non-negative w and k, each a non-negative least-squares problem
+on the columns F[(1 + sum k_j L_j)[b'(v) p_i]] and F[L_j[b]]; between the steps the coefficients of b follow by linear
+least squares. With covariates b depends on them (`following`); their gains g are variables of the Gauss-Newton steps,
+without bounds. This is a Wiener-Hammerstein structure with a hysteresis at its front (Giri & Bai 2010, Block-oriented
+Nonlinear System Identification, ch. 1), solved as a separable problem (Golub & Pereyra 1973).
 """
 
 from __future__ import annotations
@@ -92,10 +92,10 @@ class Problem:
     least : float
         Least weight of the first column, relative to the sum of all.
     following : Following, optional
-        Covariates that the bend follows, over all rows.
+        Covariates that the bend depends on, over all rows.
     penalties : tuple of (float, array, shape (l, p))
-        Strengths and matrices that hold the weights smooth, for columns of median size; None instead of a matrix: a
-        ridge.  What the rows hardly excite would be arbitrary without them.
+        Strengths and matrices of smoothness penalties, for columns of median size; None instead of a matrix: a ridge.
+        Without penalties, weights with little excitation would be arbitrary.
     """
 
     columns: Array
@@ -173,7 +173,7 @@ def fit_linear(p: Problem, degree: int) -> BentSum:
 
 
 def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
-    """Take Gauss-Newton steps from `start` until they gain nothing.
+    """Take Gauss-Newton steps from `start` until the error no longer decreases.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
     start : BentSum
         First point; ``len(q) - 1`` is the degree of the bend.
     wanted : float
-        RMS error that another start has reached: steps that do not lead there at the present gain end as well.
+        RMS error from another start: the steps also end if they will not reach it at their present rate.
 
     Returns
     -------
@@ -208,9 +208,9 @@ def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
 
 
 def residuals(p: Problem, s: BentSum) -> Callable[[Filter | None], Array]:
-    """Return the function from other dynamics to the residuals (m,) that one Gauss-Newton step from `s` leaves.
+    """Return a function that maps other dynamics to the residuals (m,) after one Gauss-Newton step from `s`.
 
-    Columns without weight stay without: a search of the dynamics filters the others hundreds of times.
+    Columns with weight 0 are omitted, because a search of the dynamics filters the columns hundreds of times.
     """
     used = s.w > 0
     held = tuple((strength, None if P is None else P[:, used]) for strength, P in p.penalties)
@@ -230,7 +230,7 @@ def _variables(s: BentSum) -> dict[str, Array]:
 
 
 def _newton(p: Problem, s: BentSum) -> BentSum:
-    """Return the weights that a linearisation at `s` asks for."""
+    """Return the weights that minimise the linearised error at `s`."""
     linear, free, target = _linearised(p, s)
     x, v = p.solved(linear, target, free)
     w, k, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
@@ -258,7 +258,8 @@ def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array, Array]:
 
 
 def _before(p: Problem, s: BentSum) -> Array:
-    """Return what `_linearised` filters by the dynamics: derivatives by w, the output, derivatives by k, free ones."""
+    """Return the columns that `_linearised` filters by the dynamics: derivatives by w, the output, derivatives by k,
+    free columns."""
     v = p.columns @ s.w
     slope, b = _slope(p, s, v), _bend(p, s, v)[:, None]
     parts = [p.crept(slope[:, None] * p.columns, s.k), p.crept(b, s.k), *(p.lag(b - b[:1], T) for T in p.T)]

@@ -1,10 +1,10 @@
 """Dead band: a play in front of a model that suppresses the reversals of input noise.
 
 A model without return-point memory (Bouc-Wen, Duhem) accumulates every reversal of the noise: noise of 0.25 % of the
-input range costs 2.2 % of the output.  A play of half-width 2 sigma in front reduces that to 0.5 %; wider plays cost
-more in lag than they save.  The play is part of the model, so that an FMU has it too.  Operators with return-point
-memory wipe out such reversals as soon as the input moves on; a dead band does not improve them, so they have none.
-`hystfmu.data.reversals` estimates the noise.
+input range costs 2.2 % of the output. A play of half-width 2 sigma in front reduces this to 0.5 %; with wider plays the
+error from their lag exceeds the gain. The play is part of the model, so that an FMU has it too. Operators with
+return-point memory wipe out such reversals when the input moves on, so they need no dead band. `hystfmu.data.reversals`
+estimates the noise.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def half_width(u: Array) -> float:
 
 
 def behind(data: Dataset, band: float) -> Dataset:
-    """Return the data with the input that a model behind a play of that half-width sees."""
+    """Return the data with the input after a play of this half-width."""
     if band == 0:
         return data
     r, u0 = np.array([band]), float(data.u[0])

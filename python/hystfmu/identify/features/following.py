@@ -2,9 +2,9 @@
 
   b(v, theta) = (1 + g' theta) b(v) + sum_j theta_j b_j(v)
 
-theta are the covariates scaled to [-1, 1].  A covariate acts at one of four levels: none; ``offset``, b_j constant;
-``gain``, b_j constant and g_j free; ``bend``, b_j a polynomial of the degree of b.  With a gain the inverse of b(v) is
-that of the whole; with a bend it is a root.
+theta are the covariates scaled to [-1, 1]. A covariate acts at one of four levels: none; ``offset``, b_j constant;
+``gain``, b_j constant and g_j free; ``bend``, b_j a polynomial of the degree of b. With a gain, the inverse follows
+from that of b(v); with a bend it is a root.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LEVELS = ("none", "offset", "gain", "bend")
 
 @dataclass(frozen=True)
 class Following:
-    """Covariates and the level of each.
+    """Covariates, each with its level.
 
     Parameters
     ----------

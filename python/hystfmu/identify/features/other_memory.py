@@ -1,7 +1,8 @@
-"""An input of the same form as a record with other memory: its half cycles, shuffled between other turning points.
+"""An input of the same form as a record but with another memory: its half cycles, shuffled between other turning
+points.
 
-The half cycles keep their shape over time and their duration, so that nothing moves at a speed or in a way that the
-record does not show.  Only the order and the size of the loops differ, and with them the states of the memory.
+The half cycles keep their shape and duration, so that speeds and shapes are those of the record. Only the order and the
+size of the loops differ, and with them the states of the memory.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def other_memory(u: Array, start: float) -> Array:
     Returns
     -------
     array, shape (m,)
-        Starts at `start`; half of the reversals land inside the last loop, as in `hystfmu.data.signals`.
+        Starts at `start`; half of the reversals lie inside the last loop, as in `hystfmu.data.signals`.
     """
     rng, lo, hi = np.random.default_rng(SEED), float(u.min()), float(u.max())
     turns = reversals(u)

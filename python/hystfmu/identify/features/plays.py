@@ -19,8 +19,8 @@ def thresholds(u: Array, n: int) -> Array:
     """Return half-widths, shape (n,), in equal steps from 0 (excluded) to 98 % of half the range of u.
 
     A play wider than half the range never moves back: its column is constant after the first loading (Shen & Ma 2017
-    spread theirs over the whole range, so half of their columns are constant).  A play that travels less than 2 % of
-    the range is hardly excited: its weight would fit the noise at the peaks and spoil every larger input.
+    spread theirs over the whole range, so half of their columns are constant). A play that moves less than 2 % of the
+    range is hardly excited: its weight would fit the noise at the peaks and cause errors for every larger input.
     """
     return np.asarray((1 - LEAST_TRAVEL) * np.ptp(u) / 2 * np.arange(1, n + 1) / n)
 

@@ -1,7 +1,7 @@
 """Relays with a smooth density as the columns of a sum: those of `smooth_density`, the input itself before them.
 
-What the rows hardly excite would be arbitrary in a sum of so many columns: a ridge and two penalties hold the density
-smooth.  Their strengths are the middle ones of the kind `preisach`, which chooses among others by cross-validation.
+In a sum of so many columns, weights with little excitation would be arbitrary. A ridge and two penalties keep the
+density smooth. Their strengths are the middle ones of the kind `preisach`, which chooses them by cross-validation.
 """
 
 from __future__ import annotations

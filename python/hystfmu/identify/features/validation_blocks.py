@@ -1,8 +1,8 @@
 """Validation blocks: parts of a record between two reversals, spread over the whole record.
 
-A split into a first and a last part extrapolates wherever the record changes (a decaying sine, a staircase).  Blocks
-between reversals interpolate: both sets of rows hold large and small, early and late loops.  Only the outermost loop is
-alone: what is fitted without it extrapolates wherever the memory of that loop lasts (`without_outermost`).
+A split into a first and a last part extrapolates wherever the record changes (a decaying sine, a staircase). Blocks
+between reversals interpolate: both sets of rows hold large and small, early and late loops. The outermost loop is an
+exception: a fit without it extrapolates wherever the memory of this loop lasts (`without_outermost`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> N
     u : array, shape (n,)
         Input.
     which : int
-        Block of every `EVERY` consecutive ones, from 0; another number gives disjoint rows.
+        Number of the block among every `EVERY` consecutive ones, from 0; different numbers give disjoint rows.
     blocks : int
         Number of blocks, at most.
 
@@ -47,7 +47,7 @@ def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> N
 
 
 def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return validation rows without the blocks that alone reach an end of the range of the input, if others are left.
+    """Return validation rows without blocks that alone reach an end of the range of the input, unless these are all.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Sweep over the number of hidden neurons: trains a network of each size, scores it on a validation split.
 
-Two processes share the sizes.  Each is this module run as a program with one BLAS thread: small factorisations in two
-threads of one process wait for each other, a hundred times longer than they compute.  A program of its own does not
-import the caller's script.  A few small networks are trained in this process.
+Two processes share the sizes. Each process runs this module as a program with one BLAS thread, because small
+factorisations in two threads of one process wait for each other a hundred times longer than they compute. A separate
+program does not import the caller's script. A few small networks are trained in this process.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class _Task:
         return float(np.mean((network(x) - y) ** 2))
 
     def write(self, counts: Sequence[int], to: IO[bytes]) -> None:
-        """Write the task as plain arrays and JSON, which a reader need not execute."""
+        """Write the task as plain arrays and JSON, so that no code is executed on reading."""
         words = json.dumps({"trainer": self.trainer, "options": self.options, "counts": list(counts)})
         content = io.BytesIO()
         np.savez(content, *self.fitted, *self.validation, np.array(words))

@@ -111,7 +111,7 @@ def fit_readout(
     most_rows : int
         Limit on rows; more are thinned evenly.
     least_decay : float
-        Least weight decay, where the options give none.
+        Least weight decay if the options state none.
 
     Returns
     -------

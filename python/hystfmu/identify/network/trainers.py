@@ -1,8 +1,8 @@
 """Trainers of a network by name, with a common signature: each minimises a sum of squares from a start.
 
-levenberg_marquardt  the default: half the error of the next in a third of the time.
-powell_beale         conjugate gradients with restarts, as in Zhao & Tan 2008; uses all iterations.
-lbfgs                limited-memory quasi-Newton (Nocedal 1980; scipy), for networks too large for a Jacobian.
+levenberg_marquardt the default: half the error of the second one in a third of the time. powell_beale conjugate
+gradients with restarts, as in Zhao & Tan 2008; uses all iterations. lbfgs limited-memory quasi-Newton (Nocedal 1980;
+scipy), for networks too large for a Jacobian.
 """
 
 from __future__ import annotations

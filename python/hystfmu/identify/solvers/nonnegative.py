@@ -71,7 +71,7 @@ def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
 
 
 def _reduced(A: Array, F: Array, b: Array) -> Array:
-    """Return the triangle of the QR factors of [A F b], made of one part of the rows after the other."""
+    """Return the triangle of the QR factors of [A F b], computed from successive parts of the rows."""
     R = np.zeros((0, A.shape[1] + F.shape[1] + 1))
     for k in range(0, len(b), MANY):
         rows = slice(k, k + MANY)

@@ -1,8 +1,8 @@
 """Least squares with non-negative and free weights under quadratic penalties, their strengths by cross-validation.
 
-It minimises |y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 + sum_i s_i^2 |P_i x|^2 over x >= 0, v and c.  The rows are
-reduced to the triangles of their QR factors, one for each chunk of consecutive rows, so that other strengths or other
-chunks cost no pass over the rows.
+It minimises |y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 + sum_i s_i^2 |P_i x|^2 over x >= 0, v and c. The rows are
+reduced to the triangles of their QR factors, one for each chunk of consecutive rows, so that other strengths or chunks
+need no further pass over the rows.
 """
 
 from __future__ import annotations
