@@ -1,13 +1,12 @@
 """Zhao & Tan 2008: operator and 2-12-1 network, against the KP model, and the network inverse in cascade.
 
-The measurements of the paper are not published.  Its setup is kept: a 5 Hz decaying sine at 1000 Hz, 1200 samples,
-scaled to [-1, 1], one part for identification, the other for validation.  The actuator is that of its section II, ten
-backlash operators of full widths 0.1 .. 1, in numpy.  The paper prints neither the decay nor how the samples are parted
+The measurements of the paper are not published. Its setup is kept: a 5 Hz decaying sine at 1000 Hz, 1200 samples,
+scaled to [-1, 1], one part for identification, the other for validation. The actuator is that of its section II, ten
+backlash operators of full widths 0.1 .. 1, in numpy. The paper prints neither the decay nor the division of the samples
 nor a seed: `DECAYS`, `SPLITS` and `SEEDS` scan them, and the table takes the point where the literal replica is nearest
-to the printed figures.
-Literal: last extremum, 463 Powell-Beale iterations from one start, reconstructed inverse operator, plain least squares
-for the KP weights.
-Ours: dominant extremum, Levenberg-Marquardt, exact inverse operator, KP weights >= 0.
+to the printed figures. Literal: last extremum, 463 Powell-Beale iterations from one start, reconstructed inverse
+operator, plain least squares for the KP weights. Ours: dominant extremum, Levenberg-Marquardt, exact inverse operator,
+KP weights >= 0.
 """
 
 from __future__ import annotations
@@ -372,7 +371,7 @@ def _largest(model: Model, r: Array, plant: Response) -> float:
 
 
 def _where(y: Array, wanted: Array) -> float:
-    """Return the size of the wanted output at the largest error, relative to its maximum; the virgin curve is out."""
+    """Return the size of the wanted output at the largest error, relative to its maximum, without the virgin curve."""
     e, r = np.abs(y - wanted)[VIRGIN:], np.abs(wanted)[VIRGIN:]
     return float(r[np.argmax(e)] / r.max())
 

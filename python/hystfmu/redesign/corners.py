@@ -22,7 +22,7 @@ class Corner:
     Attributes
     ----------
     name : str
-        Case, and what differs from it.
+        Case, and difference from it.
     opened : OpenedLoop
     slope : float
         Of plant over inverse.
@@ -36,7 +36,7 @@ class Corner:
     delay: float
 
     def learnt(self, angles: Array) -> Complex:
-        """Return the response from a correction to what it takes off the error."""
+        """Return the response from a correction to the reduction of the error."""
         return self.opened.learnt(angles, self.slope, self.delay)
 
     def without_memory(self, angles: Array) -> Complex:
@@ -59,11 +59,11 @@ def corners(
     opened : mapping of str to OpenedLoop
         Loops by case, the nominal one first.
     limits : MarginsSpec or None
-        Of the scenario: they name its corners, with slopes and delays that the loop has to stand.
+        Limits of the scenario: its corners, with slopes and delays for which the loop must be stable.
     off : float
         Share by which the natural frequencies of the plant may differ.
     stable : bool
-        Refuse a loop that is unstable before anything is learnt.
+        Refuse a loop that is unstable without learning.
 
     Raises
     ------

@@ -28,7 +28,7 @@ LAST = 2  # rows at least
 
 @dataclass(frozen=True)
 class LoopPlant(Plant):
-    """Everything in a loop but its controller, with static gain 1.
+    """Everything in a loop except its controller, with static gain 1.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ def loop_plants(found: Sequence[Corner], slopes: tuple[float, float]) -> PlantSe
 
 
 def known(opened: OpenedLoop) -> Design:
-    """Return what a structure knows: the modes of the plant, and the whole steps of delay around it.
+    """Return the design data of a structure: the modes of the plant, and the whole steps of delay around it.
 
     A pair of poles is a mode with its share of the static gain; a single real pole is part of the rest.
     """
@@ -98,12 +98,12 @@ def known(opened: OpenedLoop) -> Design:
 
 
 def aim(system: System, of: Roles) -> Aim:
-    """Return what disturbs the loop of a case: tones of its reference, a share of them that is missed, noise.
+    """Return the disturbances of the loop of a case: tones of its reference, a share of them as model error, noise.
 
     Parameters
     ----------
     system : System
-        With a controller that lets it run.
+        With a controller with which it runs.
     of : Roles
     """
     h = system.case.step

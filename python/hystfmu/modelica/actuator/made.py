@@ -85,7 +85,7 @@ def _beside(model: Model, u: Array) -> Array:
 
 
 def _held(graph: Graph) -> Graph:
-    """The graph with lags that stay: a vibration is too fast for creep."""
+    """The graph with constant lags, because a vibration is too fast for creep."""
     for n in graph.nodes:
         if n.type == "creep":
             graph = graph.replace(n.with_values(T=n.value("T") * FOREVER))

@@ -1,8 +1,8 @@
 """Stiffness, capacitance, mass and damping of an actuator: from a data sheet, from an identified mode, or not at all.
 
-An actuator without a known mode has no mass.  With one, mass and damping follow for small vibrations about the voltage
-at the start, where plays stick and an operator has the slope that it has after a reversal: the position is then the
-linear response
+An actuator without a known mode has no mass. With a known mode, mass and damping are computed for small vibrations
+about the initial voltage, where plays do not move and an operator has its slope after a reversal. The position is then
+the linear response
 
     K(s) x = F,   K = k/(1 + k sigma d/(1 + s tau + R sigma s/(d (1 + s R C0)))),
 
@@ -34,14 +34,14 @@ SETTLING = 1e4  # Hz: without a mass, the damping of the ceramic settles within 
 
 @dataclass(frozen=True)
 class Mode:
-    """Data of a model on its mode.
+    """Data on the mode of a model.
 
     Attributes
     ----------
     f_n, zeta : float or None
         Natural frequency (Hz) and damping ratio; None where they are not known.
     why : str
-        What is known, or why nothing is.
+        Text on the known values, or the reason why there are none.
     """
 
     f_n: float | None
@@ -66,7 +66,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class Mechanics:
-    """Parameters of `HystFMU.Actuators.BaseClasses.Piezo`, in SI units, and where each comes from.
+    """Parameters of `HystFMU.Actuators.BaseClasses.Piezo`, in SI units, with the origin of each.
 
     `m` and `f_n` are None without a moving mass; `lowest` (Hz) is the resonance where the polarisation follows the
     force as it follows the voltage over the whole range.
@@ -92,18 +92,18 @@ def mechanics(sheet: Sheet, v_max: float, stroke: float, slope: float, mode: Mod
     Parameters
     ----------
     sheet : Sheet
-        Data sheet; its resonance comes before an identified one.
+        Data sheet; its resonance has priority over an identified one.
     v_max, stroke : float
         Range of voltage (V) of the identified model, and its stroke (m) over it.
     slope : float
-        Its slope (m/V) for small vibrations about the voltage at the start.
+        Its slope (m/V) for small vibrations about the initial voltage.
     mode : Mode
         Identified mode.
 
     Raises
     ------
     InputError
-        The stack would give more work than it takes.
+        The stack would produce more work than it receives.
     """
     told = []
     if sheet.stroke is None or sheet.blocking_force is None:
@@ -163,7 +163,8 @@ class _Small:
         return self.k / (1 + self.k * self.slope * self.d / (1 + s * tau + leads))
 
     def mass(self, f_n: float, zeta: float, c0: float) -> tuple[float, float, float]:
-        """Mass, damping, and how many times faster than its default the circuit must be to leave damping to set."""
+        """Mass, damping, and the factor by which the circuit must be faster than its default so that the damping can be
+        set."""
         w = 2 * math.pi * f_n
         root = cmath.sqrt(zeta**2 - 1)
         poles = (w * (-zeta + root), w * (-zeta - root))

@@ -30,7 +30,7 @@ def models(shelf: Shelf, bases: Mapping[str, str]) -> dict[str, str]:
     Raises
     ------
     InputError
-        A table is of a class that the library has not.
+        A table belongs to a class that is not in the library.
     """
     texts = {**bases, **shelf.texts}
     found = {}

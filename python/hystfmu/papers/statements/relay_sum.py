@@ -1,4 +1,5 @@
-"""Preisach's sum of relays in a plain loop, against the block in Everett's form and against its parting at an extremum.
+"""Preisach's sum of relays in a plain loop, compared with the block in Everett's form and with increments from an
+extremum.
 
 Equation 1 of the IPMC paper and of Yu & Alici 2005, and equation 2 of the IPMC paper: after an extremum u_p the output
 moves by an increment.

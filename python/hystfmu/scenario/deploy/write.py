@@ -49,7 +49,7 @@ def write_controller(
     Raises
     ------
     InputError
-        The controller cannot be cut out of the case, or the file cannot be written.
+        The controller cannot be separated from the case, or the file cannot be written.
     """
     from hystfmu.fmu.write.export import export_fmu
 
@@ -76,7 +76,7 @@ def write_target(case: Case, folder: str | Path, name: str | None = None) -> tup
     Raises
     ------
     InputError
-        The controller cannot be cut out of the case, the name is none of C, or a file cannot be written.
+        The controller cannot be separated from the case, the name is not valid in C, or a file cannot be written.
     """
     from hystfmu.fmu.write.target import target_files
 

@@ -1,7 +1,6 @@
 """One foreign FMU runs alone in a child process, with inputs from a table.
 
-The results come back in two files of known form, which are read as those of others.  Nothing that the child writes is
-unpickled.
+The results are returned in two files of known format, which are untrusted. Nothing that the child writes is unpickled.
 """
 
 from __future__ import annotations
@@ -54,7 +53,7 @@ def run_alone(task: Task, seconds: float, confined: bool = True) -> tuple[Array,
     values : array, shape (n, n_outputs)
         Its outputs.
     note : str
-        Why it ended before the last step; "" if it did not.
+        Reason why it ended before the last step; "" if it did not.
 
     Raises
     ------
@@ -128,7 +127,7 @@ def _run(task: Task, folder: Path) -> tuple[int, str]:
 
 
 def main(folder: Path) -> None:
-    """In the child: run the task in the folder and leave what became of it there."""
+    """In the child: run the task and write the result into the folder."""
     task: Task = pickle.loads((folder / _TASK).read_bytes())  # our own parent wrote it
     limit_memory(GIGABYTES)
     stopped, rows, note = None, 0, ""

@@ -201,7 +201,7 @@ class FmuMember(SteppedMember):
         self._fmu.setFMUState(self._state)
 
     def state_hash(self) -> str:
-        """Return the hash of the present states; not of a foreign FMU."""
+        """Return the hash of the present states; foreign FMUs have none."""
         assert not isinstance(self._graph, Foreign)
         self.save()
         serialize = self._fmu.serializeFMUstate if self._fmi == 2 else self._fmu.serializeFMUState

@@ -12,7 +12,7 @@ from hystfmu.graph import Graph
 
 
 class FmuStore:
-    """Exported and unpacked FMUs in a folder of their own that is gone at the end of the `with`.
+    """Exported and unpacked FMUs in a temporary folder that is removed at the end of the `with`.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class FmuStore:
     def get(self, graph: Graph, fmi: Literal[2, 3]) -> tuple[Path, Any]:
         """Folder and model description of the graph as an FMU; exported on first use.
 
-        It has no sample time: the scenario decides on its steps, and cuts them at discontinuities.
+        The FMU has no sample time, because the scenario controls its steps and divides them at discontinuities.
         """
         graph = graph.with_step(0.0)
         key = (graph.token, fmi)

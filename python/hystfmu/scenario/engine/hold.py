@@ -12,9 +12,10 @@ from hystfmu.scenario.system.system import Link, System
 
 
 def weights(system: System, links: Sequence[Link]) -> list[float]:
-    """Return where in the reader's step the newest value of each source lies: 1 at its end, 0 at its beginning.
+    """Return the position of the newest value of each source within the reader's step: 1 at its end, 0 at its
+    beginning.
 
-    The value of a source that steps more often and follows in the order is one of its own steps old.
+    If a source steps more often and follows in the order, its value is one of its own steps old.
     """
     late = [system.maker(link).period / system.parts[link.to].period for link in links]
     return [1.0 if system.fresh(link) else 1.0 - part for link, part in zip(links, late, strict=True)]
@@ -45,7 +46,7 @@ class Lines:
         self._anew = False
 
     def cut(self) -> None:
-        """Begin the next line anew, constant: the length of the step changes."""
+        """Start the next line as a constant, because the length of the step changes."""
         self._anew = True
 
     def save(self) -> None:

@@ -1,7 +1,6 @@
 """Foreign FMUs run in a child process with limits of time and memory, where they may crash or hang without harm.
 
-The results come back in two files of known form, which are read as those of others.  Nothing that the child writes is
-unpickled.
+The results are returned in two files of known format, which are untrusted. Nothing that the child writes is unpickled.
 """
 
 from __future__ import annotations
@@ -29,17 +28,18 @@ TASK, ENDED, VALUES = "task", "ended.json", "values"
 
 
 def one_line(words: object) -> str:
-    """Return what foreign code says as a line of bounded length."""
+    """Return a message of foreign code as a line of bounded length."""
     return " ".join(str(words).split())[:MOST_WORDS]
 
 
 def box_of(systems: Sequence[System], folder: str) -> Box:
-    """Return what the foreign FMUs of these cases may use: their unpacked archives, and a folder to write into."""
+    """Return the files that the foreign FMUs of these cases may use: their unpacked archives, and a folder to write
+    into."""
     return Box.of(folder, *(p.graph.folder for s in systems for p in s.foreign if isinstance(p.graph, Foreign)))
 
 
 def without_result(foreign: str, child: Child, lines: list[str]) -> Stopped:
-    """Return what stopped a child process that left no valid result; `lines` is its output."""
+    """Return the reason why a child process left no valid result; `lines` is its output."""
     why = f" ({lines[-1]})" if child.status == CANNOT and lines else ""
     lacks = " without a result of its own" if child.status == 0 else ""
     return Stopped(f"the process that ran {foreign} {child.ending}{lacks}{why}", "killed")
@@ -78,7 +78,7 @@ def chunks_isolated(
 
 
 def main(folder: Path) -> None:
-    """In the child: run the task in the folder and leave what became of it there."""
+    """In the child: run the task and write the result into the folder."""
     task = (folder / TASK).read_bytes()  # our own parent wrote it
     stopped, status, sweeps = None, "stopped", Sweeps()
     system, engine, gigabytes = pickle.loads(task)

@@ -53,7 +53,8 @@ class Member(Protocol):
 
 
 def whole_turn(member: Member) -> int:
-    """Make a turn in one call, for steps that are more than calls of a binary.  A failure is raised."""
+    """Set inputs, step and get outputs in one call, for units that are more than calls of a binary. A failure is
+    raised."""
     member.copy()
     member.advance()
     member.take()

@@ -1,4 +1,4 @@
-"""Newton's method for the values that sweeps have to agree on, from the tangents of the units.
+"""Newton's method for the values of iterative coupling, from the tangents of the units.
 
 The matrix and its updates are those of `fmu_build/master/newton.c`, and tangents pass through the units as in
 `master.c`, so that the engines have the same bits.
@@ -26,7 +26,7 @@ class Newton:
     system : System
     due : sequence of Member
     values : array, shape (n_values,)
-        All values of the system, as the run goes on.
+        All values of the system, which change during the run.
     """
 
     def __init__(self, system: System, due: Sequence[Member], values: Array) -> None:
@@ -81,7 +81,7 @@ class Newton:
         return self._change
 
     def learn(self, before: Array, now: Array) -> None:
-        """Update the matrix by what the last change has made of the residual (Broyden)."""
+        """Update the matrix with the last change of the residual (Broyden)."""
         self._lib.newton_learn(self._n, *[_at(a) for a in (self._H, self._change, before, now, self._room)])
 
 

@@ -20,7 +20,7 @@ Slot = tuple[str, tuple[str, ...]]
 
 
 def slots(port: Port | ForeignPort, fmi: int) -> list[Slot]:
-    """The variables of an FMU that a port is, each with the names of its elements."""
+    """The variables of an FMU that are ports, each with the names of its elements."""
     return [(port.name, port.scalar_names)] if fmi == 3 else [(n, (n,)) for n in port.scalar_names]
 
 
@@ -36,7 +36,8 @@ def _nothing() -> int:
 class Calls:
     """Function pointers of an FMU: set, step, get; save and restore where states are needed; tangent in a loop.
 
-    `source` says for every element of its inputs which value it reads; -1: it keeps what stands in `inputs`.
+    `source` gives for every element of its inputs the index of the value that it reads; -1: it keeps the value in
+    `inputs`.
     """
 
     fmi3: bool
@@ -51,10 +52,10 @@ class Calls:
 
 
 class SteppedMember(ABC):
-    """An FMU between its inputs and its outputs; a subclass says how it is called.
+    """An FMU with its inputs and outputs; a subclass defines the calls.
 
-    Its window `y` into the values of the system takes the outputs; `linked` and `fixed` are the inputs that are set in
-    every step and once.
+    `y` is the part of the values of the system that receives its outputs; `linked` are the inputs that are set in every
+    step, `fixed` those that are set once.
     """
 
     def __init__(
@@ -94,7 +95,7 @@ class SteppedMember(ABC):
         self._rollback = system.case.coupling.scheme == "iterative"  # states before the present point are restored
 
     def _call(self, part: Part, put: Callable[[], int], do: Callable[[], int], get: Callable[[], int]) -> None:
-        """Take the calls that set the inputs, make a step and get the outputs; a status above 1 is a failure."""
+        """Register the calls that set the inputs, make a step and get the outputs; a status above 1 is a failure."""
         self._put, self._do = put if len(self._u) else _nothing, do
         self._get = get if part.outputs else _nothing
         self.turn: Sequence[Callable[[], int]] = [partial(whole_turn, self)]
