@@ -1,7 +1,6 @@
-"""Peak of the sensitivity and delay margin of the loop of a case, for its result: once for all cases that share a loop.
-
-The sector of slopes, for which a case would have to run again, is left to `hystfmu margins`; a loop without an inverse
-needs it for its gain, and has no figures here if it is long.
+"""Peak of the sensitivity and delay margin of the loop of a case, for its result; computed once for all cases with the
+same loop. Only `hystfmu margins` computes the sector of slopes, because it needs another run. A loop without an inverse
+needs this run for its gain, and has no figures here if the run is long.
 """
 
 from __future__ import annotations

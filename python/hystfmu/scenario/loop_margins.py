@@ -1,10 +1,9 @@
 """Margins of the loop of a case, opened at the input of its plant or at a named signal.
 
-The units of the loop are linear but for the hysteresis of the plant and its inverse.  These two together have local
-slopes around 1 that depend on the path; the case itself is run to find the sector that they fill.  The loop is
-L(z) = -slope K(z) G(z): K is the exact tangent of all other units, G the dynamics of the plant with static gain 1,
-exact for the command as it reaches them, held or on a ramp, with any delay, also a fraction of a step.  A memory of a
-period enters K by its response.
+The units of the loop are linear, except for the hysteresis of the plant and its inverse. Together these have local
+slopes around 1 that depend on the path; a run of the case gives the sector of slopes. The loop is L(z) = -slope K(z)
+G(z): K is the exact tangent of all other units. G is the dynamics of the plant with static gain 1, exact for a held or
+ramped command with any delay, also a fraction of a step. A memory of one period enters K by its frequency response.
 """
 
 from __future__ import annotations
@@ -60,7 +59,7 @@ class OpenedLoop:
     system : System
         Case made ready to run.
     controller : (A, B, C, D), shapes (n, n), (n, q), (q, n), (q, q)
-        All units but the plant, step h; an output reads the input of the same step.  The first input is the output of
+        All units except the plant, step h; an output reads the input of the same step. The first input is the output of
         the plant, the first output the command; then come the corrections and errors of the memories.
     plant : (A, B, C, D), shapes (m, m), (m, 1), (1, m), (1, 1)
         Continuous dynamics with static gain 1; time in s.
@@ -75,17 +74,17 @@ class OpenedLoop:
     memories : tuple of PeriodMemory
         Learning or repetitive control in the loop, at most one.
     at : str
-        Signal at which the loop is broken; empty: the input of the plant.
+        Signal at which the loop is opened; empty: the input of the plant.
     broken : (A, B, C, D), optional
-        Controller that is broken at this signal, behind and before which are its second input and output.
+        Controller that is opened at this signal, with a second input and a second output.
     falling : bool
-        The loop has a gain that falls with the amplitude; the margins hold at the largest one.
+        The gain of the loop decreases with the amplitude; the margins hold for the largest gain.
     inverted : bool
-        An inverse stands in the loop.
+        The loop contains an inverse.
     ramp : float
-        Time in which a new command reaches the dynamics of the plant (s).
+        Ramp time of a new command for the dynamics of the plant (s).
     command : Link, optional
-        Connection that brings the command: into the inverse, or without one into the plant.
+        Connection that carries the command: into the inverse, or without one into the plant.
     """
 
     system: System
@@ -105,9 +104,8 @@ class OpenedLoop:
 
     @functools.cached_property
     def nominal(self) -> float:
-        """Slope for which margins hold: 1, unless no inverse stands in the loop and the plant never has that slope.
-
-        The gain of such a plant, say in um/V, is that of the loop: margins hold for its largest slope then.
+        """Slope for which margins hold: 1, unless the loop has no inverse and the plant never has this slope. Then the
+        slope of the plant, for example in um/V, is part of the loop gain, and margins hold for its largest value.
 
         Raises
         ------
@@ -151,13 +149,13 @@ class OpenedLoop:
         return margins_of(*self._resolved(slope, delay), self.h, lambda gain: self._stable_with(gain, slope, delay))
 
     def _stable_with(self, gain: float, slope: float, delay: float) -> bool:
-        """Return whether the loop is stable with a further gain where it is broken."""
+        """Return whether the loop is stable with a further gain at the opened signal."""
         if self.broken is None:
             return self.stable(gain * slope, delay)
         return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
 
     def _closed_break(self, gain: float) -> OpenedLoop:
-        """Return the loop with a gain between the two sides of the signal at which it is broken."""
+        """Return the loop with a gain between the two sides of the opened signal."""
         assert self.broken is not None
         A, B, C, D = self.broken
         order = [0, *range(2, len(D)), 1]  # the broken signal goes last
@@ -228,7 +226,7 @@ class OpenedLoop:
     def radius(self, slope: float, delay: float) -> float:
         """Return the largest modulus of a pole of the closed loop; it is stable below 1.
 
-        With a memory of n steps the bound factor^(1/n) stands for the poles that it adds.
+        With a memory of n steps, the bound factor^(1/n) represents the additional poles.
         """
         largest = float(np.abs(np.linalg.eigvals(self._closed_from_plant(slope, delay))).max())
         if not self.memories or largest >= 1:
@@ -249,7 +247,7 @@ class OpenedLoop:
         return _turns(1 - np.exp(-1j * self._period * self._angles) * factor) == 0
 
     def learning(self, slope: float | None = None, delay: float = 0.0) -> float:
-        """Return the largest modulus of Q - L T, by which corrections of a memory shrink in a period; NaN without."""
+        """Return the largest modulus of Q - L T, the factor of the corrections per period; NaN without a memory."""
         slope = self.nominal if slope is None else slope
         return float(np.abs(self._factor(slope, delay)).max()) if self.memories else np.nan
 
@@ -258,9 +256,9 @@ class OpenedLoop:
         return self.memories[0].factor(self._angles, _error(K, G))
 
     def learnt(self, angles: Array, slope: float | None = None, delay: float = 0.0) -> Complex:
-        """Return the response from a correction of the memory to what it takes off the error, shape (m,).
+        """Return the response from a correction of the memory to the reduction of the error, shape (m,).
 
-        The memory itself is left out: it shrinks errors by abs(Q - L T) in a period, T this response.
+        The memory itself is not included: it multiplies errors by abs(Q - L T) per period, where T is this response.
 
         Parameters
         ----------
@@ -293,8 +291,8 @@ class OpenedLoop:
     def stable_at(self, delay: float) -> bool:
         """Return whether every slope of the sector is stable.
 
-        A slope of 0, such as of an inverse at its limit, opens the loop: its integrators stand, and nothing grows.  A
-        slope close to 0 counts instead, at which a conditionally stable loop is lost.
+        A slope of 0, for example of an inverse at its limit, opens the loop, and nothing grows. Therefore a slope close
+        to 0 is tested instead, at which a conditionally stable loop becomes unstable.
         """
         least = NO_SLOPE * max(map(abs, self.slopes))
         found = [float(s) if abs(s) >= least else least for s in np.linspace(*self.slopes, SLOPES)]
@@ -310,7 +308,7 @@ class OpenedLoop:
         return float(found)
 
     def noise_gain(self, slope: float | None = None, delay: float = 0.0) -> float:
-        """Return the RMS of the command that white noise of RMS 1 at the sensor makes; infinite if unstable."""
+        """Return the RMS of the command for white noise of RMS 1 at the sensor; infinite if unstable."""
         slope = self.nominal if slope is None else slope
         if not self.stable(slope, delay):
             return np.inf
@@ -337,7 +335,7 @@ def _error(K: Complex, G: Complex) -> Complex:
 
 
 def _covariance(M: Array, N: Array) -> Array:
-    """Return X = M X M' + N N' of a stable M, a sum of squares: by doubling the terms, which keeps it positive."""
+    """Return the solution X of X = M X M' + N N' for a stable M, by doubling, which keeps X positive."""
     X, P = N @ N.T, M
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(DOUBLINGS):
@@ -348,7 +346,7 @@ def _covariance(M: Array, N: Array) -> Array:
 
 
 def _turns(f: Complex) -> int:
-    """Return how often a response on (0, pi] and its conjugate wind around 0."""
+    """Return the number of encirclements of 0 by a response on (0, pi] and its conjugate."""
     return round(float(np.angle(f[1:] / f[:-1]).sum()) / np.pi)
 
 
@@ -362,13 +360,13 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
     slopes : (float, float), optional
         Sector of local slopes of the plant over its inverse; by default the case is run to find it.
     at : str
-        Signal `unit.output` of the loop at which it is broken, for all units that read it.
+        Signal `unit.output` at which the loop is opened, for all units that read it.
 
     Raises
     ------
     InputError
-        The case has no feedback, or in its loop a foreign FMU, several rates, a plant without linear dynamics, units
-        that are not linear at rest, or no such signal.
+        The case has no feedback, its loop has a foreign FMU, several rates, a plant without linear dynamics or units
+        that are not linear at rest, or there is no such signal.
     """
     where = system.case.title
     plant = _plant(system)
@@ -446,9 +444,8 @@ def _linear(system: System, controller: Graph, ports: int) -> tuple[StateSpace, 
 
 
 def _controllers(system: System, plant: int, around: Sequence[int], between: Mapping[int, set[str]]) -> Graph:
-    """Return the units of the loop but the plant as one graph, what has memory or levels as gains of 1.
-
-    The lone dynamics of each inverse stay in it.
+    """Return the units of the loop except the plant as one graph. Hysteresis and quantisers become gains of 1. Dynamics
+    that only an inverse has remain.
     """
     n = len(system.parts)
     if system.case.ripple == 1:  # one rate: the order goes round, and the plant may stand anywhere
@@ -463,7 +460,7 @@ def _measured(system: System, plant: int, graph: Graph) -> list[Input]:
     Raises
     ------
     InputError
-        They read another output of it, which small signals move.
+        They read another output of the plant that depends on small signals.
     """
     tracked = system.columns[_tracked(system)]
     found = []
@@ -489,12 +486,12 @@ class _Content:
 
 @functools.lru_cache(maxsize=64)
 def _tangent(controller: _Content, h: float) -> StateSpace:
-    """Return the state space of a controller, once for all cases that have it."""
+    """Return the state space of a controller, computed once for all cases that have it."""
     return sampled(without_limits(controller.graph), h)
 
 
 def _break(controller: Graph, graph: Graph, at: str, units: Sequence[str], where: str) -> Graph:
-    """Break a controller at a signal: the units that read it read a new input instead, as early or late as before."""
+    """Open a controller at a signal: its readers read a new input instead, with the same delay."""
     unit, _, output = at.partition(".")
     source = next((o.source for o in graph.outputs if unit in units and o.name == f"{unit}_{output}"), None)
     if source is None:
@@ -525,7 +522,7 @@ def _tracked(system: System) -> str:
 
 
 def _outputs(system: System, within: Sequence[int]) -> list[str]:
-    """Return the outputs of a loop that follow references of their own, made outside of it."""
+    """Return the outputs of a loop that follow their own references from outside the loop."""
     names = {system.parts[k].name for k in within}
     found = {
         m.against.partition(".")[0]: m.signal
@@ -542,7 +539,7 @@ def _plant(system: System) -> int:
 
 
 def _loop(system: System, plant: int) -> list[int]:
-    """Return the units through which the plant acts on itself, in the order of evaluation."""
+    """Return the units of the feedback path of the plant, in the order of evaluation."""
     owner = {p.name: k for k, p in enumerate(system.parts)}
     edges = [(owner[system.maker(n).name], n.to) for n in system.links]
     after, before = _reached(edges, plant), _reached([(b, a) for a, b in edges], plant)
@@ -555,7 +552,7 @@ def _loop(system: System, plant: int) -> list[int]:
 
 
 def _reached(edges: Sequence[tuple[int, int]], first: int) -> set[int]:
-    """Return what lies behind a unit; the unit itself only if it acts on itself."""
+    """Return the units downstream of a unit; the unit itself only if it acts on itself."""
     found: set[int] = set()
     while more := {b for a, b in edges if a in found | {first}} - found:
         found |= more

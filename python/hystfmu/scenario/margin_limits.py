@@ -22,9 +22,9 @@ class LoopVerdict:
     scenario, limit, where : str
         Scenario, key of the limit, and the case or the corners that it holds for.
     value : float or None
-        What the loop has; None if it is unstable.
+        Value of the loop; None if it is unstable.
     bound : float
-        What is asked for.
+        Required value.
     at_least : bool
         The value must be at least the bound; otherwise at most.
     expected : bool
@@ -61,7 +61,7 @@ class LoopVerdict:
 
 
 def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop | InputError]:
-    """Return the loop of each case or why it has none; no case runs if the scenario states its slopes."""
+    """Return the loop of each case, or the reason why it has none; no case runs if the scenario states its slopes."""
     spec = scenario.spec.margins
     slopes = None if spec is None or spec.slopes is None else (spec.slopes[0], spec.slopes[1])
     found: dict[str, OpenedLoop | InputError] = {}
@@ -74,7 +74,7 @@ def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop | InputError]:
 
 
 def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError]) -> list[LoopVerdict]:
-    """Hold the loops of a scenario against its limits.
+    """Compare the loops of a scenario with its limits.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError
 def stability_of(
     scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError], lost: Collection[str]
 ) -> list[LoopVerdict]:
-    """Return a verdict for each case whose loop is unstable at its own delay: broken, unless the scenario expects it.
+    """Return a verdict for each case whose loop is unstable at its own delay: broken, unless the scenario expects this.
 
     Parameters
     ----------

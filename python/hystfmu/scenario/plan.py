@@ -20,8 +20,8 @@ from hystfmu.scenario.verdict.baseline import Baseline
 class Plan:
     """One scenario: the cases that run, and its baseline (None where there is none, or without guard on a record).
 
-    `strict`: a change, or a case without baseline, is a failure.  Where there is none at all, as for a scenario built
-    in Python or on a first run, the limits alone decide, and `note` says so; also where values are overridden.
+    `strict`: a change, or a case without baseline, is a failure. Without any baseline, as for a scenario built in
+    Python or on a first run, and with overridden values, only the limits are tested, and `note` states this.
     """
 
     scenario: Scenario
@@ -56,7 +56,7 @@ def read(
 def plan(
     scenarios: Sequence[Scenario], case: str | Sequence[str] | None, overrides: Mapping[str, Any], record: bool
 ) -> list[Plan]:
-    """Build the cases; everything that can be refused is refused here, before anything runs.
+    """Build the cases; all errors of the input are found here, before anything runs.
 
     Raises
     ------
@@ -89,7 +89,8 @@ def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool, strict:
 
 
 def _without_own(scenario: Scenario, case: Case) -> Case:
-    """Return the case without absolute overrides of what it sets itself: a loop without feedback stays one."""
+    """Return the case without absolute overrides of its own settings, so that for example a loop without feedback
+    remains one."""
     own = {key for c in scenario.spec.case if c.name == case.name for key in c.set}
     relative = {k for k, v in case.overrides.items() if isinstance(v, str) and v.startswith("*")}
     return replace(case, overrides={k: v for k, v in case.overrides.items() if k not in own - relative})

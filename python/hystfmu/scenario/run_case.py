@@ -1,4 +1,4 @@
-"""One case: run it chunk by chunk, measure, keep what a baseline and a picture need, judge."""
+"""One case: run it chunk by chunk, compute metrics, keep data for baseline and plots, test the limits."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ def run_case(
     out: str | Path | None = None,
     advance: Callable[[int], None] = lambda rows: None,
 ) -> tuple[Result, Record | None]:
-    """Run a case and judge it.
+    """Run a case and compare it with limits and baseline.
 
     Parameters
     ----------
     system, baseline, engine, store
         The case, its baseline, the engine, and the folder of unpacked FMUs.
     strict : bool
-        A missing baseline or a change against it is a failure; otherwise the limits alone decide.
+        A missing baseline, or a change from it, is a failure; otherwise only the limits are tested.
     seconds : float
         Longest time for a case with foreign FMUs.
     confined : bool
@@ -48,13 +48,13 @@ def run_case(
     out : path, optional
         Write all outputs there, as CSV.
     advance : function
-        Called with the number of rows that have run since the last call; they add up to those of the case.
+        Called with the number of rows since the last call; their sum is the number of rows of the case.
 
     Returns
     -------
     result : Result
     found : Record or None
-        What a baseline keeps; None when a unit refused to go on.
+        Data for a baseline; None if a unit stopped the run.
     """
     case, begin, notes = system.case, time.perf_counter(), tuple(missed(system))
     measured = {name: Measure(m) for name, m in case.metrics.items()}

@@ -71,8 +71,8 @@ def run_fmu(
     path : str or Path
         The FMU.
     given : str or Path, optional
-        Table with a column of time and a column for each driven input, named like it (`u`, or `u_1`, `u_2` of an
-        array).  Inputs without a column keep their start values.
+        Table with a column of time and a column for each driven input with its name (`u`, or `u_1`, `u_2` of an array).
+        Inputs without a column keep their start values.
     settings : mapping, optional
         Values of parameters by name.
     step : float, optional
@@ -91,7 +91,7 @@ def run_fmu(
     Raises
     ------
     InputError
-        The FMU or the table cannot be read, a column or a parameter is unknown, or the times make no run.
+        The FMU or the table cannot be read, a column or a parameter is unknown, or the times are invalid.
     Stopped
         The FMU refuses a call, dies, or exceeds the time limit.
     """

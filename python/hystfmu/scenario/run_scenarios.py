@@ -1,4 +1,4 @@
-"""Scenarios with all their cases: read -> build -> run -> judge -> record -> report."""
+"""Scenarios with all their cases: read -> build -> run -> test -> record -> report."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def run_scenarios(
     paths : sequence of path or Scenario
         Folders that hold a scenario.toml, folders of these, the files themselves, or scenarios that were read or built.
     record : bool
-        Write baseline.toml and baseline.csv beside every scenario whose limits are all met; a guard is compared with
-        the old baseline, so that a larger value is recorded only once that file is deleted.
+        Write baseline.toml and baseline.csv beside every scenario whose limits are all met; a guard uses the old
+        baseline, so a larger value is recorded only after this file is deleted.
     report_dir : path, optional
         Write report.html and report.json there.
     overrides : mapping, optional
@@ -58,11 +58,11 @@ def run_scenarios(
     confined : bool
         Whether these run without network and write into a folder of their own only, where the system can.
     confirm : callable
-        With `record`: asked once, with what would change in the baselines, before anything is written.
+        With `record`: called once with the changes of the baselines before anything is written.
     case : str or sequence of str, optional
         Run only the cases of these names.
     out : path, optional
-        Write all outputs of the one case that runs there, as CSV; not if a unit refuses to go on.
+        Write all outputs of the one case that runs there, as CSV; not if a unit stops the run.
 
     Returns
     -------
@@ -122,7 +122,7 @@ def _share_done(plans: Sequence[Plan], progress: Callable[[float], None]) -> Cal
 
 
 def _save(recorded: Sequence[tuple[Plan, dict[str, Record]]], confirm: Callable[[list[Change]], bool]) -> None:
-    """Write the new baselines, if there are any and what changes is agreed to."""
+    """Write the new baselines, if there are any and the changes are confirmed."""
     found = [(p.scenario.folder, p.scenario.spec, runs) for p, runs in recorded if p.scenario.folder is not None]
     if found and confirm([c for f, spec, runs in found for c in changes(spec.name, Baseline.load(f), runs)]):
         for folder, spec, runs in found:

@@ -14,7 +14,7 @@ def shipped_scenarios() -> Path:
     Raises
     ------
     InputError
-        The package came without them.
+        The package was installed without them.
     """
     for folder in (PACKAGE / "_scenarios", PACKAGE.parents[1] / "scenarios"):
         if folder.is_dir():
@@ -32,7 +32,7 @@ def shipped_names() -> list[str]:
 
 
 def here_or_shipped(path: str) -> Path:
-    """Return a path as it is, or the shipped one where nothing of that name, `scenarios/...`, lies in this folder."""
+    """Return a path unchanged, or the shipped one if `scenarios/...` does not exist in the current folder."""
     first, *inside = Path(path).parts or (".",)
     if first != "scenarios" or Path(path).exists():
         return Path(path)

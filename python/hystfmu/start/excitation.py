@@ -1,4 +1,4 @@
-"""The next measurement: an input that tells memory, rate dependence and dynamics of a device apart."""
+"""The next measurement: an input that shows memory, rate dependence and dynamics of a device separately."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def write_excitation(path: Path, data: Dataset, frequency: float, up_to: float |
     Returns
     -------
     str
-        What was written, in a line: the last frequency of the sweep, the rows and their rate; and that the rate is
-        higher than that of the record, where this cannot carry the sweep.
+        A line about the file: last frequency of the sweep, number of rows and rate; and a remark if the rate is higher
+        than that of the record because of the sweep.
     """
     u, h = excitation(data, frequency, up_to)
     unit = f" [{data.unit_u}]" if data.unit_u else ""
@@ -55,13 +55,13 @@ def excitation(data: Dataset, frequency: float, up_to: float | None = None) -> t
     """Design an input for the range, the step and the speed of a record.
 
     A full loop, nested reversals at three speeds, a rest at the middle of the range, and a sweep of small amplitude.
-    With `up_to` the sweep is the part that shows resonances: five times smaller, because a light resonance amplifies
-    it, and so long that the noise of a sensor is averaged out.
+    With `up_to`, the sweep shows resonances: it is five times smaller, because a lightly damped resonance amplifies it,
+    and long enough to average the noise of a sensor.
 
     Parameters
     ----------
     data : Dataset
-        What was measured so far.
+        Previous measurement.
     frequency : float
         Of a full loop (Hz) at the speed of the record.
     up_to : float, optional
@@ -70,10 +70,10 @@ def excitation(data: Dataset, frequency: float, up_to: float | None = None) -> t
     Returns
     -------
     u : array, shape (n,)
-        In the unit of measure of u.  It starts and ends at the first input of the record, and is faster than the record
-        where it would have more than `MOST_ROWS` rows.
+        In the unit of measure of u. It starts and ends at the first input of the record. It is faster than the record
+        if it would otherwise have more than `MOST_ROWS` rows.
     h : float
-        Step (s): that of the record, or a whole part of it that gives `ROWS` rows in a period of `up_to`.
+        Step (s): that of the record, or an integer fraction of it with `ROWS` rows per period of `up_to`.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def _step(cycle: float, speed: float) -> float:
 
 
 def _sweep(cycle: float) -> Array:
-    """Return a sine that gets faster by the same factor in the same time, up to `FASTEST`."""
+    """Return a sine with exponentially increasing frequency, up to `FASTEST`."""
     first, last = max(1 / cycle, 1e-4), FASTEST
     if first >= last:
         return np.zeros(0)
@@ -130,6 +130,6 @@ def _fast_sweep(first: float, last: float) -> Array:
 
 
 def _swept(first: float, last: float, n: int) -> Array:
-    """Return `n` rows of a sine whose frequency (per row) grows by the same factor in every row."""
+    """Return `n` rows of a sine whose frequency (per row) increases exponentially."""
     rate = np.log(last / first) / n
     return np.asarray(np.sin(2 * np.pi * first * np.expm1(rate * np.arange(n)) / rate))

@@ -63,7 +63,7 @@ def _label(study: Study, systems: Sequence[System], parameter: str) -> str:
 def _answer(
     study: Study, labels: dict[str, str], least: StudyCase | None, rows: list[Row], summary: Summary | None
 ) -> Section:
-    """Return the first part: the answer in a sentence, shares with intervals, what decides; the ranges folded."""
+    """Return the first section: the answer in a sentence, shares with intervals, decisive limits; the ranges folded."""
     failed = [r for r in rows if r["status"] not in ("ok", OUTSIDE)]
     left_out = sum(r["status"] == OUTSIDE for r in rows)
     tables = [

@@ -62,7 +62,7 @@ class Outcome:
         return f"Outcome({len(self.rows)} rows, {len(self.failed)} failed, {str(self.table)!r})"
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it: the answer, percentiles, failed runs, where table and report are."""
+        """As a notebook shows it: the answer, percentiles, failed runs, paths of table and report."""
         return outcome_html(self.summary, self.failed, [self.table, self.report])
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -126,7 +126,8 @@ def run_study(
     on : str, optional
         ``dask://HOST:PORT`` of a Dask scheduler, instead of local processes.
     retry : {"failed"}, optional
-        Run failed rows again.  Those that failed at a limit of time or memory which is now higher always run again.
+        Run failed rows again. Rows that failed at a limit of time or memory run again in any case if this limit is now
+        higher.
     confined : bool
         Whether foreign FMUs run without network and write into a folder of their own only, where the system can.
     progress : callable, optional
@@ -209,8 +210,8 @@ def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first:
 class _Missing:
     """Iterate over the tasks without a row, each once: a sampler may propose a variation twice.
 
-    Tasks are created on demand, while others run.  At the end `all` holds every task, `there` counts the tasks that had
-    a row, and `left_out` holds those of the variations in `leave_out`, which are not to run.
+    Tasks are created on demand, while others run. At the end `all` contains every task, `there` is the number of tasks
+    that had a row, and `left_out` contains the tasks of the variations in `leave_out`, which do not run.
     """
 
     def __init__(self, tasks: Iterator[Task], known: Mapping[str, object]) -> None:

@@ -52,15 +52,15 @@ class StudyCase:
         return float((self.y[:, column] <= limit).mean())
 
     def share(self) -> float:
-        """Of the runs within the limit that fewest meet."""
+        """Share of the runs within the limit that the fewest runs meet."""
         return self._within(self.main)
 
     def decides(self) -> Bars | None:
-        """Return the diagram of the total effects on the metric that meets its limit least."""
+        """Return the diagram of the total effects on the metric whose limit the fewest runs meet."""
         return strongest(self.names, f"{self.system.case.name}: {self.of[self.main]}", self.found, self.main)
 
     def by_effect(self, labels: dict[str, str]) -> dict[str, str]:
-        """Return the parameters with the one that moves that metric most at the end."""
+        """Return the parameters, with the one that affects this metric most at the end."""
         names = list(labels)
         return {names[k]: labels[names[k]] for k in np.argsort(self.found.total[:, self.main], kind="stable").tolist()}
 

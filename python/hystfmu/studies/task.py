@@ -82,7 +82,7 @@ class Runner:
         Folder for unpacked FMUs; by default the temporary folder.
     limits : (float, float, bool), optional
         Limits of time (s) and memory (GB) for a run with foreign FMUs, which then runs in a child process, and whether
-        that is confined.  Without limits it runs in this process, which the caller has to watch and to confine.
+        that is confined. Without limits it runs in this process, which the caller must supervise and confine.
     """
 
     def __init__(
@@ -132,7 +132,7 @@ class Runner:
         return found | (loop_metrics(system, task.settings) if task.margins else {})
 
     def _prepared(self, task: Task) -> Native:
-        """Return the case in the C core with the settings of a task; each number of steps of a delay is a system."""
+        """Return the case in the C core with the settings of a task; each delay length needs its own system."""
         system = self._systems[task.case]
         structure = {k: v for k, v in task.settings.items() if k in sizes(system.case)}
         key = (task.case, *sorted(structure.items()))

@@ -16,7 +16,8 @@ from hystfmu.scenario.system.system import System
 
 
 def case_plots(system: System, trace: Trace) -> list[Plot]:
-    """Plots of a case in the report: the named loops and signals, those of one unit of measure together."""
+    """Plots of a case in the report: the named loops and signals; signals with the same unit of measure share a
+    plot."""
     case = system.case
     after = min((m.after for m in case.metrics.values()), default=0.0)
     window = trace.t >= after
@@ -38,7 +39,7 @@ def case_plots(system: System, trace: Trace) -> list[Plot]:
 
 
 def error_of(trace: Trace, tracked: MetricSpec) -> tuple[Array, Array]:
-    """Return times (s) and error (% of the stroke) of a metric with `against`, where it counts, each of shape (n,)."""
+    """Return times (s) and error (% of the stroke) of a metric with `against`, in its window, each of shape (n,)."""
     against = tracked.against or tracked.signal
     window = trace.t >= tracked.after
     e = (trace[tracked.signal] - trace[against])[window]

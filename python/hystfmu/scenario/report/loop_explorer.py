@@ -1,4 +1,5 @@
-"""The hysteretic units of loops in a page, where a reader moves their input: each alone, or behind its inverse."""
+"""Section of a page in which the reader moves the input of the hysteretic units of loops: alone, or behind the
+inverse."""
 
 from __future__ import annotations
 
@@ -29,8 +30,8 @@ DIVERGED = 1e9  # no input of a stable loop, in any unit of measure
 def loop_explorer(systems: Sequence[System]) -> Section | None:
     """Return the part of a page for the hysteretic units of systems with equal units of measure at their ports.
 
-    None without such units, or without the core for pages.  A unit that differs from another in values only is left
-    out: a reader can move them.
+    None without such units, or without the core for pages. A unit that differs from another only in values is omitted,
+    because the reader can change the values.
     """
     models: dict[str, Explored] = {}
     ports: tuple[str, str] | None = None
@@ -62,7 +63,7 @@ def _hysteretic(system: System) -> Iterator[Part]:
 
 
 def _plants(system: System) -> list[Part]:
-    """Return the hysteretic units of a system that drive no other one; none of a system with foreign FMUs."""
+    """Return the hysteretic units of a system that drive no other hysteretic unit; none if it has foreign FMUs."""
     if system.foreign:
         return []
     inverses = [_before(system, part) for part in _hysteretic(system)]
@@ -91,7 +92,8 @@ def _link(system: System, part: Part) -> Link | None:
 
 
 def _inverse(system: System, part: Part) -> Graph | None:
-    """Return the graph of the inverse in front of `part`; None without one that the wanted output alone drives."""
+    """Return the graph of the inverse in front of `part`; None if there is none with only the wanted output as
+    input."""
     found = _before(system, part)
     return found.own if found is not None and len(found.inputs) == 1 else None
 

@@ -14,7 +14,7 @@ SCHEMES = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "ite
 
 
 def loop_rows(system: System) -> list[Sequence[object]]:
-    """Say in rows what order, step, delays and notes a loop has."""
+    """Return order, step, delays and notes of a loop as rows."""
     case = system.case
     rates = [f"{p.name} every {system.length(p) * 1e3:.6g} ms" for p in system.parts if system.length(p) != case.step]
     rows: list[Sequence[object]] = [

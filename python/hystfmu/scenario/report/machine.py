@@ -1,4 +1,4 @@
-"""The results of scenarios as data: what report.json holds."""
+"""The results of scenarios as data, the content of report.json."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def machine_form(
 
 
 def _plain(v: Any) -> Any:
-    """Convert to JSON types.  Infinity and NaN, which a diverged run gives, become text."""
+    """Convert to JSON types. Infinity and NaN, from a diverged run, become text."""
     if isinstance(v, dict):
         return {str(k): _plain(x) for k, x in v.items()}
     if isinstance(v, list | tuple):

@@ -35,7 +35,8 @@ def place(r: Result) -> str:
 
 
 def matrix(results: Sequence[Result]) -> str:
-    """Return cases against scenarios as HTML, the fullest rows and columns first; the longer side goes downwards."""
+    """Return a table of cases and scenarios as HTML, rows and columns with most entries first; the longer side is
+    vertical."""
     scenarios = [name for name, _ in Counter(r.scenario for r in results).most_common()]
     cases = [name for name, _ in Counter(r.case for r in results).most_common()]
     cells = {(r.case, r.scenario): r for r in results}
@@ -72,7 +73,7 @@ def linked(r: Result) -> str:
 
 
 def _curve(r: Result) -> str:
-    """Draw the error; nothing where there is none, or it is not finite."""
+    """Draw the error; nothing if there is none, or if it is not finite."""
     tracked = drawn(r.system.case)
     if r.trace is None or tracked is None or tracked.against is None:
         return ""
@@ -95,9 +96,9 @@ def case_table(results: Sequence[Result], curves: bool, shown: Set[str]) -> str:
     results : sequence of Result
         Of one scenario.
     curves : bool
-        Whether a cell shows the curve of the error and leads to the case.
+        Whether a cell shows the curve of the error and links to the case.
     shown : set of str
-        Places of the cases that have a part of their own; of another one the row itself is the place.
+        Link targets of the cases with a section of their own; other cases have the row itself.
     """
     metrics = {v.metric: r.system.case.metrics[v.metric] for r in results for v in r.verdicts}
     names = [label(k, unit_of_metric(results[0].system, m)) for k, m in metrics.items()]
@@ -123,7 +124,7 @@ def _row(r: Result, metrics: Sequence[str], loops: bool, curves: bool, shown: bo
 
 
 def _metric(v: Verdict | None, fails: bool) -> str:
-    """Return value and limit; the sign between them is the verdict.  `fails`: a change is a failure."""
+    """Return value and limit, with the verdict as the sign between them. `fails`: a change is a failure."""
     if v is None:
         return "<td></td>"
     good = v.within and not (fails and v.same is False)

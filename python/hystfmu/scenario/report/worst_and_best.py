@@ -24,7 +24,7 @@ TALL, LOW = 220, 150
 
 
 def main_verdict(r: Result) -> Verdict | None:
-    """Return the metric that stands for a case: the one whose error is drawn, else the first; None if it stopped."""
+    """Return the main metric of a case: the one whose error is drawn, or the first; None if the case stopped."""
     if not r.verdicts:
         return None
     tracked = drawn(r.system.case)
@@ -32,7 +32,7 @@ def main_verdict(r: Result) -> Verdict | None:
 
 
 def nearness(r: Result) -> tuple[bool, float]:
-    """Return whether a case failed, and how near it is to its limit: the share of it that its metric takes."""
+    """Return whether a case failed, and the ratio of its metric to its limit."""
     v = main_verdict(r)
     if v is None or not math.isfinite(v.value):
         return True, math.inf
@@ -96,7 +96,7 @@ def _plots(r: Result) -> list[Plot]:
 
 
 def _around(wanted: np.ndarray, at: int) -> slice:
-    """Return the rows between some turns of the reference before and behind a row."""
+    """Return the rows between turns of the reference before and after a row."""
     steps = np.diff(wanted)
     moving = np.flatnonzero(steps)
     turns = moving[1:][np.diff(np.sign(steps[moving])) != 0]

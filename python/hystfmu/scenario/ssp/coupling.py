@@ -1,8 +1,8 @@
 """A case as readers of an SSP archive run it, and its difference from the case itself.
 
-fmpy, libcosim, ecos and containers of fmu-manipulation-toolbox step all components at once, each from the values of the
-last step (Jacobi), at one step, with no knowledge of events inside it.  libcosim and ecos pass outputs on during the
-initialisation until all have arrived, also to components that stand earlier.
+fmpy, libcosim, ecos and containers of fmu-manipulation-toolbox step all components in parallel, with the values of the
+last step (Jacobi), with one step size and without events within steps. During the initialisation, libcosim and ecos
+pass outputs on repeatedly, also to components that are earlier in the order.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def as_readers_run(case: Case) -> Case:
     Raises
     ------
     InputError
-        Iterative coupling, units of different rates, substeps, or a hold of its own: no reader implements them.
+        Iterative coupling, units of different rates, substeps, or a first-order hold: no reader implements them.
     """
     if case.coupling.scheme == "iterative":
         raise InputError(f"{case.where}: the coupling is iterative: no reader of SSP archives iterates")
@@ -45,7 +45,7 @@ def run_as_readers(system: System) -> Trace:
     Raises
     ------
     InputError
-        It does not reach the end, or its units find no common initial values.
+        It does not reach the end, or its units have no consistent initial values.
     """
     try:
         begins, short = system.starts(), replace(system.case, stop=0.0)

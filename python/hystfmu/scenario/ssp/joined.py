@@ -15,7 +15,8 @@ from hystfmu.scenario.system.system import System
 
 
 def _groups(system: System) -> list[tuple[int, ...]]:
-    """Neighbours between foreign FMUs; smaller groups where those would be an algebraic loop inside one graph."""
+    """Groups of neighbours between foreign FMUs; smaller groups if a group would have an algebraic loop within one
+    graph."""
     found: list[tuple[int, ...]] = []
     for foreign, run in groupby(range(len(system.parts)), lambda k: isinstance(system.parts[k].graph, Foreign)):
         parts = tuple(run)
@@ -31,12 +32,12 @@ def _groups(system: System) -> list[tuple[int, ...]]:
 
 
 def joined(system: System) -> tuple[Case, dict[str, str]]:
-    """The case of a system with one unit for all its neighbours that can step as one graph.
+    """Return the case of a system in which neighbours that can step as one graph are one unit.
 
     Parameters
     ----------
     system : System
-        With one step for all units; its coupling is that of the result.
+        System with one step for all units; the result has the same coupling.
 
     Returns
     -------

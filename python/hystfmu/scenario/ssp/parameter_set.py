@@ -23,19 +23,19 @@ _NO_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 
 
 def changes(part: Part, where: str) -> dict[str, SetValue]:
-    """Return the parameters and constant inputs of a unit that its FMU does not start with.
+    """Return the parameters and constant inputs of a unit that differ from the start values of its FMU.
 
     Parameters
     ----------
     part : Part
-        The start values of a foreign FMU are not ours to write; those of our own FMUs are, and nothing is left.
+        Start values of a foreign FMU cannot be changed; in own FMUs they are written directly, so nothing remains.
     where : str
         The case, for messages.
 
     Raises
     ------
     InputError
-        A value that no parameter set holds.
+        A value that a parameter set cannot contain.
     """
     if not isinstance(part.graph, Foreign):
         return {}

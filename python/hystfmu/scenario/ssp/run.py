@@ -84,7 +84,7 @@ def run_ssp(
     seconds: float = 600.0,
     confined: bool = True,
 ) -> SspRun:
-    """Run an SSP archive and hold it against the reference result in it, if there is one for this step and coupling.
+    """Run an SSP archive and compare it with the reference result in it, if there is one for this step and coupling.
 
     Raises
     ------
@@ -161,8 +161,8 @@ def run_ssp_file(
 ) -> SspFileRun:
     """Run an archive for the command line, and compare it with its reference result.
 
-    Rows go to the file `out` as they come, and no more of them are kept than the reference has.  `progress` is called
-    with the fraction done.  `settings` override parameters, ``{"component.parameter": value}``.
+    Rows are written to the file `out` during the run, and only as many rows as the reference has are kept. `progress`
+    is called with the fraction done. `settings` override parameters, ``{"component.parameter": value}``.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop, settings or {})
     system = _built(path, case)

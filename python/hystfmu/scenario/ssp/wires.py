@@ -1,7 +1,7 @@
-"""Connections of an SSP archive: which output drives which input, and whether the value means the same at both ends.
+"""Connections of an SSP archive: source of each input, and check that both ends have the same unit of measure.
 
 Readers convert between the units of measure of two connectors (SSP 1.0, section 4.5.2) unless the connection suppresses
-it.  This one makes no conversion, so a connection that needs one is refused.
+it. HystFMU does not convert, so a connection that needs a conversion is refused.
 """
 
 from __future__ import annotations
@@ -27,12 +27,13 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
     units : container of str
         Names of the components.
     wrong : function
-        Makes an error of a sentence.
+        Converts a sentence to an error.
 
     Raises
     ------
     InputError
-        A connection that names no connector, has a transformation, converts units, or drives what is driven already.
+        A connection without a connector, with a transformation or a conversion of units, or to an input that is already
+        connected.
     """
     found: dict[str, str] = {}
     kinds: dict[_End, str | None] = {}
@@ -67,14 +68,14 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
 
 
 def _same(root: ET.Element, one: str | None, other: str | None) -> bool:
-    """True if a number means the same in both units; one without a unit or a dimension takes that of the other."""
+    """Return whether a number means the same in both units; a missing unit counts as that of the other end."""
     meanings = [_meaning(root, unit) for unit in (one, other)]
     plain = ((0,) * len(_EXPONENTS), 1.0, 0.0)
     return None in (one, other) or plain in meanings or (meanings[0] is not None and meanings[0] == meanings[1])
 
 
 def _meaning(root: ET.Element, unit: str | None) -> tuple[tuple[int, ...], float, float] | None:
-    """Return exponents of the base units, factor and offset; None of a unit that is not defined."""
+    """Return exponents of the base units, factor and offset; None for an undefined unit."""
     for u in root.iter(f"{{{SSC}}}Unit"):
         base = u.find(f"{{{SSC}}}BaseUnit")
         if u.get("name") == unit and base is not None:

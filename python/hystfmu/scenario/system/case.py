@@ -1,6 +1,6 @@
-"""The cases of a scenario: the overrides of every `[[case]]` on top of the scenario, checked as far as files say it.
+"""The cases of a scenario: the overrides of every `[[case]]` on top of the scenario, checked without models.
 
-The rest of the program sees plain, complete cases.
+The rest of the program only uses complete cases.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class Scenario:
     overrides : mapping of str to value
         ``{"unit.parameter": value}`` on top of everything else, in the cases that have such a parameter.
     coupling : str, optional
-        Scheme that all cases take instead of their own.
+        Scheme for all cases instead of their own.
 
     Raises
     ------
@@ -131,17 +131,17 @@ class Scenario:
         overrides: dict[str, Any] | None = None,
         coupling: Scheme | None = None,
     ) -> Scenario:
-        """The cases of a scenario that is no file, or one with changes.
+        """The cases of a scenario without a file, or with changes.
 
         Parameters
         ----------
         spec : ScenarioSpec
         origin : str
-            What errors begin with.
+            Prefix of errors.
         attached : mapping of str to Model or Path
-            What a path of a unit stands for, where that is no file of the folder.
+            Models or files for paths of units that are not files of the folder.
         folder : path, optional
-            Where the other files are, and the baseline.
+            Folder of the other files and of the baseline.
         overrides, coupling
             As `Scenario`.
 

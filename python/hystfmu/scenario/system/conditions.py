@@ -1,7 +1,7 @@
-"""Conditions of a scenario: a corner, a signal, a delay stated once, which several cases take.
+"""Conditions of a scenario: settings, such as a corner, a signal or a delay, that are stated once for several cases.
 
-A case takes its conditions in the order of its list: later ones and then the case itself come on top.  Its text, unless
-it states one, is that of its conditions.
+A case applies its conditions in the order of its list: later ones have priority, and the case itself has the highest
+priority. Without its own text, it has the texts of its conditions.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def with_conditions(spec: ScenarioSpec, file: Path) -> ScenarioSpec:
     Raises
     ------
     InputError
-        A case names a condition that there is not.
+        A case names an unknown condition.
     """
     cases = [_complete(case, spec, file) if case.conditions else case for case in spec.case]
     return _without_conditions(spec.model_copy(update={"case": cases} if cases else {}))
@@ -45,7 +45,7 @@ def _complete(case: CaseSpec, spec: ScenarioSpec, file: Path) -> CaseSpec:
 
 
 def _without_conditions(spec: Spec) -> Spec:
-    """Return a copy that has never stated conditions, so that a saved file has none either."""
+    """Return a copy without conditions, so that a saved file has none."""
     made = spec.model_copy(update={"conditions": type(spec.conditions)()})
     made.model_fields_set.discard("conditions")
     return made

@@ -1,4 +1,4 @@
-"""The delay budget of a system: every hold and every late value, from order, wiring and rates."""
+"""The delay budget of a system: every hold and every delayed value, from order, wiring and rates."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class Delay:
 def delay_budget(system: System) -> list[Delay]:
     """Every delay in the system, from coupling, order, wiring and rates: held values, delay blocks, the command.
 
-    A connection to a unit that stands earlier in the order carries the value of the last step; with Jacobi coupling
-    every connection does, with iterative coupling none.  For a unit that does not feed that input through (a plant
-    with dynamics) this is the command held since its sample: no delay but the hold.  For one that does, it is one step
-    late.  A straight line through the last two values makes up for both, to first order.
+    A connection to a unit that is earlier in the order carries the value of the last step; with Jacobi coupling every
+    connection does, with iterative coupling none. For a unit without direct feed-through (a plant with dynamics) this
+    value is the command since its sample: there is no delay except the hold. For a unit with direct feed-through it is
+    one step late. A straight line through the last two values compensates both to first order.
     """
     owner = {p.first + i: (k, n) for k, p in enumerate(system.parts) for i, n in enumerate(p.outputs)}
     ripple = system.case.ripple

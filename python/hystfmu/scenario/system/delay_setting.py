@@ -1,7 +1,7 @@
 """The number of steps of a delay as a setting: `--set delay.n=1.3`, also a fraction, also 0.
 
-The size of a block is part of its structure.  A unit of the block `delay` may change it nevertheless, so that cases and
-studies vary the delay of a loop: a fraction of a step counts in fine steps, and 0 makes the unit a connection.
+The size of a block is part of its structure. A unit of the block `delay` is an exception, so that cases and studies can
+vary the delay of a loop: a fraction of a step is counted in fine steps, and with 0 the unit becomes a connection.
 """
 
 from __future__ import annotations

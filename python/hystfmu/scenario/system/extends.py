@@ -1,12 +1,11 @@
-"""`extends` in a scenario.toml: the file states only what differs from another one.
+"""`extends` in a scenario.toml: the file states only the differences from another one.
 
 Tables merge key by key; numbers, texts and lists replace.  Three rules keep the result readable:
 
-- A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole.
-- Of several files in a list, a later one is on top of those before it.
-- A case states what differs from the case of the same name below.  A file that lists cases runs these, in its order;
-  one that lists none runs those of the file that it extends.  A name with ``*`` or ``?`` stands for all of these that
-  match and that the file does not name elsewhere.
+- A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole. - Of
+several files in a list, a later one has priority. - A case states the differences from the case of the same name in the
+extended file. If a file lists cases, these run in this order; otherwise the cases of the extended file run. A name with
+``*`` or ``?`` stands for all matching cases of the extended file that the file does not name elsewhere.
 """
 
 from __future__ import annotations
@@ -160,7 +159,7 @@ def _rebased(table: Table, home: Path, folder: Path) -> Table:
 
 
 def _origin(layers: Sequence[tuple[Path, Table]], merged: Table, key: Sequence[str | int]) -> Path:
-    """The file that states a key of the merged table; the first one for a key that none states."""
+    """The file that states a key of the merged table; the first file if none states it."""
 
     def known(table: Any) -> int:
         """Number of parts of the key that a file states."""
@@ -177,5 +176,5 @@ def _origin(layers: Sequence[tuple[Path, Table]], merged: Table, key: Sequence[s
 
 
 def _are_same(own: Any, case: Any) -> bool:
-    """Return whether a case of a file has become this one of the merged table."""
+    """Return whether a case of a file is part of this case of the merged table."""
     return own is case or (_is_named(own) and _is_named(case) and own["name"] == case["name"])

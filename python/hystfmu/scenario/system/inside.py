@@ -1,6 +1,6 @@
 """Paths in a scenario file: relative to the file that states them, inside the folder of all scenarios.
 
-Scenarios may stand in groups: a folder with scenarios, itself among scenarios, belongs to the folder of all.
+Scenarios may be grouped: a folder of scenarios within the folder of all scenarios.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ def is_relative(path: str) -> bool:
 
 
 def inside(folder: Path, relative: str, where: str, scenario: Path | None = None) -> Path:
-    """A path of a scenario file, which may not leave the folder of all scenarios.
+    """Return a path of a scenario file, which must not lead out of the folder of all scenarios.
 
     Parameters
     ----------
     folder : path
-        The file that states the path is there.
+        Folder of the file that states the path.
     relative : str
     where : str
         Place in the file, for messages.
@@ -33,7 +33,7 @@ def inside(folder: Path, relative: str, where: str, scenario: Path | None = None
     Raises
     ------
     InputError
-        Absolute path, or a path that leads out (also through a symbolic link).
+        The path is absolute or leads out of the folder (also through a symbolic link).
     """
     if not is_relative(relative):
         raise InputError(f"{where}: must be a path relative to the scenario, with '/'; got {relative!r}")
@@ -48,7 +48,7 @@ def inside(folder: Path, relative: str, where: str, scenario: Path | None = None
 
 
 def _root(scenario: Path) -> Path:
-    """The folder of all scenarios: the parent of a scenario, or the one above where that is a group among scenarios."""
+    """Return the folder of all scenarios: the parent of a scenario, or of its group."""
     group = scenario.parent
     if (group / FILE).exists():
         return group

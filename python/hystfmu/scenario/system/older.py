@@ -1,4 +1,4 @@
-"""Keys and words of scenario files and baselines before format 1, and their present names."""
+"""Keys and values of scenario files and baselines older than format 1, and their present names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ EVENTS = {"hit": "located"}
 
 
 def renamed_in_scenario(path: Path, value: Any) -> tuple[str, Any] | None:
-    """Return key and value of today for those of a scenario file before format 1, or None."""
+    """Return the present key and value for those of a scenario file older than format 1, or None."""
     *above, key = path
     if not above and key in FINAL_STATES:
         return FINAL_STATES[key], value
@@ -24,5 +24,5 @@ def renamed_in_scenario(path: Path, value: Any) -> tuple[str, Any] | None:
 
 
 def renamed_in_baseline(path: Path, value: Any) -> tuple[str, Any] | None:
-    """Return key and value of today for those of a baseline before format 1, or None."""
+    """Return the present key and value for those of a baseline older than format 1, or None."""
     return (FINAL_STATES[path[2]], value) if len(path) == 3 and path[0] == "case" and path[2] in FINAL_STATES else None

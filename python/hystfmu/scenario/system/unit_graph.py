@@ -1,4 +1,4 @@
-"""The graph (or foreign FMU) of one unit as its scenario states it, and parameters changed by an importer's names."""
+"""The graph (or foreign FMU) of one unit of a scenario, and changes of its parameters by the names in an FMU."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
 
 
 def with_files(case: Case) -> Case:
-    """Return the case with the models and FMUs of its units, which it then needs no file for, as in confinement.
+    """Return the case with the loaded models and FMUs of its units, so that it needs no files, for example in
+    confinement.
 
     Raises
     ------
@@ -67,13 +68,13 @@ def with_files(case: Case) -> Case:
 
 
 def _foreign(case: Case, relative: str, where: str) -> Foreign:
-    """The FMU that a path of the case stands for."""
+    """The FMU of a path of the case."""
     attached = case.attached.get(relative)
     return attached if isinstance(attached, Foreign) else Foreign.load(_path(case, relative, where))
 
 
 def _model(case: Case, relative: str, where: str) -> Model:
-    """The model that a path of the case stands for."""
+    """The model of a path of the case."""
     attached = case.attached.get(relative)
     if isinstance(attached, Model):
         return attached
@@ -83,12 +84,12 @@ def _model(case: Case, relative: str, where: str) -> Model:
 
 @lru_cache(maxsize=16)
 def _parsed(path: Path, content: bytes) -> Model:
-    """The model in a file, read once for all cases as long as its content stays."""
+    """The model in a file, read once for all cases as long as the file does not change."""
     return Model.load(path)
 
 
 def _path(case: Case, relative: str, where: str) -> Path:
-    """The file that a path of the case stands for."""
+    """The file of a path of the case."""
     attached = case.attached.get(relative)
     if isinstance(attached, Path):
         return attached
@@ -108,7 +109,8 @@ def start_values(graph: Graph | Foreign, kind: str) -> list[float]:
 
 
 def first_outputs(graph: Graph | Foreign) -> list[float]:
-    """Scalar outputs before any input is known: those of delays, which units in front of them read; else start values.
+    """Scalar outputs before any input is known: initial outputs of delays, which earlier units read; otherwise start
+    values.
 
     Parameters
     ----------
@@ -137,7 +139,7 @@ def parameter_names(graph: Graph | Foreign) -> set[str]:
 
 
 def with_values(graph: Graph | Foreign, values: dict[str, Any]) -> Graph | Foreign:
-    """The unit with some parameters changed, by the names that an importer would use (`w`, `w_2`, `net_W1`)."""
+    """Return the unit with some parameters changed, by their names in an FMU (`w`, `w_2`, `net_W1`)."""
     if isinstance(graph, Foreign):
         return graph.with_settings(values)
     for name, value in values.items():
@@ -148,7 +150,7 @@ def with_values(graph: Graph | Foreign, values: dict[str, Any]) -> Graph | Forei
 
 
 def changed(graph: Graph, name: str, value: object) -> tuple[Port, int, list[float]]:
-    """A parameter after a change that a scenario's `set` could ask for.
+    """A parameter after a change by `set` of a scenario.
 
     Returns
     -------

@@ -1,8 +1,8 @@
 """Baseline of a run: baseline.toml (metrics, memories) and baseline.csv (rows of the recorded signals).
 
-A run is compared strictly (`tolerance`), or, where the scenario has a `[tube]`, with room in time and value: a row of
-the baseline is met if the signal of this run passes through the box around it.  The tube lies around the run and not
-around the baseline, for a run has all its rows and a baseline a few.
+A run is compared strictly (`tolerance`), or, if the scenario has a `[tube]`, with tolerances in time and value: a row
+of the baseline is met if the signal of the run passes through the box around it. The tube is computed around the run,
+because a run has all rows and a baseline only some.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Baseline:
         Raises
         ------
         InputError
-            A file that cannot be read as what it should be.
+            A file that cannot be read, or has invalid content.
         """
         file = folder / "baseline.toml"
         if not file.exists():
@@ -122,7 +122,7 @@ class Kept:
 
     @property
     def trace(self) -> Trace:
-        """All that was kept."""
+        """All stored rows."""
         return self._excerpt.trace()
 
     def rows(self) -> Array:
@@ -132,7 +132,7 @@ class Kept:
 
 
 def save_baseline(folder: Path, signals: tuple[str, ...], runs: dict[str, Record]) -> None:
-    """Write baseline.toml and baseline.csv, each as a whole; only ever called for an explicit `--record`."""
+    """Write baseline.toml and baseline.csv atomically; called only for an explicit `--record`."""
     cases = ["# generated from scenario.toml by 'hystfmu run --record' - do not edit", "[case]"]
     lines = [",".join(["case", "t", *signals])]
     for name, r in runs.items():
@@ -151,7 +151,7 @@ def _inline(table: dict[str, float] | dict[str, str]) -> str:
 
 @dataclass(frozen=True)
 class Change:
-    """One number of a baseline that a record would change.
+    """One change of a baseline by a new record.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ class Change:
     what : str
         The metric, or the signal and time of the row.
     old, new : float or str, optional
-        None where there is none; text for a hash of final states.
+        None if there is none; text for a hash of final states.
     """
 
     title: str
@@ -229,9 +229,8 @@ def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
 
 
 def _outside(tube: TubeSpec, kept: Kept, signal: str, at: Array, was: Array, room: float) -> Array:
-    """Distance of each baseline value from the tube around the signal of this run; 0 and below: inside.
-
-    Beyond its ends the signal goes on as its point reflection: a late signal has not reached its last value yet.
+    """Distance of each baseline value from the tube around the signal of this run; 0 and below: inside. Beyond its ends
+    the signal is extended by point reflection, because a late signal has not reached its last value yet.
     """
     trace, h = kept.trace, kept.h  # the rows near the ends and near `at` are all there
     n = min(int(np.ceil(tube.time / h)), len(trace.t) - 1)

@@ -22,13 +22,13 @@ class Verdict:
     metric, kind : str
         Its name, and what is measured (``"rms_percent"``, ...).
     value : float
-        In the unit of its kind.
+        In the unit of measure of its kind.
     limit, baseline : float, optional
-        The largest value allowed, the smaller of limit and guard, and the value recorded; None: none is stated.
+        The largest allowed value, which is the smaller of limit and guard, and the recorded value; None if not stated.
     within : bool
         Finite and not above the limit.
     same : bool, optional
-        Unchanged against the baseline; None: there is none to compare with.
+        Unchanged from the baseline; None if there is no baseline.
     """
 
     metric: str
@@ -45,7 +45,7 @@ def judge(
 ) -> tuple[list[Verdict], list[str], list[str]]:
     """Both verdicts on every metric, one line per failure (scenario/case, metric, value, limit), and notes.
 
-    Without `strict` the limits alone decide, and what changed is a note; otherwise a missing baseline or a change is a
+    Without `strict` only the limits are tested, and changes are notes; otherwise a missing baseline or a change is a
     failure.
     """
     known = baseline.metrics.get(case.name) if baseline is not None else None
@@ -80,7 +80,7 @@ def judge(
 
 
 def _allowed(guard: float | None, limit: float | None, recorded: float | None) -> tuple[float | None, str]:
-    """Return the largest value allowed, and where it comes from if the guard of the scenario is what holds."""
+    """Return the largest allowed value, and a text if it comes from the guard of the scenario."""
     if guard is None or recorded is None:
         return limit, ""
     most = max(guard * abs(recorded), ROUNDING)

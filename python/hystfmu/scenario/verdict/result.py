@@ -1,4 +1,4 @@
-"""One case of a scenario after its run: verdicts, failures, the signals for a picture."""
+"""Result of one case of a scenario: verdicts, failures, signals for plots."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class LoopFigures:
 
 @dataclass(frozen=True)
 class Result:
-    """One case of a scenario after its run.
+    """Result of one case of a scenario.
 
     Parameters
     ----------
@@ -51,16 +51,16 @@ class Result:
     lines : tuple of str
         One per failure: scenario/case, metric, value, limit.
     trace : Trace, optional
-        The signals that the case names: recorded, in loops, in metrics.  All rows, or of a long run those that a
-        picture needs (`simulate` gives all, `chunks` all in turn).  None when a unit refused to go on.
+        The signals that the case names: recorded, in loops, in metrics. All rows, or for a long run those for a plot
+        (`simulate` returns all rows, `chunks` returns them in parts). None if a unit stopped the run.
     seconds : float
         Time of the run.
     notes : tuple of str
-        Remarks that are no failure: discontinuities between two steps.
+        Remarks that are not failures: discontinuities between two steps.
     counted : Sweeps
         Of an iterative coupling.
     loop : LoopFigures, optional
-        Margins of its loop; None where it has none.
+        Margins of its loop; None if it has none.
     """
 
     system: System
