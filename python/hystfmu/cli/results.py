@@ -126,7 +126,7 @@ def demo(out: str) -> None:
 @click.option(
     "--amplifier", metavar="NAME=VALUE,...", help="Limits of the amplifier: slew, max, min, current, capacitance."
 )
-@click.option("--requirements", metavar="FILE", help="TOML file with the last ten options as keys.")
+@click.option("--requirements", metavar="FILE", help="TOML file with the options from --error to --amplifier as keys.")
 @json_option
 def start(
     data: tuple[str, ...],

@@ -236,7 +236,7 @@ def _preferred(
     """Return the best candidate; among equally good ones, that with an exact inverse and the fewest parameters.
 
     Static kinds that lost to a rate-dependent one remain if the record shows no rate dependence. If no kind represents
-    the data, or none has a required inverse, the faults are returned.
+    the data, or none of those has an inverse where one is required, a list of reasons is returned.
     """
     follow = [t for t in race.trials.values() if race.follows(t, REFUSED) and t.name not in known]
     able = follow if rate else [t for t in follow if t.candidate.memory != LAGS] or follow

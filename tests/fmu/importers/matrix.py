@@ -401,9 +401,10 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
         ),
         "## Kinds of model",
         wrapped(
-            f"""Nested reversals over the range of the data, {N} rows of 1 ms. "uneven": half, long and short steps,
-            or twice and three times the sample time of a model that has one, and a rounding error of the clock
-            (5.7e-15 s), compared with the Python unit, each after a refused step of 0. ME: Euler's method with events;
+            f"""The input is nested reversals over the range of the data, {N} rows of 1 ms. "uneven" has half, long and
+            short steps, for a model with a sample time steps of two and three samples, and a rounding error of the
+            clock (5.7e-15 s); the result is compared with the Python unit. A step of 0, which the FMU must refuse,
+            precedes each step. ME: Euler's method with events;
             kinds with continuous states by CVode with a held input (fmpy changes inputs only between steps of CVode).
             libcosim counts nanoseconds and ecos sums its steps, so their steps
             differ from 1 ms by rounding errors. Containers are those of fmu-manipulation-toolbox; "fmutool" is its

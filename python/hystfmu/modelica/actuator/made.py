@@ -61,7 +61,7 @@ def refusal(model: Model) -> str:
 
 
 def made(model: Model, sheet: Sheet) -> Made:
-    """Fold a model that `refusal` does not refuse."""
+    """Convert a model to SI units for the slot; `refusal` must accept it."""
     found = fold(model.graph, model.step or 1.0)
     assert found is not None
     volt, metre = si(model.graph.inputs[0].unit)[1], si(model.graph.outputs[0].unit)[1]
