@@ -58,7 +58,8 @@ def rows(plant: Response, invertible: Response) -> list[Row]:
             0.0,
             least_slope(u, last, FROM_EXTREMUM),
             least_slope(u, dominant, FROM_EXTREMUM),
-            note=f"slope at points more than {FROM_EXTREMUM:g} from the extremum; it is positive, so the inverse is continuous",
+            note=f"slope at points more than {FROM_EXTREMUM:g} from the extremum; "
+            "it is positive, so the inverse is continuous",
             place="eqs. 5-8",
             sense="least",
         ),
