@@ -168,8 +168,10 @@ class Child:
         return (self._dropped + content.lstrip(b"\0"))[-MOST_LOG:]
 
     def _drop_output(self) -> None:
-        """Drop old output of a child that prints without end, so that it does not fill the disk; the file becomes
-        sparse."""
+        """Drop old output of a child that prints without end, so that it does not fill the disk.
+
+        The file becomes sparse.
+        """
         if getattr(os.fstat(self._output.fileno()), "st_blocks", 0) * 512 > _MOST_OUTPUT:
             last = self._last_output()
             whole, newline, _ = last.rpartition(b"\n")  # the rest of a line that is being written gets lost

@@ -1,5 +1,6 @@
-"""Existing files that a command may replace: those that it wrote itself, and with --force all. Writing the same content
-again is always allowed. From Python, `save` and `export` always replace a file.
+"""Existing files that a command may replace: those that it wrote itself, and with --force all.
+
+Writing the same content again is always allowed. From Python, `save` and `export` always replace a file.
 """
 
 from __future__ import annotations

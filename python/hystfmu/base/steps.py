@@ -42,8 +42,9 @@ class Steps:
         self.kept: list[str] = []
 
     def claim(self, *of: Any, removed: Sequence[Path] = ()) -> None:
-        """Reserve the folder for results of these inputs; the command may then replace its earlier results of the same
-        inputs.
+        """Reserve the folder for results of these inputs.
+
+        The command may then replace its earlier results of the same inputs.
 
         Parameters
         ----------

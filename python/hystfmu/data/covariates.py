@@ -128,8 +128,10 @@ def split(label: str) -> tuple[str, str]:
 
 
 def identifier(text: str, otherwise: str) -> str:
-    """Return a heading as an identifier: other characters become underscores; if it does not start with a letter,
-    return `otherwise`."""
+    """Return a heading as an identifier: other characters become underscores.
+
+    If it does not start with a letter, return `otherwise`.
+    """
     name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
     if not _IDENTIFIER.fullmatch(name):
         return otherwise

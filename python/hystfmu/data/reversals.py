@@ -45,8 +45,10 @@ def noise(v: Array) -> float:
 
 
 def turning_points(u: Array, band: float) -> Array:
-    """Return the rows (m,) of the extrema of u (n,) after which u moves back by more than `band`; a plateau does not
-    count."""
+    """Return the rows (m,) of the extrema of u (n,) after which u moves back by more than `band`.
+
+    A plateau does not count.
+    """
     found: list[int] = []
     top = bottom = direction = 0
     for k, value in enumerate(u.tolist()):

@@ -203,8 +203,9 @@ class Race:
         return min(self.trials.values(), key=self.risk)
 
     def floor(self) -> float:
-        """Return the variance of the noise, which no model can explain; 0 if the error of a model is clearly smaller,
-        because then the estimate is wrong: coarse rows look like noise.
+        """Return the variance of the noise, which no model can explain.
+
+        0 if the error of a model is clearly smaller, because then the estimate is wrong: coarse rows look like noise.
         """
         least = self.sigma**2
         for t in self.trials.values():
@@ -258,8 +259,9 @@ class Race:
         return [t for t in self.trials.values() if self.risk(t) <= LOSER * self.least()]
 
     def late(self) -> list[Trial]:
-        """Return the candidates to run next: those that are not losers and have run on the fewest folds. If only one
-        remains and its spread is known, no further fold is needed.
+        """Return the candidates to run next: those that are not losers and have run on the fewest folds.
+
+        If only one remains and its spread is known, no further fold is needed.
         """
         contenders = self.contenders()
         if len(contenders) == 1 and contenders[0].folds >= SPREAD:

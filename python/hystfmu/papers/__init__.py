@@ -36,8 +36,9 @@ NEEDS_DATA = ("dbo_piezo",)
 
 
 def missing(name: str, data: str | Path | None = None) -> str:
-    """Return a line on missing data or packages of a paper or data set before anything runs; empty if nothing is
-    missing.
+    """Return a line on missing data or packages of a paper or data set before anything runs.
+
+    Empty if nothing is missing.
 
     Raises
     ------

@@ -271,8 +271,10 @@ def _kept(systems: Mapping[str, System], first: str, of: Roles) -> list[str]:
 
 
 def _hold(results: Results, before: Mapping[str, float], first: str) -> None:
-    """Refuse a repetitive part that makes the nominal run worse and misses its requirement; other cases have their own
-    verdicts."""
+    """Refuse a repetitive part that makes the nominal run worse and misses its requirement.
+
+    Other cases have their own verdicts.
+    """
     for r in (r for r in results if r.case == first):
         value, asked = (r.verdicts[0].value, r.verdicts[0].limit) if r.verdicts else (math.inf, None)
         if not value <= max(WORSE * before[r.case], asked or 0.0):

@@ -104,8 +104,10 @@ class OpenedLoop:
 
     @functools.cached_property
     def nominal(self) -> float:
-        """Slope for which margins hold: 1, unless the loop has no inverse and the plant never has this slope. Then the
-        slope of the plant, for example in um/V, is part of the loop gain, and margins hold for its largest value.
+        """Slope for which margins hold: 1, unless the loop has no inverse and the plant never has this slope.
+
+        Then the slope of the plant, for example in um/V, is part of the loop gain, and margins hold for its largest
+        value.
 
         Raises
         ------
@@ -444,8 +446,9 @@ def _linear(system: System, controller: Graph, ports: int) -> tuple[StateSpace, 
 
 
 def _controllers(system: System, plant: int, around: Sequence[int], between: Mapping[int, set[str]]) -> Graph:
-    """Return the units of the loop except the plant as one graph. Hysteresis and quantisers become gains of 1. Dynamics
-    that only an inverse has remain.
+    """Return the units of the loop except the plant as one graph.
+
+    Hysteresis and quantisers become gains of 1. Dynamics that only an inverse has remain.
     """
     n = len(system.parts)
     if system.case.ripple == 1:  # one rate: the order goes round, and the plant may stand anywhere

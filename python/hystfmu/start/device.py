@@ -218,8 +218,9 @@ def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str
 
 
 def _behind_hold(model: Model, evidence: Evidence) -> float:
-    """Return the delay after a held command (s), without the half step of the hold itself. If the record does not show
-    the delay, that of the fit is used.
+    """Return the delay after a held command (s), without the half step of the hold itself.
+
+    If the record does not show the delay, that of the fit is used.
     """
     if not np.isfinite(evidence.delay_se):
         return float(model.fit.get("delay", 0.0))

@@ -229,8 +229,10 @@ def shaping(found: Device, slower: float = 1.0) -> Node:
 
 
 def _feedforward(ahead: Preview, rest: float) -> Graph:
-    """Return the block with the weights of the last samples, after the filter of the zeros; samples before the first
-    one are `rest`."""
+    """Return the block with the weights of the last samples, after the filter of the zeros.
+
+    Samples before the first one are `rest`.
+    """
     dims = {"n_u": len(ahead.taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
     taps = Node("taps", "polynomial_narx", dims, {"theta": [*ahead.taps.tolist(), 0.0]})
     first = [ahead.zeros] if ahead.zeros is not None else []

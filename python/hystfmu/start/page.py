@@ -1,5 +1,7 @@
-"""The page of `hystfmu start`: verdict, the device before and after, errors, explorer, controller; or the reason for no
-loop."""
+"""The page of `hystfmu start`: verdict, the device before and after, errors, explorer, controller.
+
+Or the reason for no loop.
+"""
 
 from __future__ import annotations
 

@@ -92,8 +92,10 @@ def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float
 
 
 def _radius(opened: OpenedLoop, slope: float, delay: float) -> float:
-    """Return the largest pole. For a memory of a period, the bound may exceed 1 although the loop is stable, so the
-    loop without it counts."""
+    """Return the largest pole.
+
+    For a memory of a period, the bound may exceed 1 although the loop is stable, so the loop without it counts.
+    """
     if opened.memories and opened.stable(slope, delay):
         opened = replace(opened, memories=())
     return opened.radius(slope, delay)

@@ -123,8 +123,10 @@ class Store:
         return int(self._kept("seed", lambda: secrets.randbelow(2**31)))
 
     def _kept(self, name: str, first: Callable[[], Any]) -> Any:
-        """Return a value that is stored in two files, or create it. If one file is damaged, the other one replaces
-        it."""
+        """Return a value that is stored in two files, or create it.
+
+        If one file is damaged, the other one replaces it.
+        """
         paths = self.folder / f"{name}.json", self.folder / f"{name}.copy.json"
         found = []
         for path in filter(Path.exists, paths):
@@ -144,8 +146,10 @@ class Store:
         return value
 
     def _mend(self) -> None:
-        """Move damaged lines of the journal to another file; blanks replace them, so that other lines keep their
-        positions."""
+        """Move damaged lines of the journal to another file.
+
+        Blanks replace them, so that other lines keep their positions.
+        """
         at, self._in_journal, damaged = 0, 0, list[tuple[int, bytes]]()
         for line in self._lines():
             if _row(line) is not None:

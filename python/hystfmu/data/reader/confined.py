@@ -126,8 +126,9 @@ def confined(content: bytes, form: Format, path: str | Path, decimal: str | None
 def _parsed(
     content: bytes, form: Format, most: int, asked: str = ""
 ) -> tuple[list[str], list[Named], dict[str, np.ndarray | str]]:
-    """Return the remark, all arrays, and the values of all arrays or of the wanted one; or a text with the reason of a
-    failure.
+    """Return the remark, all arrays, and the values of all arrays or of the wanted one.
+
+    Or a text with the reason of a failure.
 
     Raises
     ------

@@ -75,8 +75,9 @@ def _is_of_a_step(unit: str) -> bool:
 
 
 def units_in(rows: Iterable[list[str]], columns: int) -> list[str]:
-    """Return the units of measure of `columns` columns, the first for the time if the first unit is one of time; empty
-    if unknown.
+    """Return the units of measure of `columns` columns, the first for the time if the first unit is one of time.
+
+    Empty if unknown.
 
     Parameters
     ----------

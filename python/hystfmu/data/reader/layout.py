@@ -183,8 +183,9 @@ def _separator(lines: list[Line]) -> tuple[str | None, int]:
 
 
 def _first_row(rows: list[list[str]], width: int, lead: int) -> int:
-    """Search backwards from the last row with numbers to the first; return its index, or the number of rows if there is
-    none.
+    """Search backwards from the last row with numbers to the first.
+
+    Return its index, or the number of rows if there is none.
 
     The first `lead` cells of a row hold no numbers.
     """

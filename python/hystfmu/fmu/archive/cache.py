@@ -37,8 +37,10 @@ def cache_folder() -> Path:
 
 @cache
 def _temporary() -> tempfile.TemporaryDirectory[str]:
-    """Make a temporary cache for a process that cannot write the cache of the user; it is removed at the end of the
-    process."""
+    """Make a temporary cache for a process that cannot write the cache of the user.
+
+    It is removed at the end of the process.
+    """
     return tempfile.TemporaryDirectory(prefix="hystfmu-cache-")
 
 
@@ -103,8 +105,10 @@ def _copy(within: Path, digest: str, path: str | Path, content: bytes, needs: st
 
 
 def _put(made: Path, entry: Path) -> None:
-    """Rename an entry to its final name; a damaged entry of this name is removed. Another process may have been
-    faster."""
+    """Rename an entry to its final name; a damaged entry of this name is removed.
+
+    Another process may have been faster.
+    """
     try:
         os.rename(made / _NEW, entry)
     except OSError:

@@ -124,8 +124,10 @@ class _Problem:
         self.objective = Objective(data, graph, coordinates, linear, until=until)
 
     def repeated(self, seed: int) -> tuple[str, ...]:
-        """Return the redundant parameters, whose effect is a combination of the effects of others; of two, the first
-        one."""
+        """Return the redundant parameters, whose effect is a combination of the effects of others.
+
+        Of two, the first one.
+        """
         c, rng = self.objective.coordinates, np.random.default_rng(seed)
         for _ in range(TRIED):
             p = self.start + 0.1 * rng.uniform(-1, 1, len(self.start)) * np.minimum(c.hi - c.lo, 10 * c.scale)

@@ -241,8 +241,10 @@ class Objective:
         return found
 
     def jacobian(self, p: Array) -> Array:
-        """Return the derivatives of the residuals, with the linear parameters optimised at each point; shape (rows,
-        n)."""
+        """Return the derivatives of the residuals, with the linear parameters optimised at each point.
+
+        Shape (rows, n).
+        """
         residuals, _, basis = self.project(p)
         if residuals @ residuals >= FARTHEST**2 / 2:
             return np.zeros((len(self.y), len(p)))

@@ -70,8 +70,10 @@ def behind_mode(v: Array, f_n: float, zeta: float, delay: float, h: float, hold:
 
 
 def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
-    """Return a free decay (n,) of a mode from row 0; all free decays are combinations of it and itself one row
-    later."""
+    """Return a free decay (n,) of a mode from row 0.
+
+    All free decays are combinations of it and itself one row later.
+    """
     w = 2 * np.pi * f_n * h
     step = expm(np.array([[0.0, 1.0], [-w * w, -2 * zeta * w]]))
     pulse = np.zeros(n)

@@ -238,8 +238,10 @@ def _operated(f: _Fitting, parts: Parts) -> Trial:
 
 
 def _exchanged(f: _Fitting, best: Trial) -> Trial:
-    """Try relays instead of plays, or plays instead of relays; relays, without an exact inverse, must be better by
-    more."""
+    """Try relays instead of plays, or plays instead of relays.
+
+    Relays, without an exact inverse, must be better by more.
+    """
     if f.options["operator"] is not None or best.error <= max(CLEAR * f.noise, ENOUGH * f.data.span):
         return best
     other = PLAYS if best.parts.operator == RELAYS else RELAYS

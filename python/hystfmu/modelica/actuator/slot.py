@@ -76,8 +76,9 @@ def zones(node: Node, names: tuple[str, str, str, str], gain: float = 1.0) -> tu
 def lags(
     node: Node, names: tuple[str, str, str], gain: float = 1.0, fastest: float = 0.0
 ) -> tuple[dict[str, str], float]:
-    """The lags of a creep block under the names of number, weights, time constants; and the direct weight. Lags faster
-    than `fastest` (s) count as direct, because the samples of a record do not resolve them.
+    """The lags of a creep block under the names of number, weights, time constants; and the direct weight.
+
+    Lags faster than `fastest` (s) count as direct, because the samples of a record do not resolve them.
     """
     w, T = gain * node.value("w"), node.value("T")
     slow = fastest <= T

@@ -203,8 +203,10 @@ def _block(end: str) -> str:
 
 
 def _before_limits(graph: Graph, command: str, home: dict[str, str]) -> str:
-    """Return the source of a unit that only limits the command, if it precedes this unit; otherwise the command
-    itself."""
+    """Return the source of a unit that only limits the command, if it precedes this unit.
+
+    Otherwise the command itself.
+    """
     node, order = graph.node(_block(command)), [n.name for n in graph.nodes]
     alone = list(home.values()).count(home[node.name]) == 1 and node.type == "scaling" and node.sizes["u"] == 1
     if not alone or (node.value("gain")[0], node.value("offset")[0]) != (1.0, 0.0):

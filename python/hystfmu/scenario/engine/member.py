@@ -53,8 +53,10 @@ class Member(Protocol):
 
 
 def whole_turn(member: Member) -> int:
-    """Set inputs, step and get outputs in one call, for units that are more than calls of a binary. A failure is
-    raised."""
+    """Set inputs, step and get outputs in one call, for units that are more than calls of a binary.
+
+    A failure is raised.
+    """
     member.copy()
     member.advance()
     member.take()

@@ -140,8 +140,10 @@ class GraphUnit:
 
 
 def _straight(unit: Unit, source: list[int], ahead: list[float], values: C.Array[C.c_double]) -> list[Array]:
-    """Give a unit inputs on straight lines, which start with the present values; return the arrays that must be
-    kept."""
+    """Give a unit inputs on straight lines, which start with the present values.
+
+    Return the arrays that must be kept.
+    """
     now = [values[j] if j >= 0 else 0.0 for j in source]
     line, weight = np.array(5 * now), np.array(ahead)
     unit.ahead, unit.line = weight.ctypes.data, line.ctypes.data

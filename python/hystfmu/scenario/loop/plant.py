@@ -108,9 +108,10 @@ def has_memory(graph: Graph) -> bool:
 
 
 def lone_dynamics(system: System, side: PlantSide, between: Collection[int]) -> set[str]:
-    """Return the types of the dynamics that an inverse compensates although the plant side does not have them. They act
-    on the command like a controller. Trap: in the sector they would appear as slopes: an inverse with creep in front of
-    a plant without creep seemed to have slopes from -6 to 10.
+    """Return the types of the dynamics that an inverse compensates although the plant side does not have them.
+
+    They act on the command like a controller. Trap: in the sector they would appear as slopes: an inverse with creep in
+    front of a plant without creep seemed to have slopes from -6 to 10.
     """
     return _undone(system, between) - {n.type for link in side.links for n in system.parts[link.to].own.nodes}
 
@@ -294,8 +295,10 @@ def _reached(edges: Sequence[tuple[str, str]], first: set[str]) -> set[str]:
 
 
 def _at_rest(graph: Graph, undone: Collection[str]) -> Graph:
-    """Replace dynamics by their static gains, except those that the inverse compensates; omit delays and
-    quantisation."""
+    """Replace dynamics by their static gains, except those that the inverse compensates.
+
+    Omit delays and quantisation.
+    """
     for n in graph.nodes:
         if n.type in (DELAY, LEVELS):
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}))

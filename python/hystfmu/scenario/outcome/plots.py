@@ -16,8 +16,10 @@ from hystfmu.scenario.system.system import System
 
 
 def case_plots(system: System, trace: Trace) -> list[Plot]:
-    """Plots of a case in the report: the named loops and signals; signals with the same unit of measure share a
-    plot."""
+    """Plots of a case in the report: the named loops and signals.
+
+    Signals with the same unit of measure share a plot.
+    """
     case = system.case
     after = min((m.after for m in case.metrics.values()), default=0.0)
     window = trace.t >= after

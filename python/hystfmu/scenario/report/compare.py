@@ -138,8 +138,10 @@ def _values(c: _Case | None, margins: bool) -> dict[str, float]:
 
 
 def _largest_first(found: Sequence[Change]) -> list[Change]:
-    """Sort by the relative change, verdicts first by that of their case; a metric that only one run has counts as the
-    largest change."""
+    """Sort by the relative change, verdicts first by that of their case.
+
+    A metric that only one run has counts as the largest change.
+    """
 
     def share(c: Change) -> float:
         return math.inf if c.relative is None or not math.isfinite(c.relative) else abs(c.relative)

@@ -35,8 +35,10 @@ def place(r: Result) -> str:
 
 
 def matrix(results: Sequence[Result]) -> str:
-    """Return a table of cases and scenarios as HTML, rows and columns with most entries first; the longer side is
-    vertical."""
+    """Return a table of cases and scenarios as HTML, rows and columns with most entries first.
+
+    The longer side is vertical.
+    """
     scenarios = [name for name, _ in Counter(r.scenario for r in results).most_common()]
     cases = [name for name, _ in Counter(r.case for r in results).most_common()]
     cells = {(r.case, r.scenario): r for r in results}

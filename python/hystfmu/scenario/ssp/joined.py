@@ -15,8 +15,10 @@ from hystfmu.scenario.system.system import System
 
 
 def _groups(system: System) -> list[tuple[int, ...]]:
-    """Groups of neighbours between foreign FMUs; smaller groups if a group would have an algebraic loop within one
-    graph."""
+    """Groups of neighbours between foreign FMUs.
+
+    Smaller groups if a group would have an algebraic loop within one graph.
+    """
     found: list[tuple[int, ...]] = []
     for foreign, run in groupby(range(len(system.parts)), lambda k: isinstance(system.parts[k].graph, Foreign)):
         parts = tuple(run)

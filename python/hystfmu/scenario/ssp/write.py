@@ -163,8 +163,9 @@ def _handed(system: System, trace: Trace) -> dict[tuple[str, str], float]:
 
 
 def _with_starts(part: Part, handed: dict[tuple[str, str], float], h: float) -> Graph:
-    """The graph whose inputs start with the constants of the scenario, or with the initial values of its sources. An
-    importer sets only connected inputs, and fmpy and ecos set them only after the initialisation.
+    """The graph whose inputs start with the constants of the scenario, or with the initial values of its sources.
+
+    An importer sets only connected inputs, and fmpy and ecos set them only after the initialisation.
     """
     g = part.own
     inputs = []

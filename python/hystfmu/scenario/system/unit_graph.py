@@ -109,8 +109,9 @@ def start_values(graph: Graph | Foreign, kind: str) -> list[float]:
 
 
 def first_outputs(graph: Graph | Foreign) -> list[float]:
-    """Scalar outputs before any input is known: initial outputs of delays, which earlier units read; otherwise start
-    values.
+    """Scalar outputs before any input is known: initial outputs of delays, which earlier units read.
+
+    Otherwise start values.
 
     Parameters
     ----------

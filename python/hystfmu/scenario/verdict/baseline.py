@@ -229,8 +229,10 @@ def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
 
 
 def _outside(tube: TubeSpec, kept: Kept, signal: str, at: Array, was: Array, room: float) -> Array:
-    """Distance of each baseline value from the tube around the signal of this run; 0 and below: inside. Beyond its ends
-    the signal is extended by point reflection, because a late signal has not reached its last value yet.
+    """Distance of each baseline value from the tube around the signal of this run; 0 and below: inside.
+
+    Beyond its ends the signal is extended by point reflection, because a late signal has not reached its last value
+    yet.
     """
     trace, h = kept.trace, kept.h  # the rows near the ends and near `at` are all there
     n = min(int(np.ceil(tube.time / h)), len(trace.t) - 1)

@@ -22,8 +22,10 @@ def arrays(source: str) -> tuple[list[Found], list[str]]:
 
 
 def _arrays(h5py: Any, file: Any, turn: int) -> list[Found]:
-    """Collect the datasets of the file; links to other files are not followed. MATLAB stores columns first: `turn` is
-    -1."""
+    """Collect the datasets of the file; links to other files are not followed.
+
+    MATLAB stores columns first: `turn` is -1.
+    """
     found: list[Found] = []
 
     def collect(group: Any, prefix: str, depth: int) -> None:
