@@ -91,7 +91,7 @@ def _inverse(unit: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> M
 
 
 def _measured(spec: Mapping[str, Any]) -> str | None:
-    """The signal that a metric holds against the reference."""
+    """The signal that a metric compares with the reference."""
     for m in spec.get("metrics", {}).values():
         if (m.get("against") or "").startswith("reference."):
             return str(m["signal"])

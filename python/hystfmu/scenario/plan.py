@@ -79,7 +79,7 @@ def plan(
 def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool, strict: bool) -> Plan:
     if scenario.folder is None:
         return Plan(scenario, systems, None, strict=False)
-    if record:  # a guard holds the new values against the old ones
+    if record:  # a guard compares the new values with the old ones
         return Plan(scenario, systems, Baseline.load(scenario.folder) if scenario.spec.guard else None, strict=False)
     baseline = Baseline.load(scenario.folder)
     if baseline is None and any(m.limit is not None for s in systems for m in s.case.metrics.values()):
