@@ -99,7 +99,7 @@ def _table(progress: Callable[[float], None]) -> Report:
             f"eq. 3; the table takes {trained:g}, {validated:g}, {cycles} cycles and eq. 3 {reading}, where the "
             "replica is closest to the printed figures",
             f"ours: the kind polynomial_narx, n_u = n_f = {N}, q = {Q}; medians and ranges of {SEEDS} noise seeds",
-            "elsewhere: errors against the sensor without noise, free run from a fresh start, other signals",
+            "elsewhere: errors relative to the sensor without noise, in free runs from a fresh start, on other signals",
         ),
         _drawings(*records),
         {
