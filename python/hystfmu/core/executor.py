@@ -107,7 +107,7 @@ class Executor:
         self._check(self._lib.hyst_graph_step(self._g, t_end, dt))
 
     def end_of_step(self, start: float, t: float, h: float) -> float:
-        """Return the end (s) of a step of `h` at `t` by a clock that began at `start`, without its rounding."""
+        """Return the end (s) of a step of `h` at `t` without rounding errors of a clock that started at `start`."""
         return float(self._lib.hyst_graph_end_of_step(self._g, start, t, h))
 
     def run(self, u: Array, n_outputs: int, h: float, t0: float = 0.0) -> Array:
@@ -142,7 +142,7 @@ class Executor:
         rows: NDArray[np.intp] | None = None,
         step: float = 1e-6,
     ) -> tuple[Array, Array]:
-        """Run as `run` does, with the derivatives of the outputs by parameters and start states beside it.
+        """Run like `run`, and also compute derivatives of the outputs with respect to parameters and start states.
 
         Parameters
         ----------
@@ -153,12 +153,12 @@ class Executor:
         h : float
             Time between rows (s).
         seeds : array of `SEED`, shape (m,)
-            In the order of columns 0, 1, ..., and within a column of nodes.  Columns stand in the order of the first
-            node that they change, those of one node with several seeds first.
+            In the order of columns 0, 1, ..., and within a column in the order of nodes. Columns are sorted by the
+            first node that they change; those of a node with several seeds come first.
         rows : array of int, shape (k,), optional
             Rows to return, rising; default: all.
         step : float
-            Part of a column by which differences move blocks that do not state their sensitivity.
+            Step of finite differences, relative to a column, for blocks without stated sensitivity.
 
         Returns
         -------
@@ -196,7 +196,7 @@ class Executor:
 
     @property
     def state(self) -> Array:
-        """Copy of everything that a run changes, shape (n,); assignment restores that point."""
+        """Copy of all values that a run changes, shape (n,); assignment restores them."""
         return self._state.copy()
 
     @state.setter

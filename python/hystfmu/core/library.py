@@ -99,7 +99,7 @@ class Var:
     unit : str
         Unit of measure; "1" or empty without one.
     follows : str
-        Input whose unit of measure it has in a graph that states one; "" for none.
+        Input with the same unit of measure in a graph that states one; "" for none.
     start, lo, hi : float
         Default and limits.
     raw : RawVar
@@ -120,7 +120,7 @@ class Var:
 
     @property
     def interval(self) -> str:
-        """The legal values in words, e.g. ``"a float in [0, inf)"``."""
+        """Valid values in words, e.g. ``"a float in [0, inf)"``."""
         text = C.create_string_buffer(160)
         library().hyst_interval(C.byref(self.raw), text, len(text))
         return text.value.decode()
@@ -153,7 +153,7 @@ class BlockType:
     rate : str
         Rate class in continuous time: function, continuous, hysteretic, sampled.
     inverts, invert_condition : str or None
-        The block that it inverts exactly (dead_zones and scaling invert themselves), and the condition.
+        Block that this block inverts exactly (dead_zones and scaling invert themselves), and the condition.
     tolerance : str
         Tolerance class of its numerical error: rounding, iteration, integration.
     rule_error, rule_step : float
@@ -161,7 +161,7 @@ class BlockType:
     smooth : float
         Distance from a point within which its tangent holds.
     trial : int
-        Not 0: the graph finds the output by trial, so that input number `trial` (from 1) equals the first input.
+        If not 0, the graph searches the output so that input number `trial` (from 1) equals the first input.
     hold : str
         Hold of the inputs within a step, for blocks without a parameter of that name: zoh, foh.
     """
@@ -199,7 +199,7 @@ class BlockType:
 
     @property
     def tried(self) -> str | None:
-        """The input that trials of the output make equal to the first one: a wire into it closes no loop."""
+        """Input that equals the first input after the search of the output: a wire into it does not close a loop."""
         return self.of("input")[self.trial - 1].name if self.trial else None
 
     @property

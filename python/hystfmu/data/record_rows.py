@@ -116,7 +116,7 @@ def check_increasing(t: Array, place: Callable[[int], str]) -> None:
 
 
 def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array] | None) -> Array:
-    """Check that the time has equal steps; put rounded printed times back on the even grid.
+    """Check that the time has equal steps; correct rounded printed times to the uniform grid.
 
     Steps may differ by 1e-6 of the step.  Printed times may instead differ from the even grid by half a count of their
     last digit, if that count is at most a quarter of the step: coarser digits could hide a missing sample.

@@ -154,7 +154,7 @@ def _checked(m: Model, path: Path, version: Literal[2, 3]) -> list[str]:
 
 
 def _sections(models: list[Model], inverse: Model, rows: list[list[str]], data: Dataset) -> list[Section]:
-    """Return what precedes the loops: before and after compensation, the models, the explorer."""
+    """Return the sections before the loops: before and after compensation, the models, the explorer."""
     wanted = models[0].predict(data.u, data.h)  # a displacement that the actuator can follow
     slope, offset = np.polyfit(data.y, data.u, 1).tolist()
     before = displacement(slope * wanted + offset, data.h)

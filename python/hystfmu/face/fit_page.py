@@ -31,7 +31,7 @@ def fit_page(model: Model, data: Dataset, lead: str = "") -> str:
     data : Dataset
         With a measured output.
     lead : str
-        What to say first; by default what the model is.
+        First sentence; by default a description of the model.
     """
     title = f"{model.key} fitted to {data.name}"
     head = [f"<h1>{escape(title)}</h1>", f'<p class="lead">{escape(lead or model.text)}</p>']

@@ -101,7 +101,7 @@ class Graph:
         return f"Graph({' -> '.join(sides)}; {', '.join(shown)})"
 
     def __getstate__(self) -> dict[str, object]:
-        """Leave out the ports, which hold rows of the C tables: another process looks them up again."""
+        """Omit the ports, which refer to rows of the C tables; another process looks them up again."""
         return {k: v for k, v in self.__dict__.items() if k != "ports"}
 
     def __setstate__(self, state: dict[str, object]) -> None:
@@ -242,7 +242,7 @@ class Graph:
 
     @property
     def continuous_states(self) -> tuple[ContinuousState, ...]:
-        """Continuous states in the order of the core, one per element; none is a variable that can be set."""
+        """Continuous states in the order of the core, one per element; they cannot be set."""
         taken = {s for p in self.ports for s in p.scalar_names}
         states: list[ContinuousState] = []
         for n in self.nodes:

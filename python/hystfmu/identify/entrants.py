@@ -47,7 +47,7 @@ def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Cand
 
 
 def affordable(entered: Sequence[Candidate], rows: int) -> int:
-    """Return on how many rows, up to `rows`, all candidates can be tried within the budget."""
+    """Return the number of rows, up to `rows`, on which all candidates can be tried within the budget."""
     n = rows
     while n > LEAST_ROWS and sum(c.cost(n) * (HOPEFUL if c.tries(n) else 1.0) for c in entered) > BUDGET:
         n = max(LEAST_ROWS, int(FEWER * n))

@@ -64,7 +64,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
 def finished(
     data: Dataset, key: str, text: str, built: Built, seconds: float, chosen: dict[str, Any], seed: int
 ) -> Model:
-    """Run a fitted graph free, compute its errors, look for what the data do not show, record the provenance.
+    """Run a fitted graph free, compute its errors, check what the data support, record the provenance.
 
     A run that diverges, or does not follow the data, is an InputError.
     """
@@ -91,7 +91,7 @@ def finished(
 
 
 def _check_run(key: str, y: Array, data: Dataset) -> None:
-    """Refuse a model that runs away: the mean of the output is never worse than half the span."""
+    """Refuse a diverging model, whose error exceeds half the span."""
     e = (y - data.y)[data.counted]
     if np.isfinite(y).all() and rms(e) <= WORST * data.span * (1 + 1e-9):
         return

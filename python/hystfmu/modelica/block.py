@@ -31,7 +31,7 @@ from hystfmu.modelica.wiring import Wiring, sums_before_samples
 
 
 def wiring(graph: Graph, taken: set[str]) -> Wiring:
-    """Names and places of everything that the realisations of a graph show.
+    """Names and positions of the components and ports in the realisations of a graph.
 
     Raises
     ------
@@ -158,7 +158,7 @@ def _reach(model: Model, node: Node) -> float:
 
 
 def _refuse_loops(graph: Graph, wires: list[tuple[str, str]]) -> None:
-    """Refuse a wire to an earlier block: it delays by one step, which no class of the library does."""
+    """Refuse a wire to an earlier block: it delays by one step, which the library does not support."""
     order = [n.name for n in graph.nodes]
     for a, b in wires:
         if order.index(a.split(".")[0]) >= order.index(b.split(".")[0]):

@@ -72,7 +72,7 @@ def excitation(
     Parameters
     ----------
     data : Dataset
-        What was measured so far.
+        Previous measurement.
     frequency : float
         Of a full loop (Hz) at the speed of the record.
     up_to : float, optional
@@ -83,10 +83,10 @@ def excitation(
     Returns
     -------
     u : array, shape (n,)
-        In the unit of measure of u.  It starts and ends at the first input of the record, and is faster than the record
-        where it would have more than `MOST_ROWS` rows.
+        In the unit of measure of u. It starts and ends at the first input of the record. It is faster than the record
+        if it would otherwise have more than `MOST_ROWS` rows.
     h : float
-        Step (s): that of the record, or a whole part of it that gives `ROWS` rows in a period of `up_to`.
+        Step (s): that of the record, or an integer fraction of it with `ROWS` rows per period of `up_to`.
 
     Raises
     ------

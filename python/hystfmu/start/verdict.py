@@ -1,4 +1,4 @@
-"""The verdict of `hystfmu start`: one object that terminal, page, verdict.json and exit status read."""
+"""The verdict of `hystfmu start`: one object for terminal, page, verdict.json and exit status."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ SCHEMA: dict[str, Any] = {
 
 
 def verdict(loop: ClosedLoop | str) -> dict[str, Any]:
-    """Return what `SCHEMA` describes.
+    """Return the verdict as described by `SCHEMA`.
 
     Parameters
     ----------
     loop : ClosedLoop or str
-        The loop, or why there is none.
+        The loop, or the reason why there is none.
     """
     if isinstance(loop, str):
         return {
@@ -96,7 +96,7 @@ def verdict(loop: ClosedLoop | str) -> dict[str, Any]:
 
 
 def sentence(told: dict[str, Any]) -> str:
-    """Say the verdict in one line."""
+    """State the verdict in one line."""
     word = "approved" if told["approved"] else "not approved"
     with_ = {"full": "feedback", "slow": "slow feedback", "none": "no feedback"}[told["feedback"]]
     why = f": {told['reasons'][0]}" if not told["approved"] and told["reasons"] else ""

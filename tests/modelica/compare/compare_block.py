@@ -67,7 +67,7 @@ def is_example(name: str) -> bool:
 
 
 def compare(name: str, out: Path) -> Outcome:
-    """Simulate a Validation model of a block and hold it against the unit of the same name."""
+    """Simulate a Validation model of a block and compare it with the unit of the same name."""
     model = library.classes()[name]
     c = library.find(str(model.tree.symbols["tested"].type), name)
     assert c is not None
@@ -143,7 +143,7 @@ def _lagged_sine(t: Array, omega: float, T: float) -> Array:
 
 
 def compare_example(name: str, out: Path) -> Outcome:
-    """Simulate an Example and hold it against its reference; what it should give otherwise is in test_loops.py."""
+    """Simulate an Example and compare it with its reference; what it should give otherwise is in test_loops.py."""
     trajectory = simulate.run(name, out)
     rows = trajectory.values
     got = np.column_stack([rows[n] for n in EXAMPLES[name.rsplit(".", 1)[-1]]])

@@ -1,4 +1,4 @@
-"""Roles of columns (time, input, output): as the user states them, else by name or unit of measure."""
+"""Roles of columns (time, input, output): as stated by the user, or found by name or unit of measure."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _NUMBERED = re.compile(
 
 @dataclass(frozen=True)
 class Roles:
-    """Numbers of the chosen columns, from 0; None where there is none; whether they were chosen by their order."""
+    """Numbers of the chosen columns, from 0, or None; and whether they were chosen by their order."""
 
     time: int | None
     input: int
@@ -61,7 +61,7 @@ class Roles:
 
     @property
     def order(self) -> list[int]:
-        """The columns of signals to read: input, output, covariates, as far as there are any."""
+        """Columns of the signals to read: input, output and covariates, if they exist."""
         return [k for k in (self.input, self.output, *self.covariates) if k is not None]
 
 
@@ -91,7 +91,7 @@ def chosen(
     Raises
     ------
     InputError
-        No such column, more than one that suits, or one column for two covariates.
+        No such column, several possible columns, or one column for two covariates.
     """
     marked = None if record is None else _named(table, record, "record")
     given = {"time": time if rate is None else None, "input": input, "output": output}
@@ -156,7 +156,7 @@ def chosen(
 
 
 def _pair(table: Table, taken: Collection[int | None]) -> tuple[int, int] | None:
-    """Return the two columns left if nothing but their order tells input and output apart."""
+    """Return the two remaining columns if only their order distinguishes input and output."""
     left = _free(table, taken)
     if len(left) != 2 or not all(_NUMBERED.fullmatch(table.columns[k].name) for k in left):
         return None

@@ -33,7 +33,7 @@ def _sections() -> dict[str, str]:
 
 
 def wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
-    """Return whether a section belongs to the source of an FMU: blocks in use, functions of its standard."""
+    """Return whether a section belongs to the source of an FMU: used blocks and functions of its standard."""
     folder, _, file = name.rpartition("/")
     if folder.startswith("core/blocks/") and file.endswith(".c"):
         return file.removesuffix(".c") in blocks
@@ -53,7 +53,7 @@ def core_text(graph: Graph, name: str, comment: str, wanted: Callable[[str], boo
     comment : str
         One line for a reader.
     wanted : function of str
-        Whether a section belongs to the text, by its name.
+        Returns whether a section is included, from its name.
     """
     content = graph.to_bytes()
     lines = [",".join(map(str, content[k : k + _PER_LINE])) for k in range(0, len(content), _PER_LINE)]
@@ -234,5 +234,5 @@ def _bytes(graph: Graph) -> int:
 
 
 def _comment(text: str) -> str:
-    """Return a text that ends no comment of C."""
+    """Return a text that is safe in a C comment."""
     return " ".join(text.replace("*/", "* /").replace("/*", "/ *").split())

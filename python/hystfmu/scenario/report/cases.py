@@ -45,7 +45,7 @@ def case_plots(system: System, trace: Trace) -> list[Plot]:
 
 
 def error_of(trace: Trace, tracked: MetricSpec) -> tuple[Array, Array]:
-    """Return times (s) and error (% of the stroke) of a metric with `against`, where it counts, each of shape (n,)."""
+    """Return times (s) and error (% of the stroke) of a metric with `against`, in its window, each of shape (n,)."""
     against = tracked.against or tracked.signal
     window = trace.t >= tracked.after
     e = (trace[tracked.signal] - trace[against])[window]
@@ -70,7 +70,7 @@ LOW, TALL = 130, 250  # curves that cannot be told apart, and under them the mai
 
 
 def main_verdict(r: Result) -> Verdict | None:
-    """Return the metric that stands for a case: the one whose error is drawn, else the first; None if it stopped."""
+    """Return the main metric of a case: the one whose error is drawn, or the first; None if the case stopped."""
     if not r.verdicts:
         return None
     tracked = drawn(r.system.case)
@@ -78,7 +78,7 @@ def main_verdict(r: Result) -> Verdict | None:
 
 
 def nearness(r: Result) -> tuple[bool, float]:
-    """Return whether a case failed, and how near it is to its limit: the share of it that its metric takes."""
+    """Return whether a case failed, and the ratio of its metric to its limit."""
     v = main_verdict(r)
     if v is None or not math.isfinite(v.value):
         return True, math.inf
@@ -142,7 +142,7 @@ def _plots(r: Result) -> list[Plot]:
 
 
 def _around(wanted: np.ndarray, at: int) -> slice:
-    """Return the rows between some turns of the reference before and behind a row."""
+    """Return the rows between turns of the reference before and after a row."""
     steps = np.diff(wanted)
     moving = np.flatnonzero(steps)
     turns = moving[1:][np.diff(np.sign(steps[moving])) != 0]
@@ -167,7 +167,10 @@ def place(r: Result) -> str:
 
 
 def matrix(results: Sequence[Result]) -> str:
-    """Return cases against scenarios as HTML, the fullest rows and columns first; the longer side goes downwards."""
+    """Return a table of cases and scenarios as HTML, rows and columns with most entries first.
+
+    The longer side is vertical.
+    """
     scenarios = [name for name, _ in Counter(r.scenario for r in results).most_common()]
     cases = [name for name, _ in Counter(r.case for r in results).most_common()]
     cells = {(r.case, r.scenario): r for r in results}
@@ -204,7 +207,7 @@ def linked(r: Result) -> str:
 
 
 def _curve(r: Result) -> str:
-    """Draw the error; nothing where there is none, or it is not finite."""
+    """Draw the error; nothing if there is none, or if it is not finite."""
     tracked = drawn(r.system.case)
     if r.trace is None or tracked is None or tracked.against is None:
         return ""
@@ -249,7 +252,7 @@ def _row(r: Result, metrics: Sequence[str], loops: bool, curves: bool, shown: bo
 
 
 def _metric(v: Verdict | None, fails: bool) -> str:
-    """Return value and limit; the sign between them is the verdict.  `fails`: a change is a failure."""
+    """Return value and limit, with the verdict as the sign between them. `fails`: a change is a failure."""
     if v is None:
         return "<td></td>"
     good = v.within and not (fails and v.same is False)

@@ -103,7 +103,8 @@ def _scenarios(results: Sequence[Result]) -> list[str]:
 
 
 def _drawings(results: Sequence[Result]) -> dict[str, str]:
-    """Return the diagrams of cases by their place: all, or as many as fit, those nearest to their limits first."""
+    """Return the diagrams of cases by their link target: all, or as many as fit, those nearest to their limits
+    first."""
     first = {r.scenario: r for r in sorted(results, key=nearness)}  # the worst of each scenario
     ordered = sorted(results, key=lambda r: (first[r.scenario] is r, nearness(r)), reverse=True)
     found: dict[str, str] = {}
@@ -139,7 +140,7 @@ def _scenario(results: Sequence[Result], drawings: dict[str, str], unfolded: Set
 
 
 def _case(r: Result, drawing: str, usual: Sequence[Sequence[object]], unfolded: Set[str]) -> str:
-    """Return what is to be seen of a case beside its metrics: diagrams, its own delays, sweeps; often nothing."""
+    """Return the content of a case besides its metrics: diagrams, own delays, sweeps; often nothing."""
     s, rows = r.sweeps, loop_rows(r.system)
     counted = f"<p>{s['mean']:.3g} sweeps per step, at most {s['most']} ({METHODS[s['method']]})</p>" if s else ""
     other = table(Table(("loop", "of this case"), [row for row in rows if row not in usual])) if rows != usual else ""
