@@ -153,6 +153,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     ),
     "modelica/wiring.py": {"sum": "sums_before_samples(): the block that one compiler reads too early"},
     "modelica/classes.py": {
+        **dict.fromkeys(("delay", "iterative_learning", "narx_network", "repetitive"), "COUNTED: lags in samples"),
         "polynomial_narx": "the class has a limit on the degree",
         "transfer_function": "is_discretised(): becomes a StateSpace",
         "mlp": "is_large(): becomes a function",
