@@ -1,9 +1,10 @@
 package HystFMU "Hysteresis operators, their inverses, networks, plants and controllers"
   extends Icons.Package;
   annotation (
-    version = "0.1.0",
-    versionDate = "2026-11-21",
+    version = "0.2.0",
+    versionDate = "2026-11-26",
     versionBuild = 1,
+    conversion(noneFromVersion = "0.1.0"),
     preferredView = "info",
     uses(),
     Documentation(info = "<html>

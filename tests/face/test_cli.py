@@ -361,7 +361,7 @@ def test_a_process_for_a_foreign_fmu_does_not_import_what_is_slow():
 
 
 def test_version():
-    assert "0.1.0" in process("--version").stdout
+    assert "0.2.0" in process("--version").stdout
 
 
 def test_a_bare_block_is_exported(tmp_path):

@@ -50,8 +50,8 @@ def test_planted_fault_is_found(rule: str, body: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ('versionDate = "2026-11-21"', 'revisionId = "1"', "without_version: HystFMU: has no versionDate"),
-        ('version = "0.1.0"', 'version = "0.2.0"', "without_version: HystFMU: has no conversion"),
+        ('versionDate = "2026-11-26"', 'revisionId = "1"', "without_version: HystFMU: has no versionDate"),
+        ('conversion(noneFromVersion = "0.1.0"),', "", "without_version: HystFMU: has no conversion"),
         ('preferredView = "info"', 'revisionId = "1"', 'without_view: HystFMU: has no preferredView = "info"'),
     ],
 )
