@@ -17,12 +17,12 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check generate modelica modelica-strict openmodelica platforms bench choice devices docs wheel release use lower importers papers clean torture
+.PHONY: demo test contract stress mutants dev core check generate core-page modelica modelica-strict openmodelica platforms bench choice devices intervals docs wheel release use lower importers papers clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
 
-test: build/platforms/core.wasm dev
+test: dev
 	$(PYTEST) $(SPREAD)
 
 # what the author of a block waits for: the contract of every block, its vectors, its rows in generated texts
@@ -32,7 +32,7 @@ contract: dev
 
 # long runs: a million fuzzed sequences, every compiler and processor at hand, threads, coverage, mutated files
 stress: dev
-	$(PIP) ziglang wasmtime zopfli
+	$(PIP) wasmtime
 	$(PYTEST) -m stress
 
 # small faults in core, fmi, scenario, studies, identify: which does no test find?  Half an hour, and as much at first
@@ -50,19 +50,24 @@ core: build/dev/build.ninja
 
 # formatting, lint, types, stale generated files
 check: dev
-	$(BIN)/ruff format --check python tests
-	$(BIN)/ruff check python tests
+	$(BIN)/ruff format --check python tests scenarios/papers
+	$(BIN)/ruff check python tests scenarios/papers
 	$(BIN)/clang-format --dry-run --Werror $(shell find fmu_build tests -name '*.[ch]')
 	$(BIN)/mypy --cache-dir build/mypy
 	$(BIN)/python tests/generated.py
+	$(BIN)/python fmu_build/platforms/page.py fmu_build python/hystfmu/report/core_page.txt --check
 
 # the site of tutorials, explanations and reference, without network: build/docs/html/index.html
 docs: dev
 	$(PIP) sphinx myst-parser furo
 	$(BIN)/python python/docs/build.py build/docs
 
-generate: dev
+generate: dev core-page
 	$(BIN)/python tests/generated.py --write
+
+# the core for pages, which the package holds as text; nothing is built while the text belongs to the C sources
+core-page: dev
+	$(BIN)/python fmu_build/platforms/page.py fmu_build python/hystfmu/report/core_page.txt
 
 # every class of the Modelica library: loads, simulates, error against the C core, numpy and the committed reference
 modelica: dev
@@ -73,17 +78,10 @@ modelica: dev
 modelica-strict: dev
 	$(BIN)/python tests/modelica/lint/rules.py
 
-# the FMU binary for Windows, Linux and macOS, x86-64 and arm64, and the core for pages, on this machine; exports, pages
-# and wheels then carry them
+# the FMU binary for Windows, Linux and macOS, x86-64 and arm64, on this machine; exports and wheels then carry them
 platforms: build/tools
 	$(PIP) ziglang zopfli
 	$(BIN)/python fmu_build/platforms/build.py fmu_build build/platforms
-	$(BIN)/python fmu_build/platforms/page.py fmu_build build/platforms
-
-# the core for pages alone; reports without it have no explorer; one pip at a time
-build/platforms/core.wasm: build/tools $(wildcard fmu_build/platforms/*) $(shell find fmu_build/core fmu_build/sources -type f) | build/installed-dev
-	$(PIP) ziglang
-	$(BIN)/python fmu_build/platforms/page.py fmu_build build/platforms
 
 # library, exports and examples in OpenModelica ($HYSTFMU_OMC, or omc on the path), against the same oracles; skipped
 # where there is none
@@ -101,6 +99,10 @@ choice: dev
 # interrupted run goes on from build/devices.jsonl, which belongs to one draw and one state of the code
 devices: dev
 	$(BIN)/python tests/benchmarks/devices.py --jobs $(WORKERS) --work build/devices.jsonl
+
+# 200 devices drawn anew: does the 95 % interval of a fit hold on new signals?  Ten minutes of two cores; resumable
+intervals: dev
+	$(BIN)/python tests/benchmarks/intervals.py --jobs $(WORKERS) --work build/intervals.jsonl
 
 # the tables of the four papers, about ten minutes on two cores; python/docs/papers.md follows from them
 papers: dev
@@ -156,7 +158,7 @@ build/tools: .venv/pyvenv.cfg constraints.txt
 	touch $@
 
 build/installed: build/tools pyproject.toml
-	$(EDITABLE) '.[train]'
+	$(EDITABLE) .
 	$(COMPILE)
 	touch $@
 

@@ -1,4 +1,7 @@
-"""Fails when a generated file is stale: tables and picture of pages, signatures of blocks, the Modelica library."""
+"""Fails when a generated file is stale: tables and picture of pages, signatures of blocks, Modelica library.
+
+`make generate` also builds the core for pages, which needs a compiler of its own; `make check` compares it.
+"""
 
 import sys
 from pathlib import Path
@@ -10,7 +13,7 @@ import switching_table
 import tracking_table
 
 from hystfmu.base.errors import InputError
-from hystfmu.graph import listing, stubs
+from hystfmu.graph import listing
 from hystfmu.identify.catalogue import METHODS
 from hystfmu.modelica import library
 
@@ -54,13 +57,13 @@ def main(write: bool) -> int:
     if write:
         for page, text in fresh.items():
             page.write_text(text)
-        STUB.write_text(stubs.stub())
+        STUB.write_text(listing.stub())
         KINDS.write_text(kinds())
         PICTURE.write_text(first_screen.first_screen())
         library.write(MODELICA)
         return 0
     stale = [f"{p.relative_to(ROOT)}: a generated table" for p, text in fresh.items() if text != p.read_text()]
-    stale += [] if STUB.read_text() == stubs.stub() else ["python/hystfmu/graph/blocks.pyi"]
+    stale += [] if STUB.read_text() == listing.stub() else ["python/hystfmu/graph/blocks.pyi"]
     stale += [] if KINDS.read_text() == kinds() else ["python/hystfmu/identify/kinds.py"]
     stale += [] if PICTURE.read_text() == first_screen.first_screen() else [f"{PICTURE.relative_to(ROOT)}"]
     stale += [f"modelica/HystFMU/{file}" for file in library.stale(MODELICA)]

@@ -15,8 +15,10 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from hystfmu.papers.row import Row
-from hystfmu.papers.table import Report, verdict
+sys.path.insert(0, str(Path(__file__).parents[1] / "scenarios"))
+
+from papers.row import Row
+from papers.table import Report, verdict
 
 ROOT = Path(__file__).parents[1]
 RECORDS = ROOT / "python" / "docs" / "papers"

@@ -61,6 +61,18 @@ def build(out: Path) -> None:
         (schemas / f"{name.removeprefix('*.').removesuffix('.toml')}.schema.json").write_text(schema)
 
 
+COMPLETION = r"""A shell completes commands, options, values and file names after one line in its start file:
+
+| Shell | Line | File |
+|---|---|---|
+| bash | `eval "$(_HYSTFMU_COMPLETE=bash_source hystfmu)"` | `~/.bashrc` |
+| zsh | `eval "$(_HYSTFMU_COMPLETE=zsh_source hystfmu)"` | `~/.zshrc` |
+| fish | `_HYSTFMU_COMPLETE=fish_source hystfmu \| source` | `~/.config/fish/completions/hystfmu.fish` |
+
+In a terminal, tables wrap at its width and verdicts have a colour. The environment variable `NO_COLOR=1` switches
+colours off. Output into a file or a pipe is never wrapped or coloured."""
+
+
 def worked_example() -> str:
     """The block in four files that CONTRIBUTING.md works through, which a test builds."""
     text = (ROOT / "CONTRIBUTING.md").read_text()
@@ -69,8 +81,8 @@ def worked_example() -> str:
 
 
 def commands() -> str:
-    """The help of every command."""
-    parts = ["# Commands", ""]
+    """Return the help of every command."""
+    parts = ["# Commands", "", COMPLETION, ""]
     for name in main.list_commands(click.Context(main)):
         command = main.commands[name]
         context = click.Context(command, info_name=f"hystfmu {name}")

@@ -14,6 +14,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from hystfmu.base import __version__ as __version__
+
 if TYPE_CHECKING:
     from hystfmu import design as design
     from hystfmu import redesign as redesign
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from hystfmu.face.model import Model as Model
     from hystfmu.face.running import run as run
     from hystfmu.face.scenario import Scenario as Scenario
+    from hystfmu.face.study import Study as Study
     from hystfmu.face.verbs import fit as fit
     from hystfmu.face.verbs import study as study
     from hystfmu.face.verbs import validate as validate
@@ -35,8 +38,6 @@ if TYPE_CHECKING:
     from hystfmu.graph import blocks as blocks
     from hystfmu.unit import Unit as Unit
 
-__version__ = "0.1.0"
-
 _HOME = {  # where each name lives; an empty name: the module itself
     "Dataset": "data:Dataset",
     "Graph": "graph:Graph",
@@ -46,6 +47,7 @@ _HOME = {  # where each name lives; an empty name: the module itself
     "Node": "graph:Node",
     "Output": "graph:Output",
     "Scenario": "face.scenario:Scenario",
+    "Study": "face.study:Study",
     "Unit": "unit:Unit",
     "blocks": "graph.blocks:",
     "design": "design:",
@@ -67,6 +69,7 @@ __all__ = [
     "Node",
     "Output",
     "Scenario",
+    "Study",
     "Unit",
     "blocks",
     "design",

@@ -15,20 +15,23 @@ Every record goes through a CSV file, as a measurement would: an inverse names t
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from hystfmu.data import Dataset
 from hystfmu.data.signals import decaying_sine
-from hystfmu.data.synthetic_ipmc import BEND, DRIFT, LAG, RADII, STROKE, W0, WEIGHTS, ipmc, sensor
-from hystfmu.data.synthetic_ipmc import RATE as IPMC_RATE
+from papers.ipmc_sensor import BEND, DRIFT, LAG, RADII, STROKE, W0, WEIGHTS, ipmc, sensor
+from papers.ipmc_sensor import RATE as IPMC_RATE
 from hystfmu.data.reader.reading import read
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify import fit
 from hystfmu.model import Model
-from hystfmu.papers.rate_plant import FIGURES, excitation
+from papers.rate_plant import FIGURES, excitation
 from make_models import backlash, bouc_wen, save
 
 
@@ -142,7 +145,7 @@ F_SINE, CYCLES, TRAINED = 10.0, 10, 0.1  # Hz, cycles, decay per cycle; the pape
 
 
 def ipmc_sensor() -> Graph:
-    """Displacement (mm) -> voltage (mV): plays, a bend, a lag and the drift of `hystfmu.data.synthetic_ipmc`."""
+    """Displacement (mm) -> voltage (mV): plays, a bend, a lag and the drift of `papers.ipmc_sensor`."""
     size = W0 + np.sum(WEIGHTS * (1 - RADII))
     lags = [Node(f"drift_{i}", "transfer_function", {}, first_order(T)) for i, (_, T) in enumerate(DRIFT, 1)]
     nodes = [

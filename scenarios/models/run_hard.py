@@ -22,7 +22,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_text, write_toml
 from hystfmu.scenario import Scenario, build
 from hystfmu.scenario.engine.native import Native
-from hystfmu.scenario.loop_margins import open_loop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.outcome.metrics import measure
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.studies import Outcome, Study, run_study

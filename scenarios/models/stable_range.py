@@ -20,7 +20,8 @@ import numpy as np
 from hystfmu.design import linearise
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario import Scenario, build
-from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
 
 SCENARIOS = Path(__file__).parents[1]
 CONTINUOUS = ("amplifier", "modes")  # blocks of the plant side with dynamics that stay

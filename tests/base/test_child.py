@@ -15,7 +15,7 @@ from bad_fmu import SLEEPS, bad_fmu
 
 from hystfmu.base.child import MOST_LOG, Child
 from hystfmu.fmu import check_fmu
-from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario import Run, Scenario, build, simulate
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.studies import run_study
 
@@ -96,7 +96,7 @@ def test_a_run_that_ends_well_is_no_failure_when_its_fmu_leaves_a_process(
     engine: Any, tmp_path: Path, name: str
 ) -> None:
     system = build(Scenario(scenario(tmp_path / "loop", name, ONCE)).cases[0])
-    trace = simulate(system, engine, seconds=60.0)
+    trace = simulate(system, run=Run(engine, seconds=60.0))
     assert trace["bad.y"][-1] == 1.0
     assert left(name) == []
 
@@ -104,7 +104,7 @@ def test_a_run_that_ends_well_is_no_failure_when_its_fmu_leaves_a_process(
 def test_the_time_limit_holds_when_a_process_keeps_the_output(tmp_path: Path, name: str) -> None:
     system = build(Scenario(scenario(tmp_path / "loop", name, f"{{ {ONCE} {SLEEPS}; }}")).cases[0])
     with pytest.raises(Stopped, match="not finished after 4 s"):
-        simulate(system, seconds=4.0)
+        simulate(system, run=Run(seconds=4.0))
     assert left(name) == []
 
 

@@ -19,7 +19,7 @@ from hystfmu.base import child
 from hystfmu.base.child import Child
 from hystfmu.base.confine import Box, unconfined
 from hystfmu.cli import main
-from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario import Run, Scenario, build, simulate
 
 if unconfined():
     pytest.skip(f"foreign FMUs may {unconfined()} here: needs Landlock and seccomp", allow_module_level=True)
@@ -123,7 +123,7 @@ EVERYTHING = {"stolen", "by_another", "away", "truncated", "connected"}
 )
 def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: socket.socket) -> None:
     system = build(Scenario(fmu(tmp_path / "loop", home, server)).cases[0])
-    trace = simulate(system, engine, confined=confined)
+    trace = simulate(system, run=Run(engine, confined=confined))
     assert trace["bad.y"][-1] == (OWN if confined else ALL)
     assert done(home, server) == (set() if confined else EVERYTHING)
 

@@ -112,7 +112,7 @@ def works(user: User) -> None:
     defect = "{ static int n; if (!n++) all(); y = did; return fmi2OK; }"
     bad_fmu(user.folder / "x.fmu", defect, -1.0, WORK, "-pthread", "-D_GNU_SOURCE")
     user.give(user.folder)
-    words = ["run", "x.fmu", "--step", "1e-3", "--stop", "0.01", "-o", "out.csv"]
+    words = ["simulate", "x.fmu", "--step", "1e-3", "--stop", "0.01", "-o", "out.csv"]
     told = user.python("-c", "from hystfmu.cli import main; main()", *words, HYSTFMU_CACHE=str(user.folder / "cache"))
     assert told.returncode == 0, told.stdout + told.stderr
     lines = Path(user.folder / "out.csv").read_text().split()

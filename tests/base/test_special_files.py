@@ -26,7 +26,7 @@ READERS = [
     *("fit IN.csv -o m.model.toml", "fit IN.csv.gz -o m.model.toml", "fit IN.mat -o m.model.toml", "fit IN.h5"),
     *("predict IN.model.toml data.csv -o y.csv", "predict good.model.toml IN.csv -o y.csv", "start IN.csv"),
     *("check IN.model.toml data.csv", "check good.model.toml IN.csv", "inverse IN.model.toml -o i.model.toml"),
-    *("migrate IN.model.toml", "migrate IN.toml", "export IN.model.toml -o x.fmu", "validate IN.fmu"),
+    *("export IN.model.toml -o x.fmu", "validate IN.fmu"),
     *("run IN.toml", "run IN.ssp", "run of_file", "run good --set @IN.json", "run with_model", "run with_fmu"),
     *("run extended", "run with_baseline", "run with_rows", "margins IN.toml", "ssp IN.toml -o x.ssp"),
     *("compare IN.json IN.json -o x.html", "study IN.study.toml -o out", "study good.study.toml -o of_pipe"),
@@ -198,7 +198,7 @@ def test_results_that_a_foreign_fmu_replaced_are_not_waited_for(
     with pytest.raises(Stopped, match="the process that ran bad ended with status 0"):
         simulate(build(Scenario(folder).cases[0]))
     assert [p.partition(":")[0] for p in check_fmu(folder / "bad.fmu")] == ["the check failed"]
-    alone = CliRunner().invoke(main, ["run", "bad.fmu", "--step", "1e-3", "--stop", "0.01", "-o", "alone.csv"])
+    alone = CliRunner().invoke(main, ["simulate", "bad.fmu", "--step", "1e-3", "--stop", "0.01", "-o", "alone.csv"])
     assert "the process that ran the FMU ended with status 0" in alone.output
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).parent.parent / "oracles"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "scenarios"))
 
 import numpy as np
 import plants
@@ -20,8 +21,8 @@ from hystfmu.identify import fit
 from hystfmu.identify.features.plays import thresholds
 from hystfmu.inverse import inverse
 from hystfmu.model import accuracy
-from hystfmu.papers import drawn_plants, reproduce
 from hystfmu.report.terminal import table
+from papers import drawn_plants, reproduce
 
 DATA = Path(os.environ.get("HYSTFMU_DATA", Path(__file__).parents[3] / "shared" / "data"))
 FRESH = int(np.random.SeedSequence().generate_state(1)[0])

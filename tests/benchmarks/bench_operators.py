@@ -4,7 +4,11 @@ All run in the same process.  The plain loop is the block `backlash_sum` (same C
 minima of several repeats and include the graph around the block.
 """
 
+import sys
 import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "scenarios"))
 
 import numpy as np
 
@@ -13,8 +17,8 @@ from hystfmu.graph.blocks import BacklashSum, PrandtlIshlinskii, PrandtlIshlinsk
 from hystfmu.identify import fit
 from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid, ridge
 from hystfmu.inverse import inverse
-from hystfmu.papers.sums_of_plays import nanoseconds
 from hystfmu.report.terminal import table
+from papers.sums_of_plays import nanoseconds
 
 STEPS, REPEATS = 400_000, 20
 KINDS = {  # target of a step (ns) and options of a short fit: the weights do not change the time

@@ -21,17 +21,19 @@ from collections import deque
 from dataclasses import replace
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[2] / "scenarios"))
+
 import fmpy
 import numpy as np
 import tomli_w
 
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.papers.study_speed import GAIN, LAG, LOOP, STEPS, H, by_hand
 from hystfmu.report.terminal import table
 from hystfmu.scenario import Scenario, build, simulate
-from hystfmu.scenario.engine.fmu_store import FmuStore
+from hystfmu.scenario.engine.fmu_member import FmuStore
 from hystfmu.scenario.engine.native import Native
 from hystfmu.studies import run_study
+from papers.study_speed import GAIN, LAG, LOOP, STEPS, H, by_hand
 
 HERE = Path(__file__).resolve().parent
 
@@ -246,9 +248,9 @@ def chain(n_units):
 RUN = """
 import sys, time
 from pathlib import Path
-from hystfmu.scenario import run_scenarios
+from hystfmu.scenario import Run, run_scenarios
 begin = time.process_time()
-run_scenarios([sys.argv[1]], engine="native", report_dir=sys.argv[2])
+run_scenarios([sys.argv[1]], run=Run("native"), report_dir=sys.argv[2])
 seconds = time.process_time() - begin
 # ru_maxrss would include the memory of the parent process
 lines = Path("/proc/self/status").read_text().splitlines() if Path("/proc").exists() else []

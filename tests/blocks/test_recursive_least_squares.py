@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from hystfmu.data import synthetic_ipmc
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.methods.polynomial_narx import basis, lagged, least_squares
 from hystfmu.identify.solvers.recursive import Recursive
-from hystfmu.papers.statements.printed import PrintedRecursive
 from hystfmu.unit import Unit
+from papers import ipmc_sensor
+from papers.statements.printed import PrintedRecursive
 
 H = 1e-3
 
@@ -57,8 +57,8 @@ def test_as_printed_it_is_the_printed_recursion():
 
 def test_weights_converge_to_batch_on_the_ipmc_record():
     """28 monomials of lags of displacement and operator; r and share were chosen on a record of its own (seed 5)."""
-    phi, voltage = ipmc_regression(synthetic_ipmc.ipmc(60, rest=1.0, seed=3))
-    held, truth = ipmc_regression(synthetic_ipmc.ipmc(30, (1.5, 3.0, 4.0), noise=0.0, seed=4))
+    phi, voltage = ipmc_regression(ipmc_sensor.ipmc(60, rest=1.0, seed=3))
+    held, truth = ipmc_regression(ipmc_sensor.ipmc(30, (1.5, 3.0, 4.0), noise=0.0, seed=4))
     batch, _ = least_squares(phi, voltage, 1e-3)
     noise, eta = float(np.std(voltage - phi @ batch)), 1 / (len(phi) * 1e-3**2)
     for values, limit in (
@@ -73,7 +73,7 @@ def test_weights_converge_to_batch_on_the_ipmc_record():
 
 
 def ipmc_regression(record, n=3):
-    x = record.u / synthetic_ipmc.STROKE
+    x = record.u / ipmc_sensor.STROKE
     operator = Graph.single(Node("f", "zhao_tan")).run(x)
     return basis(np.column_stack([lagged(x, n), lagged(operator, n)]), 2), record.y
 

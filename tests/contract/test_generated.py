@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hystfmu.graph import listing, stubs
+from hystfmu.graph import listing
 from hystfmu.modelica import library
 
 ROOT = Path(__file__).parents[2]
@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.mark.parametrize(
     ("file", "text"),
-    [("python/hystfmu/graph/blocks.pyi", stubs.stub), ("python/docs/blocks.md", lambda: listing.markdown("##"))],
+    [("python/hystfmu/graph/blocks.pyi", listing.stub), ("python/docs/blocks.md", lambda: listing.markdown("##"))],
     ids=["signatures", "page"],
 )
 def test_texts_follow_from_the_tables(file, text):

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 import hystfmu as hy
 from hystfmu.cli import main
-from hystfmu.scenario.margin_table import margin_table
+from hystfmu.scenario.loop.table import margin_table
 
 W = 2 * np.pi * 500
 LOOP = f"""

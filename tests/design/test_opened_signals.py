@@ -12,14 +12,16 @@ import hystfmu as hy
 from hystfmu import Graph, InputError, Node
 from hystfmu.design import to_control
 from hystfmu.design.frequency import grid, response_of
-from hystfmu.design.period_memory import PeriodMemory, iterative_learning, repetitive
+from hystfmu.design.repetitive import PeriodMemory, iterative_learning, repetitive
 from hystfmu.scenario.loop.held import held
+from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.loop.plant import PlantSide
 from hystfmu.scenario.loop.simulated import simulated_delay
-from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Scenario
 from hystfmu.scenario.system.spec import UnitSpec
-from hystfmu.scenario.system.system import System, build
+from hystfmu.scenario.system.system import System
 
 ROOT = Path(__file__).parents[2]
 H = 1e-4

@@ -7,7 +7,7 @@ import pytest
 
 from hystfmu.design import sampled
 from hystfmu.design.frequency import response_of
-from hystfmu.design.period_memory import cut_memories
+from hystfmu.design.repetitive import cut_memories
 from hystfmu.graph import Graph, Input, Node, Output
 
 H, N = 1e-3, 12

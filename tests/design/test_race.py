@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hystfmu.design.delays import sampled
 from hystfmu.design.frequency import response_of
 from hystfmu.design.plants import Plant, Unseen, plant_set
 from hystfmu.design.race import Aim, Race, distances, race, unencircled
-from hystfmu.design.sampled import sampled
 from hystfmu.design.structures import STRUCTURES, Design
 
 H = 1e-4

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import subprocess
 import sys
 import zipfile
@@ -287,10 +288,57 @@ def test_blocks_lists_and_explains():
 def test_every_command_explains_itself_with_an_example():
     commands = ["blocks", "fit", "predict", "inverse", "export", "validate", "run", "reproduce", "demo"]
     overview = hystfmu("--help").stdout
-    assert "..." not in overview.split("Commands:")[1], "a summary is cut off"
+    assert "..." not in overview.split("Begin:")[1], "a summary is cut off"
+    assert [line for line in overview.splitlines() if line.endswith(":")][1:] == [
+        f"{group}:" for group in ("Begin", "Identify", "Export", "Simulate", "Design", "Check")
+    ]
     for c in commands:
         assert c in overview
         assert "Example: hystfmu " in hystfmu(c, "--help").stdout
+
+
+def test_no_line_of_a_help_is_longer_than_a_terminal():
+    within = [f"design {n}" for n in main.commands["design"].commands]
+    for c in ["", *main.commands, *within]:
+        assert max(map(len, hystfmu(*c.split(), "--help").stdout.splitlines())) <= 80, c
+
+
+def test_a_shell_completes_commands_options_and_files():
+    def completed(*words):
+        more = {"_HYSTFMU_COMPLETE": "bash_complete", "COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
+        code = "from hystfmu.cli import main; main(prog_name='hystfmu')"
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=os.environ | more, capture_output=True, text=True, timeout=60
+        )
+        return done.stdout.split()
+
+    assert completed("hystfmu", "mar") == ["plain,margins"]
+    assert completed("hystfmu", "simulate", "--coup") == ["plain,--coupling"]
+    assert completed("hystfmu", "simulate", "--coupling", "jac") == ["plain,jacobi"]
+    assert completed("hystfmu", "fit", "pie") == ["file,pie"]
+    assert completed("hystfmu", "export", "m.model.toml", "-o", "x") == ["file,x"]
+
+
+def test_run_names_the_command_that_simulates(tmp_path):
+    for name in ("x.fmu", "x.ssp"):
+        one_line(hystfmu("run", name, cwd=tmp_path), [f"'hystfmu simulate {name}'"])
+    one_line(hystfmu("simulate", "loop", cwd=tmp_path), ["loop", "'hystfmu run'"])
+    one_line(hystfmu("simulate", "x.ssp", "--input", "in.csv", cwd=tmp_path), ["--input is an option of .fmu files"])
+
+
+def test_a_misspelt_kind_is_told_before_a_missing_file(tmp_path):
+    (tmp_path / "piezo.fmu").touch()
+    done = hystfmu("fit", "--model", "prandl", "piezo.csv", cwd=tmp_path)
+    one_line(done, ["Got 'prandl' instead. Did you mean 'prandtl_ishlinskii'?"])
+    assert "piezo.fmu" not in done.stderr
+
+
+def test_every_fault_of_a_file_is_told(tmp_path):
+    (tmp_path / "scenario.toml").write_text('nme = "x"\nstep = -1\nstop = 1.0\norder = ["a"]\n')
+    done = hystfmu("run", "scenario.toml", cwd=tmp_path)
+    one_line(done, ["nme: There is no such key. Did you mean 'name'?", "name: The key is required."])
+    one_line(done, ["step: The value must be greater than 0. Got -1 instead.", "units: The key is required."])
+    assert done.stderr.count("scenario.toml") == 1
 
 
 def test_help_does_not_import_what_is_slow():
@@ -305,7 +353,7 @@ def test_help_does_not_import_what_is_slow():
 
 def test_a_process_for_a_foreign_fmu_does_not_import_what_is_slow():
     code = (
-        "import sys\nimport hystfmu.scenario.engine.alone, hystfmu.scenario.engine.isolated\n"
+        "import sys\nimport hystfmu.scenario.engine.simulation, hystfmu.scenario.run_fmu\n"
         "print([m for m in ('torch', 'control', 'scipy', 'matplotlib') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

@@ -64,7 +64,7 @@ def undocumented(thing, text):
 
 
 def test_there_is_something_to_walk():
-    assert {"hystfmu.read", "hystfmu.identify.fit", "hystfmu.scenario.run_scenarios"} <= set(FOUND)
+    assert {"hystfmu.read", "hystfmu.identify.fit", "hystfmu.scenario.running"} <= set(FOUND)
 
 
 @pytest.mark.parametrize("name", FOUND)
@@ -96,33 +96,3 @@ def test_the_walk_finds_an_undocumented_argument():
         """Say the words."""
 
     assert undocumented(speak, inspect.getdoc(speak)) == ["loudness"]
-
-
-def imports(path, names):
-    """Modules of the package that a file imports, wherever in it the import stands."""
-    tree = ast.parse(path.read_text())
-    for node in ast.walk(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            node.body = []  # only for the checker: nothing is imported
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (a.name for a in node.names if a.name in names)
-        elif isinstance(node, ast.ImportFrom) and node.module in names:
-            for a in node.names:
-                inner = f"{node.module}.{a.name}"
-                yield inner if inner in names else node.module
-
-
-def test_imports_run_one_way():
-    files = {".".join(p.relative_to(ROOT.parent).with_suffix("").parts): p for p in sorted(ROOT.rglob("*.py"))}
-    files = {name.removesuffix(".__init__"): p for name, p in files.items()}
-    edges = {name: set(imports(path, files)) - {name, "hystfmu"} for name, path in files.items()}
-    left = dict(edges)
-    while free := [n for n, to in left.items() if not to & left.keys()]:
-        for n in free:
-            del left[n]
-    # what only stands above a circle is not in it
-    while tops := [n for n in left if not any(n in to for to in left.values())]:
-        for n in tops:
-            del left[n]
-    assert not left, f"these files import each other in a circle: {sorted(left)}"

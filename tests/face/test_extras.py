@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 import hystfmu as hy
-from hystfmu.base.extras import EXTRAS, MissingExtra, extras
+from hystfmu.base.errors import EXTRAS, MissingExtra, extras
 from hystfmu.cli import main
 
 PROGRAM = """
@@ -116,7 +116,7 @@ def test_an_import_that_nobody_guards_is_one_line_of_the_command(
 ) -> None:
     """The commands themselves are the last guard, for instance for the `demo`."""
 
-    def demo(_: Path) -> None:
+    def demo(_: Path, full: bool) -> None:
         raise ModuleNotFoundError(f"No module named '{package}.nn'", name=f"{package}.nn")
 
     monkeypatch.setattr("hystfmu.demo.run.demo", demo)

@@ -2,6 +2,8 @@
 
 import json
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import plants
@@ -10,9 +12,12 @@ from click.testing import CliRunner
 
 import hystfmu as hy
 from hystfmu.cli import main
-from hystfmu.data.signals import training
+from hystfmu.data.signals import decaying_sine, training
 from hystfmu.face.fit_page import densities
-from hystfmu.face.rows import parts, split_errors
+from hystfmu.face.interval import FOLDS, cross_errors, interval_text, known
+from hystfmu.face.rows import parts
+from hystfmu.identify.cuts import validation_rows
+from hystfmu.identify.one import fit_one
 
 
 def measured(name="<b>&"):
@@ -55,11 +60,11 @@ def test_the_page_of_a_fit(tmp_path):
         assert text in page, text
     assert "<b>&" not in page
     assert page.count("<svg") == 6
-    assert re.search(r"within \+-[\d.]+ um with a probability of 95 % \(conformal over 20 blocks", page)
+    assert re.search(r"within \+-[\d.]+ um with a probability of 95 % \(conformal over 40 blocks", page)
     assert "://" not in page.replace("http://www.w3.org", "")
     whole = data.with_train(None)
     page = hy.fit(whole, "prandtl_ishlinskii", N=5).report(whole, tmp_path / "b.html").read_text()
-    assert "on the last 30 % of the rows, of the same kind of model fitted to the others; other signals" in page
+    assert "on blocks between reversals, each held out of one of 2 fits of the same kind" in page
     short = hy.Dataset(data.t[:90], data.u[:90], data.y[:90])
     page = hy.fit(short, "prandtl_ishlinskii", N=5).report(short, tmp_path / "d.html").read_text()
     assert "No interval for new rows" in page
@@ -67,14 +72,49 @@ def test_the_page_of_a_fit(tmp_path):
         model.report(hy.Dataset(data.t, data.u, np.full(len(data.t), np.nan)), tmp_path / "c.html")
 
 
-def test_rows_that_were_fitted_give_no_interval_but_a_second_fit_does():
+def test_a_record_that_was_fitted_as_a_whole_gives_errors_of_fits_without_blocks():
     data = measured().with_train(None)
     model = hy.fit(data, "prandtl_ishlinskii", N=20)
-    e = split_errors(model, data, 0)
-    n = round(0.7 * len(data.t))
-    assert len(e) == len(data.t) - n
-    other = hy.fit(data.with_train((0, n)), "prandtl_ishlinskii", N=20)
-    np.testing.assert_array_equal(e, (data.y - other.predict(data.u, data.h))[n:])
+    wanted = np.full(len(data.t), np.nan)
+    for fold in FOLDS:
+        held = validation_rows(data.u, fold)
+        other = fit_one(data.with_held(held), "prandtl_ishlinskii", 0, print, model.provenance["options"])
+        wanted[held] = (data.y - other.predict(data.u, data.h))[held]
+    e = cross_errors(model, data, data.y - model.predict(data))
+    np.testing.assert_array_equal(e, wanted[np.isfinite(wanted)])
+
+
+def decaying():
+    u = decaying_sine(12, 0.15)
+    y = plants.bouc_wen(u, A=1.0, beta=1.0, gamma=0.5, n=1.4, a=0.4, b=0.7, c=0.0)
+    y = y + 1e-3 * np.ptp(y) * np.random.default_rng(0).normal(size=len(y))
+    return hy.Dataset.from_signal(u, y, 1e-3, "decay")
+
+
+def test_what_a_record_does_not_show_is_said_alike_on_terminal_page_and_in_json(tmp_path, monkeypatch):
+    """Plays miss Bouc-Wen loops, and one decaying sine of one speed shows neither minor loops nor other speeds."""
+    monkeypatch.chdir(tmp_path)
+    data = decaying()
+    data.to_csv("decay.csv")
+    words = ["fit", "decay.csv", "--model", "prandtl_ishlinskii"]
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 0, done.output
+    text = interval_text(known(hy.Model.load("decay.prandtl_ishlinskii.model.toml"), hy.read("decay.csv")), "")
+    assert "It is for signals like the record's; it is not known to hold for" in text
+    assert "minor loops at several levels" in text
+    assert "other speeds" in text
+    assert text in done.stdout
+    assert text.replace("'", "&#x27;") in Path("decay.prandtl_ishlinskii.html").read_text()
+    told = json.loads(CliRunner().invoke(main, [*words, "--json"]).stdout)["interval"]
+    assert all(name in text for name in told["not_for"])
+    assert f"+-{told['half_width']:.4g} with" in text
+
+
+def test_a_rich_record_whose_errors_are_noise_gives_an_interval_for_other_signals():
+    data = measured().with_train(None)
+    found = known(hy.fit(data, "prandtl_ishlinskii", N=40), data)
+    assert found.noise_only
+    assert "within the range and the speeds of the record as well" in interval_text(replace(found, not_for=()), "um")
 
 
 def test_fit_and_predict_print_the_errors_of_every_part(tmp_path, monkeypatch):
@@ -85,7 +125,7 @@ def test_fit_and_predict_print_the_errors_of_every_part(tmp_path, monkeypatch):
     done = CliRunner().invoke(main, ["fit", "a.csv", "--model", "prandtl_ishlinskii", "--train", rows])
     assert done.exit_code == 0, done.output
     assert done.stdout.count("held-out rows  ") == 2
-    assert "conformal over 20 blocks" in done.stdout
+    assert "conformal over 40 blocks" in done.stdout
     assert sorted(p.name for p in tmp_path.iterdir()) == [
         "a.csv",
         *(f"a.prandtl_ishlinskii.{end}" for end in ("html", "model.toml")),

@@ -220,15 +220,15 @@ def foreign(folder: Path, path: Path, outputs: bool) -> Path:
 
 def test_names_of_an_fmu(folder: Path, tmp_path: Path) -> None:
     unsaid = foreign(folder, tmp_path / "unsaid.fmu", outputs=True)
-    told = run("run", unsaid, "--step", "1e-3", "--stop", "0.01", "-o", tmp_path / "out.csv")
+    told = run("simulate", unsaid, "--step", "1e-3", "--stop", "0.01", "-o", tmp_path / "out.csv")
     assert not any(line.startswith("PASSED") for line in told.splitlines())
     with (tmp_path / "out.csv").open(newline="") as f:
         assert [len(row) for row in csv.reader(f)] == [2] * 12
-    json.loads(run("run", unsaid, "--step", "1e-3", "--stop", "0.01", "--json"))
+    json.loads(run("simulate", unsaid, "--step", "1e-3", "--stop", "0.01", "--json"))
     strange = foreign(folder, tmp_path / "m.fmu", outputs=False)
     told = run("validate", strange, status=(0, 1))
     assert not any(line.startswith("PASSED") for line in told.splitlines())
-    run("run", strange, "--set", f"{HOSTILE['C1']}=1", status=(2,))
+    run("simulate", strange, "--set", f"{HOSTILE['C1']}=1", status=(2,))
     shutil.copytree(folder, tmp_path / "all")
     shutil.copy(strange, tmp_path / "all" / "loop" / "m.fmu")
     scenario, out = tmp_path / "all" / "loop", tmp_path / "out"
@@ -238,7 +238,7 @@ def test_names_of_an_fmu(folder: Path, tmp_path: Path) -> None:
     for made in (tmp_path / "loop.ssp", tmp_path / "loop.fmu"):
         run("ssp", scenario, "-o", made, status=(0, 1))  # 1: its coupling costs more than the tolerance
         well_formed(made)
-    run("run", tmp_path / "loop.ssp")
+    run("simulate", tmp_path / "loop.ssp")
 
 
 def test_names_of_an_ssp_archive(folder: Path, tmp_path: Path) -> None:
@@ -253,7 +253,7 @@ def test_names_of_an_ssp_archive(folder: Path, tmp_path: Path) -> None:
                     assert f'"{old}"'.encode() in content
                     content = content.replace(f'"{old}"'.encode(), quoteattr(f"{bad}\n{old}").encode())
                 new.writestr(name, content)
-        told = run("run", renamed, status=(0, 1, 2))
+        told = run("simulate", renamed, status=(0, 1, 2))
         assert not any(line.startswith(renames) for line in told.splitlines())
 
 

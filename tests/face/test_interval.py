@@ -87,7 +87,7 @@ def test_the_interval_says_where_it_does_not_hold() -> None:
     assert found is not None
     assert found.lowest < 50
     assert 95 < found.coverage < 99
-    assert (found.rows, found.blocks) == (4000, 20)
+    assert (found.rows, found.blocks) == (4000, 40)
     assert interval(e[:79]) is None
 
 

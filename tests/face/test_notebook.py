@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 import hystfmu as hy
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import MissingExtra
+from hystfmu.base.errors import InputError, MissingExtra
 
 NASTY = "<script>alert(1)</script> & $x_1$"
 

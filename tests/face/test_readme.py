@@ -37,8 +37,8 @@ ELSEWHERE = {
     "hystfmu margins scenarios/pid scenarios/pid_observer": "tests/design/test_loop_margins.py",
     "hystfmu study scenarios/pid/draws.study.toml -o draws": "tests/study/test_yield.py",
     "hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp": "tests/scenarios/test_ssp.py",
-    "hystfmu run pid.ssp -o pid.csv": "tests/scenarios/test_ssp.py",
-    "hystfmu run pump.fmu --input in.csv -o out.csv": "tests/scenarios/foreign/test_fmu_alone.py",
+    "hystfmu simulate pid.ssp -o pid.csv": "tests/scenarios/test_ssp.py",
+    "hystfmu simulate pump.fmu --input in.csv -o out.csv": "tests/scenarios/foreign/test_fmu_alone.py",
 }
 
 

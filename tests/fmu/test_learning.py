@@ -13,18 +13,19 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmu_master import Array, unpack
 
-from hystfmu.data import Dataset, synthetic_ipmc
+from hystfmu.data import Dataset
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.methods.polynomial_narx import basis, lagged, least_squares
 from hystfmu.model import Model
+from papers import ipmc_sensor
 
 H, RIDGE, LAGS = 1e-3, 1e-3, 3
 
 
 def regression(record: Dataset) -> tuple[Array, Array]:
     """Monomials of lags of the displacement and of the Zhao-Tan operator of it; voltage."""
-    x = record.u / synthetic_ipmc.STROKE
+    x = record.u / ipmc_sensor.STROKE
     operator = Graph.single(Node("f", "zhao_tan")).run(x)
     return basis(np.column_stack([lagged(x, LAGS), lagged(operator, LAGS)]), 2), record.y
 
@@ -100,8 +101,8 @@ def goes_on_where_it_was_saved(folder: Path, u: np.ndarray, native: np.ndarray) 
 def test_an_fmu_learns_as_well_as_batch_and_survives_being_saved(
     reversals: int, form: str, fmi: int, tmp_path: Path
 ) -> None:
-    phi, voltage = regression(synthetic_ipmc.ipmc(reversals, rest=1.0, seed=3))
-    held, truth = regression(synthetic_ipmc.ipmc(30, (1.5, 3.0, 4.0), noise=0.0, seed=4))
+    phi, voltage = regression(ipmc_sensor.ipmc(reversals, rest=1.0, seed=3))
+    held, truth = regression(ipmc_sensor.ipmc(30, (1.5, 3.0, 4.0), noise=0.0, seed=4))
     batch, _ = least_squares(phi, voltage, RIDGE)
     values = {"form": form, "mu": 1.0, "eta": 1 / (len(phi) * RIDGE**2)}
     if form == "corrected":  # chosen on another record, see tests/blocks/test_recursive_least_squares.py

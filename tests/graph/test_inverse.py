@@ -11,7 +11,7 @@ from hystfmu.data import signals
 from hystfmu.graph import Input, Output
 from hystfmu.identify import fit
 from hystfmu.inverse import inverse
-from hystfmu.papers import nested_loops, zhao_tan_2008
+from papers import nested_loops, zhao_tan_2008
 
 
 def fitted(key="prandtl_ishlinskii", noise=0.0, u=None, **options):

@@ -18,8 +18,6 @@ ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
     "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
     "identify/estimate/operator_dynamics.py": {EVERY: "build(): the chain of an operator and dynamics"},
-    "papers": {EVERY: "table(): a paper names the models and blocks that it compares"},
-    "papers/statements": {EVERY: "rows(): an equation of a paper is compared with its block"},
     "identify/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
     "identify/estimate/dynamics.py": {
         "transfer_function": "nodes(): G0 with the rest of the delay",
@@ -91,14 +89,14 @@ ALLOWED: dict[str, dict[str, str]] = {
         "iterative_learning": "LIFTED: has no state space",
         "transfer_function": "to_control(): the block is a transfer function already",
     },
-    "design/period_memory.py": {
+    "design/repetitive.py": {
         "iterative_learning": "LAWS: its memory has no state space",
         "repetitive": "LAWS: its memory has no state space",
         "sum": "cut_memories(): corrections and errors",
     },
-    "design/preview.py": {"transfer_function": "transfer_function(): the modes of a plant as one block"},
+    "design/feedforward.py": {"transfer_function": "transfer_function(): the modes of a plant as one block"},
     "design/structures.py": {EVERY: "Structure.graph(): a controller names the blocks of its graph"},
-    "design/robust_filters.py": {"transfer_function": "robust_filters(): sections of the controller"},
+    "design/loop_shaping.py": {"transfer_function": "robust_filters(): sections of the controller"},
     "design/sector.py": {"scaling": "without_dynamics(): a gain in the place of dynamics"},
     "design/sliding_bound.py": dict.fromkeys(("transfer_function", "sliding_mode", "sum"), "simulated(): its loop"),
     "data/synthetic.py": {"bouc_wen_oscillator": "oscillator(): the plant of the benchmark"},
@@ -128,6 +126,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         "sum": "plant_model(): what the model misses",
     },
     "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
+    "demo/loop.py": {"noise": "unit of the loop", "pid": "unit of the loop"},
     "face/defaults.py": {"reference": "the reference signal of a new scenario"},
     "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},
     "modelica/actuator": dict.fromkeys(
@@ -191,7 +190,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         **dict.fromkeys(("in_range", "delay", "transfer_function"), "_within(): whether commands kept their limits"),
         "sum": "with_repetitive(): adds its corrections to the command",
     },
-    "redesign/plants.py": {"noise": "aim(): noise of the sensor"},
+    "redesign/corners.py": {"noise": "aim(): noise of the sensor"},
     "redesign/roles.py": {"reference": "the block whose signal repeats"},
     "scenario/loop/plant.py": {
         "delay": "plant_side(): its steps count",
@@ -200,14 +199,13 @@ ALLOWED: dict[str, dict[str, str]] = {
         "sum": "as_gain(): a gain in the place of a hysteresis; its offset is constant",
     },
     "scenario/loop/simulated.py": {"delay": "_delayed(): a further delay"},
-    "scenario/loop_margins.py": {
+    "scenario/loop/opening.py": {
         "scaling": "_break(): what units read behind a broken signal",
         "sliding_mode": "its gain depends on the amplitude",
         "super_twisting": "its gain depends on the amplitude",
     },
-    "scenario/report/loop_tables.py": {"delay": "label of a row of the report, not a block"},
-    "scenario/system/delay_budget.py": {"delay": "delay_budget(): its samples count"},
-    "scenario/system/delay_setting.py": {
+    "scenario/report/loops.py": {"delay": "delay_budget(): its samples count"},
+    "scenario/system/unit_graph.py": {
         "delay": "sizes(): the block whose size may be set",
         "scaling": "delayed(): a connection in the place of no delay",
     },

@@ -11,7 +11,7 @@ PLACES = {  # spelling: the files that may use it
     "html.escape(": {"base/printable.py"},
     "from html import": set(),
     "saxutils": set(),
-    "ET.tostring(": {"fmu/archive/xml_file.py"},
+    "ET.tostring(": {"fmu/archive/writing.py"},
 }
 
 

@@ -17,7 +17,7 @@ from hystfmu.identify.features import (
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.methods import polynomial_narx, preisach
 from hystfmu.identify.methods.fitted_operator_mlp import straightened
-from hystfmu.papers.statements.printed import auxiliary
+from papers.statements.printed import auxiliary
 
 RNG = np.random.default_rng(11)
 PATH = np.concatenate([np.cumsum(RNG.normal(size=90)) / 4, [0.3, 0.3, -4.0, 5.0, 5.0, 1.0]])  # with plateaus

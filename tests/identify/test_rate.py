@@ -15,8 +15,8 @@ from hystfmu.identify import errors, fit
 from hystfmu.identify.estimate.dynamics import Dynamics, hysteresis, polynomials
 from hystfmu.inverse import inverse
 from hystfmu.model import accuracy
-from hystfmu.papers.rate_plant import RATE, actuator, excitation
 from hystfmu.unit import Unit
+from papers.rate_plant import RATE, actuator, excitation
 
 H, FINER = 1e-4, 20
 

@@ -49,13 +49,21 @@ def render(library: str, name: str, out: str) -> None:
 
 
 def simulate(
-    libraries: str, file: str, model: str, stop: str, step: str, tolerance: str, out: str, start: str = "0"
+    libraries: str,
+    file: str,
+    model: str,
+    stop: str,
+    step: str,
+    tolerance: str,
+    out: str,
+    start: str = "0",
+    solver: str = "rk-like",
 ) -> None:
     roots = libraries.split(os.pathsep) if libraries else []
     own = len(roots) == 1 and Path(file).is_relative_to(roots[0])
     compiled = (session(roots[0]) if own else rumoca.Session(roots=roots)).load(file, model=model)
     rtol = float(tolerance)
-    config = rumoca.SimConfig(solver="rk-like", rtol=rtol, atol=rtol, max_wall_seconds=900.0)
+    config = rumoca.SimConfig(solver=solver, rtol=rtol, atol=rtol, max_wall_seconds=900.0)
     result = compiled.simulate(t=(float(start), float(stop)), dt=float(step), config=config)
     np.savez(out, allow_pickle=False, time=np.asarray(result.time), **{n: np.asarray(result[n]) for n in result.names})
 

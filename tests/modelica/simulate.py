@@ -103,7 +103,10 @@ COMPILER = Compiler()
 
 
 def rumoca(*arguments: str | Path, packages: Sequence[Path] = (library.ROOT,)) -> str:
-    """Simulate a model (FILE MODEL STOP STEP TOLERANCE OUT.npz [START]) that uses `packages`; the complaint, or ""."""
+    """Simulate a model that uses `packages`; the complaint, or "".
+
+    Arguments: FILE MODEL STOP STEP TOLERANCE OUT.npz [START [SOLVER]].
+    """
     return COMPILER.ask("simulate", os.pathsep.join(map(str, packages)), *arguments)
 
 

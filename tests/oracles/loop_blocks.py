@@ -84,6 +84,28 @@ def bouc_wen(p, state, u, t, dt):
     return {"z": z, "y": p.k * (p.alpha * u["u"] + (1 - p.alpha) * z)}, (z, u["u"])
 
 
+def jiles_atherton(p, state, u, t, dt):
+    """dM/dH = chi / (1 - alpha chi), chi = max(0, s (M_an - M)) / k + c dM_an/dH_e, Jiles & Atherton 1986."""
+    if p.m0:
+        raise NotImplementedError("a magnetised start")
+    m, last = (0.0, p.u0) if state is None else state
+    steps = max(1, int(np.ceil(abs(u["u"] - last) / 0.005)))
+    h = (u["u"] - last) / steps
+
+    def slope(field, m):
+        x = (field + p.alpha * m) / p.a
+        curve, rise = (x / 3, 1 / 3) if abs(x) < 1e-4 else (1 / np.tanh(x) - 1 / x, 1 / x**2 - 1 / np.sinh(x) ** 2)
+        chi = max(0.0, np.sign(h) * (p.Ms * curve - m)) / p.k + p.c * p.Ms / p.a * rise
+        return chi / (1 - p.alpha * chi)
+
+    for field in last + h * np.arange(steps if h else 0):
+        a = slope(field, m)
+        b = slope(field + h / 2, m + h * a / 2)
+        c = slope(field + h / 2, m + h * b / 2)
+        m += h * (a + 2 * b + 2 * c + slope(field + h, m + h * c)) / 6
+    return {"y": m}, (m, u["u"])
+
+
 def zhao_tan(p, state, u, t, dt):
     """Branches (1 - e^-d) d from the dominant extrema; the history is replaced by them, which is their definition."""
     if p.memory != 0:
@@ -470,6 +492,7 @@ BLOCKS = {
     "prandtl_ishlinskii": partial(play_sum, start="u0"),
     "play_bank": play_bank,
     "bouc_wen": bouc_wen,
+    "jiles_atherton": jiles_atherton,
     "zhao_tan": zhao_tan,
     "zhao_tan_inverse": zhao_tan_inverse,
     "dead_zones": dead_zones,

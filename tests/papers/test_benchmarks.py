@@ -18,7 +18,7 @@ from hystfmu.identify.methods.narx_network import assemble, simulate
 from hystfmu.identify.methods.preisach import dead_zones
 from hystfmu.identify.race import AS_GOOD
 from hystfmu.model import accuracy
-from hystfmu.papers import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
+from papers import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
 
 QUICK = ("prandtl_ishlinskii", "bouc_wen", "polynomial_narx")
 
@@ -248,7 +248,7 @@ def test_s11_protocol_p1(measured):
 def test_piezo_table_without_data_is_what_was_published(tmp_path):
     """Among all tables it states what is missing; requested by name it raises, because nothing is reproduced."""
     with pytest.MonkeyPatch.context() as m:
-        m.setattr("hystfmu.papers.PAPERS", {"dbo_piezo": ""})
+        m.setattr("papers.PAPERS", {"dbo_piezo": ""})
         done = CliRunner().invoke(main, ["reproduce", "--json"])
     assert done.exit_code == 0
     (report,) = json.loads(done.output)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hystfmu.data import signals
-from hystfmu.papers.statements.branches import area, crossings, least_slope
+from papers.statements.branches import area, crossings, least_slope
 
 
 def test_two_branches_that_cross_once():

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.papers import PAPERS, quick
+from papers import PAPERS, quick
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "python" / "docs" / "papers.md"

@@ -7,7 +7,7 @@ import plants
 import pytest
 
 from hystfmu.data import signals
-from hystfmu.papers import drawn_plants, fresh_plants, reproduce
+from papers import drawn_plants, fresh_plants, reproduce
 
 SEED = int(np.random.SeedSequence().generate_state(1)[0])
 

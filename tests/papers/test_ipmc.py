@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 import reasons
 
+import papers as reproduce
 from hystfmu import Dataset, InputError, Model
-from hystfmu import papers as reproduce
-from hystfmu.data import signals, synthetic_ipmc
+from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
 from hystfmu.identify.methods.polynomial_narx import basis, count, lagged, least_squares
 from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.identify.streaming import Stream
-from hystfmu.papers.statements.printed import PrintedRecursive, auxiliary
+from papers import ipmc_sensor
+from papers.statements.printed import PrintedRecursive, auxiliary
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def problem():
 
 @pytest.fixture(scope="module")
 def data():
-    return synthetic_ipmc.ipmc(20, (2.0, 5.0), seed=1)
+    return ipmc_sensor.ipmc(20, (2.0, 5.0), seed=1)
 
 
 # ---- monomials -----------------------------------------------------------------------------------------------------
@@ -262,8 +263,8 @@ def test_f_makes_the_error_five_times_smaller(data):
     with_f = fit(data, "polynomial_narx", n_u=4, n_f=4)
     without = fit(data, "polynomial_narx", n_u=8, n_f=0)
     assert with_f.fit["parameters"] == without.fit["parameters"] == 45
-    for x in (signals.decaying_sine(8, 0.12, 333), synthetic_ipmc.excitation(30, (3.0, 4.0), seed=9)):
-        truth = synthetic_ipmc.sensor(x)
+    for x in (signals.decaying_sine(8, 0.12, 333), ipmc_sensor.excitation(30, (3.0, 4.0), seed=9)):
+        truth = ipmc_sensor.sensor(x)
         e = [np.abs(m.predict(5 * x) - truth).max() for m in (with_f, without)]
         assert e[1] > 5 * e[0]
 
@@ -288,8 +289,8 @@ def test_wrong_options(data):
 # ---- streaming -----------------------------------------------------------------------------------------------------
 def test_stream_predicts_as_the_model_and_follows_a_change(data):
     m = fit(data, "polynomial_narx", n_u=2, n_f=2)
-    x = synthetic_ipmc.excitation(20, (2.0, 5.0), seed=5)
-    u, truth = 5 * x, 1.2 * synthetic_ipmc.sensor(x) + 0.1  # gain and zero of the sensor have drifted
+    x = ipmc_sensor.excitation(20, (2.0, 5.0), seed=5)
+    u, truth = 5 * x, 1.2 * ipmc_sensor.sensor(x) + 0.1  # gain and zero of the sensor have drifted
     still = Stream(m, eta=1e-20)
     ahead = [still.update(*s) for s in zip(u[:300], truth[:300], strict=True)]
     np.testing.assert_allclose(ahead, m.predict(u)[:300], atol=1e-9)
@@ -298,7 +299,7 @@ def test_stream_predicts_as_the_model_and_follows_a_change(data):
     for s in zip(u, truth, strict=True):
         stream.update(*s)
     held_out = signals.decaying_sine(8, 0.12, 333)
-    wanted = 1.2 * synthetic_ipmc.sensor(held_out) + 0.1
+    wanted = 1.2 * ipmc_sensor.sensor(held_out) + 0.1
     before, after = (np.abs(k.predict(5 * held_out) - wanted).max() for k in (m, stream.model))
     assert after < before / 4
     assert stream.model.provenance["updated_samples"] == len(u)
@@ -312,23 +313,23 @@ def test_stream_refuses_another_model(data):
 
 # ---- synthetic sensor ----------------------------------------------------------------------------------------------
 def test_sensor_depends_on_the_rate_and_drifts_but_little():
-    slow, fast = (synthetic_ipmc.sensor(signals.decaying_sine(3, 0.0, n)) for n in (10000, 100))
+    slow, fast = (ipmc_sensor.sensor(signals.decaying_sine(3, 0.0, n)) for n in (10000, 100))
     # 10 Hz against 0.1 Hz: the 4 ms lag takes 1 - 1/sqrt(1 + (0.08 pi)^2) of the amplitude and delays by 4 samples
     assert 0.01 < np.ptp(slow[10000:]) / np.ptp(fast[100:]) - 1 < 0.05
-    held = synthetic_ipmc.sensor(np.concatenate([np.linspace(0, 1, 100), np.ones(9000)]))
+    held = ipmc_sensor.sensor(np.concatenate([np.linspace(0, 1, 100), np.ones(9000)]))
     assert 0.012 < held[150] - held[-1] < 0.022
 
 
 def test_sensor_against_an_exact_lag():
     """A step held: every play travels 1 - r, so z = 1 and v = 1.04 (1 - e^-t/T), but for drift and ramp."""
-    y = synthetic_ipmc.sensor(np.concatenate([[0.0], np.ones(200)]))
+    y = ipmc_sensor.sensor(np.concatenate([[0.0], np.ones(200)]))
     t = np.arange(201) / 1000 - 0.0005  # the ramp of 1 ms delays by half of it
     assert np.abs(y - 1.04 * (1 - np.exp(-t / 0.004)))[2:].max() < 0.02
 
 
 def test_frequencies_are_checked():
     with pytest.raises(InputError, match="frequencies"):
-        synthetic_ipmc.ipmc(frequencies=(0.0,))
+        ipmc_sensor.ipmc(frequencies=(0.0,))
 
 
 # ---- the table -----------------------------------------------------------------------------------------------------

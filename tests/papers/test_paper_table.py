@@ -8,10 +8,10 @@ import reasons
 from click.testing import CliRunner
 
 from hystfmu.cli import main
-from hystfmu.papers.bounded import bounded
-from hystfmu.papers.row import Row
-from hystfmu.papers.table import Report, nearest
 from hystfmu.report.ratios import Ratio, Ratios
+from papers.bounded import bounded
+from papers.row import Row
+from papers.table import Report, nearest
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_nearest_takes_the_least_of_the_largest_factors():
 
 
 def test_report_writes_a_page_for_each_paper(tmp_path, monkeypatch):
-    monkeypatch.setattr("hystfmu.papers.PAPERS", {"dbo_piezo": ""})
+    monkeypatch.setattr("papers.PAPERS", {"dbo_piezo": ""})
     done = CliRunner().invoke(main, ["reproduce", "--report", str(tmp_path / "out")])
     assert done.exit_code == 0, done.output
     page = (tmp_path / "out" / "dbo_piezo.html").read_text()
@@ -98,7 +98,7 @@ def test_report_writes_a_page_for_each_paper(tmp_path, monkeypatch):
 @pytest.mark.parametrize(("group", "status"), [("beyond", 1), ("speed", 0)])
 def test_a_missed_target_on_time_does_not_change_the_exit_status(group, status, monkeypatch):
     rows = (Row("q", ours=2.0, target=1.0, group=group),)
-    monkeypatch.setattr("hystfmu.papers.reproduce", lambda *given: Report("x", "y", rows))
+    monkeypatch.setattr("papers.reproduce", lambda *given: Report("x", "y", rows))
     done = CliRunner().invoke(main, ["reproduce", "zhao_tan_2008"])
     assert done.exit_code == status
     assert "missed by a factor 2.00" in done.output

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from hystfmu.cli import main
-from hystfmu.papers.table import Report
+from papers.table import Report
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return lambda *_: (names.append(name), Report(name, "stub", (), ()))[1]
 
     for name in ("dbo_piezo", "boucwen_benchmark", "loops"):
-        monkeypatch.setattr(f"hystfmu.papers.{name}.table", stub(name))
+        monkeypatch.setattr(f"papers.{name}.table", stub(name))
     return names
 
 
@@ -50,3 +50,9 @@ def test_a_missing_package_is_told_first(ran: list[str], monkeypatch: pytest.Mon
     assert (done.exit_code, ran) == (1, ["boucwen_benchmark"])
     assert done.stderr.startswith("skipped loops: ")
     assert "pip install 'hystfmu[study]'" in done.stderr
+
+
+def test_a_package_without_papers_says_in_one_line_where_they_are(tmp_path: Path, ran: list[str]) -> None:
+    done = CliRunner().invoke(main, ["reproduce", "loops", "--papers", str(tmp_path / "papers")])
+    assert (done.exit_code, len(done.stderr.splitlines()), ran) == (2, 1, [])
+    assert f"{tmp_path}/papers: The papers must be in a folder scenarios/papers, as in the repository" in done.stderr

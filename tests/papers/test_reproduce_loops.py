@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hystfmu.papers import loops, reproduce
-from hystfmu.papers.loops import ASKED, ASKED_PERIODIC, CORNERS, Structure
+from papers import loops, reproduce
+from papers.loops import ASKED, ASKED_PERIODIC, CORNERS, Structure
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

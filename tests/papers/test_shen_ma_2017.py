@@ -28,7 +28,7 @@ from hystfmu.identify.features.constraint_factor import (
 from hystfmu.identify.methods.fitted_operator_mlp import straightened
 from hystfmu.identify.network.hidden_sweep import hidden_sweep
 from hystfmu.model import accuracy
-from hystfmu.papers import magnetostrictive_plant, reproduce, shen_ma_2017
+from papers import magnetostrictive_plant, reproduce, shen_ma_2017
 
 A = np.array([0.6, 0.5, 0.3])  # increasing
 LITERAL = {"branch": "literal", "memory": "last"}
@@ -262,7 +262,7 @@ def test_data_folder_without_the_file(tmp_path):
 
 
 def test_the_full_table_tries_every_number_of_neurons(monkeypatch):
-    from hystfmu.papers import Report, reproduce, shen_ma_2017
+    from papers import Report, reproduce, shen_ma_2017
 
     asked = []
 

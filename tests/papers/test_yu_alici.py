@@ -6,7 +6,7 @@ import reasons
 
 from hystfmu import Dataset
 from hystfmu.data import signals
-from hystfmu.papers import dynamic_preisach, reproduce
+from papers import dynamic_preisach, reproduce
 
 H, STEPS = 1e-3, 4
 

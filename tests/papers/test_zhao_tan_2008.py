@@ -13,7 +13,7 @@ from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid
 from hystfmu.identify.network.torch_module import problem
 from hystfmu.identify.network.training import start
 from hystfmu.identify.solvers.trainers import TRAINERS, Squares, conjugate_gradients
-from hystfmu.papers import zhao_tan_2008
+from papers import zhao_tan_2008
 
 rng = np.random.default_rng(2)
 
@@ -284,7 +284,7 @@ def test_the_actuator_is_the_one_of_the_tests():
 @pytest.mark.stress
 def test_table_with_one_seed_and_less_data(monkeypatch):
     """The whole table runs in `hystfmu reproduce`; what needs much data is in test_heldout (S2)."""
-    from hystfmu.papers import nested_loops, reproduce
+    from papers import nested_loops, reproduce
 
     def short(data, key, *seed, **options):
         """Train banks of plays briefly; other tests check their errors."""

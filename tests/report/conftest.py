@@ -1,4 +1,4 @@
-"""Chromium driven by playwright, the core for pages, and a page of each kind: once for all tests of this folder."""
+"""Chromium driven by playwright, and a page of each kind: once for all tests of this folder."""
 
 from __future__ import annotations
 
@@ -10,21 +10,11 @@ from typing import TYPE_CHECKING
 import pytest
 from kinds_of_pages import KINDS
 
-from hystfmu.report.explorer import CORE
-
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 STUDIES = ("study", "compared_studies")
-
-
-@pytest.fixture(scope="session")
-def core() -> Path:
-    """The core for pages."""
-    if not CORE.exists():
-        pytest.skip("no core for pages: make platforms")
-    return CORE
 
 
 @pytest.fixture(scope="package")

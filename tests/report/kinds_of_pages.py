@@ -15,10 +15,10 @@ from decay import LAG
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.demo import run as demo
-from hystfmu.papers.row import Row
-from hystfmu.papers.table import Drawing, Report
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.report.page import write_report
+from papers.row import Row
+from papers.table import Drawing, Report
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 CASES = ("sine_10", "sine_100", "up_400_10", "noise_10")
@@ -124,22 +124,22 @@ def demonstration(folder: Path) -> Path:
     return write_report(results, folder, demo._sections(models, rows, data()), "HystFMU demo")  # type: ignore[arg-type]
 
 
-def _documentation(folder: Path, explorer: bool) -> Path:
-    fmu = hy.fit(data(), "prandtl_ishlinskii", N=20).export(folder / "m.fmu", explorer=explorer)
+def _documentation(folder: Path, model: hy.Model) -> Path:
     page = folder / "index.html"
-    page.write_bytes(zipfile.ZipFile(fmu).read("documentation/index.html"))
+    page.write_bytes(zipfile.ZipFile(model.export(folder / "m.fmu")).read("documentation/index.html"))
     return page
 
 
 def fmu(folder: Path) -> Path:
-    return _documentation(folder, False)
+    return _documentation(folder, hy.fit(data(), "prandtl_ishlinskii", N=20))
 
 
-def fmu_with_explorer(folder: Path) -> Path:
-    return _documentation(folder, True)
+def fmu_of_a_block(folder: Path) -> Path:
+    """A block states no range of its input: a picture instead of the explorer."""
+    return _documentation(folder, hy.Model("creep", hy.blocks.Creep().graph))
 
 
 KINDS: dict[str, Callable[[Path], Path]] = {
     f.__name__: f
-    for f in (fit, start, run, failed, study, compare, compared_studies, paper, demonstration, fmu, fmu_with_explorer)
+    for f in (fit, start, run, failed, study, compare, compared_studies, paper, demonstration, fmu, fmu_of_a_block)
 }

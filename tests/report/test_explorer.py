@@ -32,7 +32,7 @@ def models() -> Models:
 
 
 @pytest.fixture(scope="module")
-def file(models: Models, core: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def file(models: Models, tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = explorer(list(models.values()), hy.synthetic.piezo(40, 1000.0), "voltage (V)", "displacement (um)")
     path = tmp_path_factory.mktemp("explorer") / "page.html"
     path.write_text(page("explorer", ["<h1>explorer</h1>", section(Section("Explorer", explorer=made))]))

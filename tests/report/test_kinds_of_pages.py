@@ -12,7 +12,7 @@ from kinds_of_pages import KINDS
 from opened_page import opened
 
 from hystfmu.demo import run as demo
-from hystfmu.scenario import Result, run_scenarios
+from hystfmu.scenario import Result, Run, run_scenarios
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 CHECKS = Path(__file__).with_name("accessibility.js").read_text()
 MOST_SCRIPT, MOST_PAGE = 30_000, 1_000_000
 DOCS = Path(__file__).parents[2] / "python" / "docs"
-EXPLORED = {"fit", "start", "run", "failed", "study", "demonstration", "fmu_with_explorer"}
+EXPLORED = {"fit", "start", "run", "failed", "study", "demonstration", "fmu"}
 REACHED = """() => {
   window.reached = new Set();  // heights of what had the focus
   addEventListener('focusin', e => reached.add(Math.round(e.target.getBoundingClientRect().top + scrollY)));
 }"""
 LOOKS = [(width, scheme) for scheme in ("light", "dark") for width in (1100, 400)]
-FEWEST = {"fmu": 2, "paper": 2}  # heights with something for the keyboard, of the first 30
+FEWEST = {"fmu_of_a_block": 2, "paper": 2}  # heights with something for the keyboard, of the first 30
 Made = Callable[[str], Path]
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_page_is_accessible_and_answers_first(browser: Browser, core: Path, made: Made, kind: str) -> None:
+def test_every_page_is_accessible_and_answers_first(browser: Browser, made: Made, kind: str) -> None:
     with opened(browser, made(kind)) as p:
         wrong = {}
         for width, scheme in LOOKS:
@@ -49,14 +49,14 @@ def test_every_page_is_accessible_and_answers_first(browser: Browser, core: Path
         assert len(p.evaluate("[...reached]")) >= FEWEST.get(kind, 6)
 
 
-def test_the_loop_comes_first_on_the_page_of_a_fit(browser: Browser, core: Path, made: Made) -> None:
+def test_the_loop_comes_first_on_the_page_of_a_fit(browser: Browser, made: Made) -> None:
     with opened(browser, made("fit")) as p:
         tops = {n: (p.locator(n).first.bounding_box() or {})["y"] for n in ("section", "figure", "table")}
         assert min(tops, key=tops.__getitem__) == "figure"
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_page_is_small(core: Path, made: Made, kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_page_is_small(made: Made, kind: str, capsys: pytest.CaptureFixture[str]) -> None:
     text = made(kind).read_text()
     script = text.rpartition("<script>")[2].partition("</script>")[0] if "<script>" in text else ""
     with capsys.disabled():
@@ -67,10 +67,10 @@ def test_every_page_is_small(core: Path, made: Made, kind: str, capsys: pytest.C
 
 @pytest.mark.stress
 def test_the_page_of_the_whole_demo_is_small(
-    browser: Browser, core: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def native(paths: list[Path]) -> list[Result]:
-        return run_scenarios(paths, engine="native")
+        return run_scenarios(paths, Run("native"))
 
     monkeypatch.setattr(demo, "_run", native)
     monkeypatch.setattr(demo, "_export", lambda *given: ([], 0))
@@ -85,7 +85,7 @@ def test_the_page_of_the_whole_demo_is_small(
 
 
 @pytest.mark.stress
-def test_the_pages_of_the_site_are_accessible(browser: Browser, core: Path, site: Path) -> None:
+def test_the_pages_of_the_site_are_accessible(browser: Browser, site: Path) -> None:
     found = {}
     for name in ("index", "explorer", "explorer_alone", "gallery", "papers", "tutorial/piezo", "reference/blocks"):
         page = browser.new_page(viewport={"width": 1100, "height": 900})

@@ -1,11 +1,16 @@
-"""The core in a page: no imports, small, and on the vectors of every block the bits of the native core."""
+"""The core in a page: built from these sources, no imports, small, on the vectors of every block the native bits."""
 
 from __future__ import annotations
 
 import base64
 import gzip
+import hashlib
+import importlib.util
+import subprocess
+import sys
 import time
 import tomllib
+import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +20,16 @@ import pytest
 import hystfmu as hy
 from hystfmu.core.library import block_types
 from hystfmu.graph import Graph, Node
+from hystfmu.report.explorer import CORE as FILE
+from hystfmu.report.explorer import packed_core
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-VECTORS = sorted((Path(__file__).parents[1] / "vectors").glob("*/*.toml"))
+ROOT = Path(__file__).parents[2]
+BUILD = (sys.executable, ROOT / "fmu_build" / "platforms" / "page.py", ROOT / "fmu_build")
+CORE = zlib.decompress(base64.b64decode(packed_core()), -15)
+VECTORS = sorted((ROOT / "tests" / "vectors").glob("*/*.toml"))
 MOST_GZIP, MOST_SLOWER = 60_000, 2.0  # P13
 RUN = """
 async ([core, cases]) => {
@@ -63,14 +73,33 @@ def blank(browser: Browser) -> Page:
     return browser.new_page()
 
 
-def test_it_is_small(core: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    packed = len(gzip.compress(core.read_bytes(), 9))
+def test_it_belongs_to_the_sources(tmp_path: Path) -> None:
+    """Without a compiler: an edit of C is told here, before any page is opened."""
+    fresh = subprocess.run([*BUILD, FILE, "--check"]).returncode == 0
+    assert fresh, f"{FILE.name} is of other C sources: run 'make generate'"
+    assert FILE.read_text().splitlines()[1] == f"{len(CORE)} bytes, SHA-256 {hashlib.sha256(CORE).hexdigest()}"
+    other = tmp_path / "other.txt"
+    other.write_text(FILE.read_text().replace("Sources: ", "Sources: 0", 1))
+    assert subprocess.run([*BUILD, other, "--check"]).returncode == 1
+
+
+def test_a_fresh_build_gives_its_bytes(tmp_path: Path) -> None:
+    if importlib.util.find_spec("ziglang") is None or importlib.util.find_spec("zopfli") is None:
+        pytest.skip("ziglang or zopfli is not installed: no compiler for pages")
+    subprocess.run([*BUILD, tmp_path / "core.txt"], check=True)
+    fresh, there = ((p.read_text().splitlines()) for p in (tmp_path / "core.txt", FILE))
+    assert fresh[:2] == there[:2]
+    assert zlib.decompress(base64.b64decode("".join(fresh[2:])), -15) == CORE
+
+
+def test_it_is_small(capsys: pytest.CaptureFixture[str]) -> None:
+    packed = len(gzip.compress(CORE, 9))
     with capsys.disabled():
-        print(f"\ncore for pages: {core.stat().st_size} bytes, {packed} as gzip")
+        print(f"\ncore for pages: {len(CORE)} bytes, {packed} as gzip")
     assert packed <= MOST_GZIP
 
 
-def test_the_vectors_of_every_block_give_the_bits_of_the_native_core(blank: Page, core: Path) -> None:
+def test_the_vectors_of_every_block_give_the_bits_of_the_native_core(blank: Page) -> None:
     cases, expected, names = [], [], []
     for file in VECTORS:
         for k, v in enumerate(tomllib.loads(file.read_text())["case"]):
@@ -80,7 +109,7 @@ def test_the_vectors_of_every_block_give_the_bits_of_the_native_core(blank: Page
             names.append(f"{file.stem}-{k}")
             expected.append(graph.run(u, h, t0).astype("<f8").tobytes())
             cases.append(case(graph, u, len(u), t0, h))
-    got = blank.evaluate(RUN, [base64.b64encode(core.read_bytes()).decode(), cases])
+    got = blank.evaluate(RUN, [base64.b64encode(CORE).decode(), cases])
     assert got["imports"] == 0
     different = [n for n, y, found in zip(names, expected, got["outputs"], strict=True) if _bytes(found) != y]
     assert different == []
@@ -92,9 +121,7 @@ def _bytes(found: Any) -> bytes:
 
 
 @pytest.mark.stress
-def test_a_step_takes_at_most_twice_the_native_time(
-    blank: Page, core: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_step_takes_at_most_twice_the_native_time(blank: Page, capsys: pytest.CaptureFixture[str]) -> None:
     """P13, in one run: of many short runs the fastest, which no other program interrupts."""
     data, n, times = hy.synthetic.piezo(60, 1000.0), 20_000, 200
     k = np.arange(n)
@@ -103,7 +130,7 @@ def test_a_step_takes_at_most_twice_the_native_time(
     for key in ("prandtl_ishlinskii", "zhao_tan_mlp", "preisach", "actuator"):
         model = hy.fit(data, key)
         native = min(_seconds(model, u) for _ in range(times)) / n
-        packed = [base64.b64encode(core.read_bytes()).decode(), [case(model.graph, u, n, 0.0, 1e-3, times)]]
+        packed = [base64.b64encode(CORE).decode(), [case(model.graph, u, n, 0.0, 1e-3, times)]]
         rounds = [blank.evaluate(RUN, packed)["outputs"][0]["seconds"] for _ in range(3)]
         page = min(rounds) / n  # the clock of a page has steps of 0.1 ms
         lines.append(f"  {key:20s} native {1e9 * native:5.0f} ns, page {1e9 * page:5.0f}: {page / native:.2f}")

@@ -17,7 +17,7 @@ from opened_page import opened
 
 import hystfmu as hy
 from hystfmu.scenario import Scenario
-from hystfmu.scenario.system.system import build
+from hystfmu.scenario.system.build import build
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator, Page
@@ -181,7 +181,7 @@ def dragged(p: Page) -> dict[str, np.ndarray]:
     return dict(zip(head, np.array(rows, dtype=float).T, strict=True))
 
 
-def test_the_plant_of_a_loop_runs_behind_its_inverse(browser: Browser, core: Path, run: Path) -> None:
+def test_the_plant_of_a_loop_runs_behind_its_inverse(browser: Browser, run: Path) -> None:
     case = next(c for c in Scenario(SCENARIOS / "pid").cases if c.name == "sine_10")
     units = {p.name: p.own for p in build(case).parts}
     with opened(browser, run) as p:
@@ -194,11 +194,9 @@ def test_the_plant_of_a_loop_runs_behind_its_inverse(browser: Browser, core: Pat
     assert found["plant"].tolist() == units["plant"].run(inputs, case.step).ravel().tolist()
 
 
-def test_the_model_of_an_fmu_runs_in_its_documentation(
-    browser: Browser, core: Path, made: Callable[[str], Path]
-) -> None:
+def test_the_model_of_an_fmu_runs_in_its_documentation(browser: Browser, made: Callable[[str], Path]) -> None:
     model = hy.fit(data(), "prandtl_ishlinskii", N=20)
-    with opened(browser, made("fmu_with_explorer")) as p:
+    with opened(browser, made("fmu")) as p:
         found = dragged(p)
     assert len(found["u"]) > 200
     assert found["prandtl_ishlinskii"].tolist() == model.predict(found["u"]).tolist()  # bit for bit

@@ -52,7 +52,7 @@ def check(text: str) -> dict[str, list[str]]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_policy_of_a_page_names_its_own_parts(core: Path, made: Callable[[str], Path], kind: str) -> None:
+def test_the_policy_of_a_page_names_its_own_parts(made: Callable[[str], Path], kind: str) -> None:
     text = made(kind).read_text()
     compiles = "'wasm-unsafe-eval'" in check(text).get("script-src", ())
     assert compiles == ('class="explorer"' in text)

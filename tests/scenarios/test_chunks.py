@@ -13,12 +13,12 @@ import pytest
 from engines import ready
 
 from hystfmu.data.csv_file import csv_text
-from hystfmu.scenario import Scenario, run_scenarios, simulate
+from hystfmu.scenario import Run, Scenario, build, run_scenarios, simulate
 from hystfmu.scenario.engine.simulation import chunks
-from hystfmu.scenario.outcome.excerpt import Picture
 from hystfmu.scenario.outcome.metrics import Measure, measure
-from hystfmu.scenario.outcome.trace import Trace
-from hystfmu.scenario.ssp.run import run_ssp, run_ssp_file
+from hystfmu.scenario.outcome.trace import Picture, Trace
+from hystfmu.scenario.ssp.read import read_ssp
+from hystfmu.scenario.ssp.run import run_ssp
 from hystfmu.scenario.ssp.write import REFERENCE, write_ssp
 from hystfmu.scenario.system.spec import MetricSpec
 
@@ -68,13 +68,13 @@ def test_a_long_case_tells_how_far_it_is(loop: Any, write: Any, divide: Divide, 
     rows = system.n_steps + 1
     parts = [min(k, rows) / rows for k in range(64, rows + 64, 64)]
     seen: list[float] = []
-    run_scenarios([write(loop)], engine="native", progress=seen.append)
+    run_scenarios([write(loop)], Run("native", progress=seen.append))
     assert len(parts) > 2
     assert seen == pytest.approx(parts)
     archive = tmp_path / "loop.ssp"
     write_ssp(system.case, archive)
     seen.clear()
-    run_ssp_file(str(archive), "native", None, None, None, 60.0, None, progress=seen.append)
+    run_ssp(archive, "native", progress=seen.append)
     assert seen == pytest.approx(parts)
 
 
@@ -86,9 +86,9 @@ def test_division_changes_no_bit(loop: Any, write: Any, divide: Divide, engine: 
         del loop["units"]["slow"]["hold"]
     system = ready(write(loop))
     whole = simulate(system, engine)
-    assert len(list(chunks(system, engine))) == 1
+    assert len(list(chunks(system, Run(engine)))) == 1
     divide(64)
-    pieces = list(chunks(system, engine))
+    pieces = list(chunks(system, Run(engine)))
     assert [p.first for p in pieces] == list(range(0, system.n_steps + 1, 64))
     assert np.concatenate([p.t for p in pieces]).tobytes() == whole.t.tobytes()
     assert np.concatenate([p.values for p in pieces]).tobytes() == whole.values.tobytes()
@@ -144,13 +144,13 @@ def test_metrics_do_not_see_the_division(kind: str, ripple: int) -> None:
 def test_verdicts_and_baselines_do_not_see_the_division(loop: Any, write: Any, divide: Divide) -> None:
     folder = write(rich(loop) | {"tube": {"time": 1e-3, "value": 1e-6}})
     for engine in ("native", "fmpy"):
-        (first,) = run_scenarios([folder], engine=engine, record=True)
+        (first,) = run_scenarios([folder], Run(engine), record=True)
         stored = [(folder / f"baseline.{kind}").read_bytes() for kind in ("toml", "csv")]
         divide(32)
-        (again,) = run_scenarios([folder], engine=engine)
+        (again,) = run_scenarios([folder], Run(engine))
         assert again.passed, again.lines
         assert again.trace.values.tobytes() == first.trace.values.tobytes()
-        run_scenarios([folder], engine=engine, record=True)
+        run_scenarios([folder], Run(engine), record=True)
         assert [(folder / f"baseline.{kind}").read_bytes() for kind in ("toml", "csv")] == stored
 
 
@@ -160,10 +160,10 @@ def test_a_picture_of_a_long_run_shows_its_extremes(
     rich(loop)
     loop["metrics"] = {"max_percent": loop["metrics"]["max_percent"]}
     system = ready(write(loop))
-    monkeypatch.setattr("hystfmu.scenario.outcome.excerpt.MOST_ROWS", 200)
+    monkeypatch.setattr("hystfmu.scenario.outcome.trace.MOST_ROWS", 200)
     divide(128)
     picture = Picture(system)
-    for chunk in chunks(system, "native"):
+    for chunk in chunks(system, Run("native")):
         picture.add(chunk)
     kept, whole = picture.trace(), simulate(system, "native")
     assert len(kept.t) <= 200 < len(whole.t)
@@ -176,27 +176,27 @@ def test_a_picture_of_a_long_run_shows_its_extremes(
 def test_an_ssp_is_written_as_it_runs(loop: Any, write: Any, tmp_path: Path, divide: Divide) -> None:
     archive, out = tmp_path / "loop.ssp", tmp_path / "loop.csv"
     write_ssp(Scenario(write(loop)).cases[0], archive, separate=True)
-    whole = run_ssp(archive, "native")
+    whole = simulate(build(read_ssp(archive).case), "native")
     divide(64)
-    lines, passed = run_ssp_file(str(archive), "native", None, None, None, 60.0, str(out))
-    assert passed
-    assert lines == [f"{archive}: 301 rows of {len(whole.trace.columns)} outputs; 2 signals agree with {REFERENCE}"]
-    columns = {"t": whole.trace.t} | {end: whole.trace[end] for end in whole.trace.columns}
+    told = run_ssp(archive, "native", out=out)
+    assert told.passed
+    assert told.lines() == [f"{archive}: 301 rows of {len(whole.columns)} outputs; 2 signals agree with {REFERENCE}"]
+    columns = {"t": whole.t} | {end: whole[end] for end in whole.columns}
     assert out.read_text() == csv_text(columns)
 
 
 MEMORY = """
 import resource, sys
 from hystfmu.cli import main
-from hystfmu.scenario import run_scenarios
+from hystfmu.scenario import Run, run_scenarios
 path, stop, out = sys.argv[1:]
 if path.endswith(".ssp"):
     try:
-        main(["run", path, "--engine", "native", "--stop", stop, "-o", out + "/rows.csv"])
+        main(["simulate", path, "--engine", "native", "--stop", stop, "-o", out + "/rows.csv"])
     except SystemExit as e:
         assert e.code == 0
 else:
-    run_scenarios([path], engine="native", report_dir=out)
+    run_scenarios([path], Run("native"), report_dir=out)
 # of itself not ru_maxrss: that begins with the memory of the process that started it
 (own,) = (line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM"))
 print(max(int(own), resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from engines import ENGINES, ready, same
 
-from hystfmu.scenario import run_scenarios, simulate
+from hystfmu.scenario import Run, run_scenarios, simulate
 from hystfmu.scenario.outcome.trace import Stopped
 
 
@@ -67,7 +67,7 @@ def test_the_command_line_chooses_the_coupling(loop: Any, write: Any) -> None:
     folder = write(loop)
     rms = {}
     for scheme in ("gauss_seidel", "jacobi", "iterative"):
-        (result,) = run_scenarios([folder], engine="native", coupling=scheme)
+        (result,) = run_scenarios([folder], Run("native", scheme))
         (verdict,) = result.verdicts
         rms[scheme] = verdict.value
     assert rms["iterative"] <= rms["gauss_seidel"] < rms["jacobi"]

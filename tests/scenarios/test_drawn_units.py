@@ -22,7 +22,8 @@ from hystfmu.cli import main
 from hystfmu.scenario.engine.master import ENGINES, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp.read import read_ssp
-from hystfmu.scenario.system.system import System, build
+from hystfmu.scenario.system.build import build
+from hystfmu.scenario.system.system import System
 
 H, STEPS = 1e-3, 20
 REAL = {"Real", "Float64", "Float32"}

@@ -9,7 +9,7 @@ import pytest
 
 from hystfmu.base.errors import InputError
 from hystfmu.model import Model
-from hystfmu.scenario import Scenario, build, run_scenarios
+from hystfmu.scenario import Run, Scenario, build, run_scenarios
 from hystfmu.scenario.system.extends import MOST_FILES
 
 ROOT = Path(__file__).parents[2] / "scenarios"
@@ -132,7 +132,7 @@ def test_a_case_takes_conditions_later_ones_and_its_own_on_top(loop: Any, write:
         ({"case": [{"name": "a", "conditions": ["fast"]}]}, ["case a: conditions: no condition 'fast'", "'slow'"]),
         ({"case": [{"name": "a", "conditions": "slow"}]}, ["case.0.conditions", "list"]),
         ({"conditions": {"slow": {"stop": -1.0}}}, ["conditions.slow.stop", "greater than 0"]),
-        ({"conditions": {"slow": {"conditions": ["slow"]}}}, ["conditions.slow.conditions: there is no such key"]),
+        ({"conditions": {"slow": {"conditions": ["slow"]}}}, ["conditions.slow.conditions: There is no such key"]),
         ({"conditions": {"slow": {"limits": {"ghost": 1.0}}}}, ["case a: limits: no metric 'ghost'"]),
         ({"conditions": 3}, ["conditions: ", "dict"]),
     ],
@@ -174,7 +174,7 @@ def test_units_that_a_case_adds_step_last_unless_it_states_an_order(loop: Any, w
         ({"metrics": {"tracking": {"stroke": -2.0}}}, ["child/scenario.toml: metrics.tracking.stroke"]),
         ({"case": [{"name": "b", "stop": -1.0}]}, ["child/scenario.toml: case.0.stop"]),
         ({"case": [{"name": "a", "text": "x"}]}, ["loop/scenario.toml: case.0.after"]),
-        ({"case": [{"text": "x"}]}, ["child/scenario.toml: case.0.name: Field required"]),
+        ({"case": [{"text": "x"}]}, ["child/scenario.toml: case.0.name: The key is required."]),
         ({"case": 3}, ["child/scenario.toml: case: ", "list"]),
         ({"units": 3}, ["child/scenario.toml: units: ", "dict"]),
     ],
@@ -191,7 +191,7 @@ def test_an_error_names_the_file_and_its_key(loop: Any, write: Any, own: Any, wo
 
 def test_an_error_below_names_the_file_below(loop: Any, write: Any) -> None:
     folder = write(loop | {"stopp": 3.0})
-    with pytest.raises(InputError, match=r"loop/scenario\.toml: stopp: there is no such key"):
+    with pytest.raises(InputError, match=r"loop/scenario\.toml: stopp: There is no such key"):
         child(write)
     (folder / "scenario.toml").write_text("x = ")
     with pytest.raises(
@@ -254,7 +254,7 @@ def test_a_folder_is_no_group_without_scenarios_beside_it(loop: Any, write: Any,
 def test_a_folder_of_scenarios_runs_them_all(loop: Any, write: Any) -> None:
     folder = write(loop, "group/b").parent
     write(loop | {"name": "first"}, "group/a")
-    assert [r.scenario for r in run_scenarios([folder], engine="native")] == ["first", "loop"]
+    assert [r.scenario for r in run_scenarios([folder], Run("native"))] == ["first", "loop"]
     (folder / "a" / "scenario.toml").unlink()
     (folder / "b" / "scenario.toml").unlink()
     with pytest.raises(InputError, match=r"group/scenario\.toml"):

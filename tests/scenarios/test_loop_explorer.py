@@ -4,21 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-import pytest
 from engines import ready
 
 from hystfmu.report.explorer import Explored
 from hystfmu.scenario import Scenario
 from hystfmu.scenario.engine.simulation import simulate
-from hystfmu.scenario.report import loop_explorer as module
-from hystfmu.scenario.shipped import shipped_scenarios
-from hystfmu.scenario.system.system import System, build
-
-
-@pytest.fixture(autouse=True)
-def core(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The choice needs no core."""
-    monkeypatch.setattr(module, "packed_core", lambda: "core")
+from hystfmu.scenario.report import loops as module
+from hystfmu.scenario.system.build import build
+from hystfmu.scenario.system.folders import shipped_scenarios
+from hystfmu.scenario.system.system import System
 
 
 def cases(name: str, *wanted: str) -> list[System]:
@@ -64,9 +58,7 @@ def test_an_inverse_that_reads_more_than_the_wanted_output_is_not_in_front() -> 
     assert plant.inverse is None
 
 
-def test_loops_without_hysteresis_unstable_ones_and_pages_without_core_have_none(
-    loop: Any, write: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_loops_without_hysteresis_and_unstable_ones_have_none(loop: Any, write: Any) -> None:
     (plant,) = shown([ready(write(loop))])
     assert plant.inverse is None
     loop["units"]["pid"]["values"]["Kp"] = 1e9
@@ -74,5 +66,3 @@ def test_loops_without_hysteresis_unstable_ones_and_pages_without_core_have_none
     loop["units"]["pid"]["values"]["Kp"] = 1.0
     loop["units"]["plant"]["graph"]["blocks"][0] |= {"type": "scaling", "dims": {"n": 1}, "values": {"gain": [0.5]}}
     assert module.loop_explorer([ready(write(loop))]) is None
-    monkeypatch.setattr(module, "packed_core", lambda: None)
-    assert module.loop_explorer(cases("pid", "sine_10")) is None

@@ -14,13 +14,13 @@ from engines import ready
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.scenario import Change, Scenario, build, run_scenarios, simulate
+from hystfmu.scenario import Change, Run, Scenario, build, run_scenarios, simulate
+from hystfmu.scenario.outcome.baseline import Baseline, Kept, compare
 from hystfmu.scenario.outcome.metrics import measure
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report.compare import compare_reports
-from hystfmu.scenario.report.junit import write_junit
+from hystfmu.scenario.report.machine import write_junit
 from hystfmu.scenario.system.spec import MetricSpec
-from hystfmu.scenario.verdict.baseline import Baseline, Kept, compare
 
 H = 1e-4
 
@@ -85,14 +85,14 @@ def test_the_tolerance_follows_the_size_of_a_signal(loop: Any, write: Any) -> No
 
 def test_a_run_within_its_tube_passes(loop: Any, write: Any) -> None:
     folder = write(loop)
-    run_scenarios([folder], record=True, engine="native")
+    run_scenarios([folder], record=True, run=Run("native"))
     text = (folder / "baseline.csv").read_text().splitlines()
     name, t, r, y = text[12].split(",")
     text[12] = f"{name},{t},{r},{float(y) + 0.004}"
     (folder / "baseline.csv").write_text("\n".join(text) + "\n")
-    assert not run_scenarios([folder], engine="native")[0].passed
+    assert not run_scenarios([folder], Run("native"))[0].passed
     loop["tube"] = {"time": 1e-4, "value": 0.01}
-    assert run_scenarios([write(loop)], engine="native")[0].passed
+    assert run_scenarios([write(loop)], Run("native"))[0].passed
 
 
 # ---- loop area ------------------------------------------------------------------------------------------------------
@@ -133,14 +133,14 @@ def test_another_state_with_the_same_outputs_is_found(loop: Any, write: Any) -> 
     loop["final_states"] = True
     loop["units"]["plant"]["graph"]["blocks"][0]["values"]["w"] = [0.3, 0.2, 0.0]
     folder = write(loop)
-    run_scenarios([folder], record=True, engine="native")
+    run_scenarios([folder], record=True, run=Run("native"))
     assert run_scenarios([folder])[0].passed
     loop["units"]["plant"]["graph"]["blocks"][0]["values"]["r"] = [0.1, 0.2, 0.4]
-    (result,) = run_scenarios([write(loop)], engine="native")
+    (result,) = run_scenarios([write(loop)], Run("native"))
     (line,) = result.failures()
     assert line.startswith("loop/nominal: the final states of plant (")
     del loop["final_states"]
-    assert run_scenarios([write(loop)], engine="native")[0].passed
+    assert run_scenarios([write(loop)], Run("native"))[0].passed
 
 
 # ---- records --------------------------------------------------------------------------------------------------------
@@ -152,22 +152,22 @@ def test_a_record_says_what_it_changes_and_asks(loop: Any, write: Any) -> None:
         seen[:] = found
         return False
 
-    run_scenarios([folder], record=True, engine="native", confirm=refuse)
+    run_scenarios([folder], record=True, run=Run("native"), confirm=refuse)
     assert not (folder / "baseline.toml").exists()
     assert [(c.title, c.what, c.old) for c in seen] == [("loop/nominal", "tracking", None)]
-    run_scenarios([folder], record=True, engine="native")
+    run_scenarios([folder], record=True, run=Run("native"))
     old = Baseline.load(folder)
     loop["units"]["pid"]["values"]["Kp"] = 1.1
-    run_scenarios([write(loop)], record=True, engine="native", confirm=refuse)
+    run_scenarios([write(loop)], record=True, run=Run("native"), confirm=refuse)
     assert [c.what.split()[0] for c in seen] == ["tracking", "plant.y"]
     change = seen[0]
     assert change.old == old.metrics["nominal"]["tracking"]  # type: ignore[union-attr]
     assert isinstance(change.new, float)
     assert change.relative == pytest.approx(change.new / change.old - 1)
     before = (folder / "baseline.toml").read_bytes()
-    run_scenarios([folder], record=True, engine="native")
+    run_scenarios([folder], record=True, run=Run("native"))
     assert (folder / "baseline.toml").read_bytes() != before
-    run_scenarios([folder], record=True, engine="native", confirm=refuse)
+    run_scenarios([folder], record=True, run=Run("native"), confirm=refuse)
     assert seen == []
 
 
@@ -190,7 +190,7 @@ def test_junit_counts_failures_and_errors(loop: Any, write: Any, tmp_path: Path)
     loop["connections"]["large.u"] = "reference.r"
     loop["case"] = [{"name": "good"}, {"name": "bad"}, {"name": "ends", "set": {"reference.amplitude": 1e6}}]
     folder = write(loop)
-    results = run_scenarios([folder], engine="native")
+    results = run_scenarios([folder], Run("native"))
     write_junit(results, tmp_path / "junit.xml")
     root = ET.parse(tmp_path / "junit.xml").getroot()
     assert root.tag == "testsuites"
@@ -206,7 +206,7 @@ def test_junit_counts_failures_and_errors(loop: Any, write: Any, tmp_path: Path)
 
 
 def test_junit_from_the_command_with_characters_that_xml_does_not_know(loop: Any, write: Any, tmp_path: Path) -> None:
-    (result,) = run_scenarios([write(loop)], engine="native", record=True)
+    (result,) = run_scenarios([write(loop)], Run("native"), record=True)
     object.__setattr__(result, "lines", ("a\x00b \x1b[31m <&>",))
     write_junit([result], tmp_path / "odd.xml")
     assert ET.parse(tmp_path / "odd.xml").find(".//failure").attrib["message"] == r"a\x00b \x1b[31m <&>"  # type: ignore[union-attr]
@@ -220,9 +220,9 @@ def test_junit_from_the_command_with_characters_that_xml_does_not_know(loop: Any
 # ---- two reports ----------------------------------------------------------------------------------------------------
 def test_two_reports_side_by_side(loop: Any, write: Any, tmp_path: Path) -> None:
     folder = write(loop)
-    run_scenarios([folder], engine="native", record=True, report_dir=tmp_path / "a")
+    run_scenarios([folder], Run("native"), record=True, report_dir=tmp_path / "a")
     loop["units"]["pid"]["values"]["Kp"] = 1.5
-    run_scenarios([write(loop)], engine="native", report_dir=tmp_path / "b")
+    run_scenarios([write(loop)], Run("native"), report_dir=tmp_path / "b")
     found = compare_reports(tmp_path / "a/report.json", tmp_path / "b", tmp_path / "diff.html")
     assert {c.what for c in found} == {"tracking", "Ms, dB", "delay margin, steps", "verdict"}
     assert (found[-1].old, found[-1].new) == ("ok", "failed")

@@ -56,17 +56,22 @@ def trajectory(archive: Path, scheme: str) -> Array:
     return native
 
 
+def traced(path: Path, step: float | None = None) -> Trace:
+    """The trajectory of an archive."""
+    return simulate(build(read_ssp(path, step).case), "native")
+
+
 def test_neighbours_in_one_component_keep_the_trajectory_of_the_scenario(loop: Any, write: Any, tmp_path: Path) -> None:
     case = Scenario(write(loop)).cases[0]
     written = write_ssp(case, tmp_path / "loop.ssp")
     assert written.components == 1
     assert set(written.differences) == {"reference.r", "plant.y"}
     assert max(written.differences.values()) < 1e-10  # percent of the span
-    run = run_ssp(written.path, "native")
-    assert run.lines == ()
-    assert run.compared == ("loop.reference_r", "loop.plant_y")
+    told = run_ssp(written.path, "native")
+    assert told.passed
+    assert told.lines()[0].endswith(f"2 signals agree with {REFERENCE}")
     own = simulate(ready(write(loop)), "native")["plant.y"]
-    assert np.abs(run.trace["loop.plant_y"] - own).max() < 1e-12
+    assert np.abs(traced(written.path)["loop.plant_y"] - own).max() < 1e-12
 
 
 def test_separate_components_state_what_their_coupling_costs(
@@ -79,10 +84,10 @@ def test_separate_components_state_what_their_coupling_costs(
     assert written.differences["reference.r"] == 0
     assert written.differences["plant.y"] == pytest.approx(100 * np.abs(late - own).max() / np.ptp(own), rel=1e-12)
     assert written.differences["plant.y"] > 0.1
-    run = run_ssp(archive, "native")
-    assert run.lines == ()
-    assert run.compared == ("reference.r", "plant.y")
-    assert run.trace["plant.y"].tobytes() == late.tobytes()
+    told = run_ssp(archive, "native")
+    assert told.passed
+    assert told.lines()[0].endswith(f"2 signals agree with {REFERENCE}")
+    assert traced(archive)["plant.y"].tobytes() == late.tobytes()
 
 
 @pytest.mark.parametrize("tolerance", [None, "50"])
@@ -157,8 +162,8 @@ def test_another_reference_is_noticed(archive: Path, tmp_path: Path) -> None:
         for name in old.namelist():
             content = old.read(name)
             new.writestr(name, content.replace(b"\n0.02,", b"\n0.02,1") if name == REFERENCE else content)
-    assert [x for x in run_ssp(changed, "native").lines if "differs from" in x]
-    result = CliRunner().invoke(main, ["run", str(changed), "--engine", "native"])
+    assert [x for x in run_ssp(changed, "native").faults if "differs from" in x]
+    result = CliRunner().invoke(main, ["simulate", str(changed), "--engine", "native"])
     assert result.exit_code == 1
     assert "reference.r" in result.output
 
@@ -220,14 +225,14 @@ def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, conn
     outputs = etree.fromstring(structure).xpath("/*/*[local-name()='System']/*[local-name()='Connectors']/*/@name")
     end = "plant_y" if separate else "loop_plant_y"
     assert (end in outputs) is connectors
-    assert run_ssp(path, "native").lines == ()
+    assert run_ssp(path, "native").passed
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
     path = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp", version="2.0", fmi=fmi).path
     assert b'version="2.0"' in zipfile.ZipFile(path).read("SystemStructure.ssd")
-    assert run_ssp(path, "native").lines == ()
+    assert run_ssp(path, "native").passed
 
 
 def test_an_archive_without_our_notes_needs_a_step(archive: Path, tmp_path: Path) -> None:
@@ -245,7 +250,7 @@ def test_an_archive_without_our_notes_needs_a_step(archive: Path, tmp_path: Path
     with pytest.raises(InputError, match="states no step: give it with --step"):
         run_ssp(foreign, "native")
     ours = trajectory(archive, "jacobi")
-    assert run_ssp(foreign, "native", step=1e-4).trace["plant.y"].tobytes() == ours.tobytes()
+    assert traced(foreign, step=1e-4)["plant.y"].tobytes() == ours.tobytes()
 
 
 @pytest.mark.parametrize(
@@ -268,7 +273,7 @@ def test_what_is_not_understood_is_refused(archive: Path, tmp_path: Path, old: b
                 assert old in content
                 content = content.replace(old, new)
             target.writestr(name, content)
-    result = CliRunner().invoke(main, ["run", str(bad)])
+    result = CliRunner().invoke(main, ["simulate", str(bad)])
     assert result.exit_code == 2
     assert message in result.output
     assert len(result.output.splitlines()) == 1

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario import Result, run_scenarios
+from hystfmu.scenario import Result, Run, run_scenarios
 from hystfmu.scenario.report import terminal
 
 
 def run(folder: Path, **more: Any) -> Result:
-    (result,) = run_scenarios([folder], engine="native", **more)
+    (result,) = run_scenarios([folder], Run("native"), **more)
     return result
 
 
@@ -137,7 +137,7 @@ def test_a_case_keeps_a_value_of_its_own_unless_the_override_is_relative(loop: A
     loop["case"] = [{"name": "nominal"}, {"name": "own", "set": {"pid.Kp": 0.25}}]
     folder = write(loop)
     for given, kept in ((2.0, 0.25), ("*2", 0.5)):
-        for r in run_scenarios([folder], overrides={"pid.Kp": given}, engine="native"):
+        for r in run_scenarios([folder], overrides={"pid.Kp": given}, run=Run("native")):
             value = {p.name: p for p in r.system.parts}["pid"].own.node("pid").value("Kp")[0]
             assert value == (kept if r.case == "own" else 2.0), "1 in the scenario"
 
@@ -226,7 +226,7 @@ def test_a_changed_system_is_never_recorded(loop: Any, write: Any) -> None:
 def test_progress_reaches_one(loop: Any, write: Any) -> None:
     seen: list[float] = []
     loop["case"] = [{"name": "a"}, {"name": "b", "stop": 0.01, "after": 0.0}]
-    run_scenarios([write(loop)], engine="native", progress=seen.append)
+    run_scenarios([write(loop)], Run("native", progress=seen.append))
     assert seen == sorted(seen)
     assert seen[-1] == 1.0
     assert len(seen) == 2

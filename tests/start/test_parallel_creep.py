@@ -10,7 +10,7 @@ import pytest
 
 import hystfmu as hy
 from hystfmu import Graph, Input, Node, Output
-from hystfmu.scenario.margin_table import margin_table
+from hystfmu.scenario.loop.table import margin_table
 from hystfmu.start.closed_loop import close
 from hystfmu.start.device import reach
 from hystfmu.start.requirements import Requirements

@@ -30,14 +30,14 @@ from hystfmu import InputError, Model, read
 from hystfmu.base.confine import Box, confine
 from hystfmu.base.told_arrays import serve
 from hystfmu.data.reader import confined
-from hystfmu.data.reader.formats import arrow, hdf5, numpy_files, tdms, xlsx
+from hystfmu.data.reader.formats import PARSERS
 from hystfmu.fmu import export_fmu
 from hystfmu.scenario import Scenario
+from hystfmu.scenario.outcome.baseline import Baseline
 from hystfmu.scenario.ssp.read import read_ssp
 from hystfmu.scenario.ssp.write import write_ssp
+from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.foreign import Foreign
-from hystfmu.scenario.system.system import build
-from hystfmu.scenario.verdict.baseline import Baseline
 from hystfmu.studies.spec import Study
 
 ROOT = Path(__file__).parents[2]
@@ -226,7 +226,6 @@ def read_scenario(path: Path) -> None:
         build(case)
 
 
-FORMATS = {module.__name__.rpartition(".")[2]: module for module in (arrow, hdf5, numpy_files, tdms, xlsx)}
 OF_LABS = ("dSPACE", "xlsx", "npz", "parquet", "feather", "TDMS")
 READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
     "csv": (csv_file, read),
@@ -323,9 +322,9 @@ class Forked:
     It confines itself and runs the parser as the new one does, so that what the parser does to a file is the same.
     """
 
-    def __init__(self, script: str, *words: str, box: Box, told: bool) -> None:
+    def __init__(self, script: str, parser: str, *words: str, box: Box, told: bool) -> None:
         assert not told
-        self._parser = FORMATS[Path(script).stem]
+        self._parser = PARSERS[parser]
         sys.stdout.flush()
         sys.stderr.flush()
         self._said = tempfile.TemporaryFile()  # noqa: SIM115
@@ -341,7 +340,7 @@ class Forked:
             os.dup2(self._said.fileno(), 1)
             os.dup2(self._said.fileno(), 2)
             confine(box)
-            serve(self._parser.arrays, words)
+            serve(self._parser, words)
             status = 0
         except BaseException as e:
             os.write(2, f"{type(e).__name__}: {e}\n".encode())

@@ -58,6 +58,7 @@ def test_a_flipped_byte(pattern: str, draw: int, study: tuple[Path, Path, bytes]
         assert 1 <= outcome.ran <= 2  # two if the byte was the end of a line
     else:
         assert outcome.ran == (15 if "part" in pattern else 0)
+        assert len(list(folder.glob("damaged-part-*.parquet"))) == ("part" in pattern)
     assert run_study(path, folder, workers=1).ran == 0
 
 

@@ -11,7 +11,9 @@ from typing import Any
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.studies import run_study
+from hystfmu.scenario import Run
+from hystfmu.studies import dask_pool, run_study
+from hystfmu.studies.task import Runner, Task
 
 distributed = pytest.importorskip("distributed")
 
@@ -68,3 +70,35 @@ def test_workers_keep_nothing_of_a_study(
 def test_a_wrong_address_is_one_line(write: Any, tmp_path: Path, address: str) -> None:
     with pytest.raises(InputError, match="must read dask://HOST:PORT"):
         run_study(write(), tmp_path / "out", on=address)
+
+
+def test_a_runner_for_each_thread_and_study(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A chunk that was queued when its study ended may still start, and leaves no runner behind."""
+    made: list[Any] = []
+
+    class Noted(Runner):
+        def __init__(self, *given: Any, **more: Any) -> None:
+            made.append(self)
+            self.closed = 0
+
+        def __call__(self, task: Task) -> dict[str, Any]:
+            if task.index == 99:
+                dask_pool._close_study("b")
+            return {"index": task.index}
+
+        def close(self) -> None:
+            self.closed += 1
+
+    monkeypatch.setattr(dask_pool, "Runner", Noted)
+    monkeypatch.setattr(dask_pool, "_scratch", lambda: "here")
+
+    def run(key: str, *tasks: int) -> list[int]:
+        found = dask_pool._run(key, [], Run("fmpy"), [Task(k, k, 0, f"id{k}", {}, {}) for k in tasks])
+        return [r["index"] for r in found]
+
+    assert run("a", 0, 1) + run("a", 2) == [0, 1, 2]
+    assert run("b", 3) == [3]
+    assert [r.closed for r in made] == [1, 0]  # left by a study that was killed
+    assert run("b", 4, 99, 5) == [4, 99]  # closed while the task ran
+    assert run("b", 7) == []  # it was queued when the study ended, and starts now
+    assert all(r.closed for r in made)

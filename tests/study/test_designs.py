@@ -13,7 +13,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.design import loop_shaping
 from hystfmu.design.linear import python_control
 from hystfmu.scenario import Scenario, build
-from hystfmu.scenario.loop_margins import open_loop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.studies.designs import Weight, behind_memory, in_parallel
 from hystfmu.studies.run import run_study
 from hystfmu.studies.sampling import Asked

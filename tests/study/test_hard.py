@@ -18,7 +18,7 @@ import pytest
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import Scenario, build
 from hystfmu.scenario.engine.native import Native
-from hystfmu.scenario.loop_margins import open_loop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.studies.sampling import sampler
 from hystfmu.studies.spec import Study

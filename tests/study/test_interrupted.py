@@ -22,7 +22,7 @@ if sys.platform == "win32":
 # slow enough to be interrupted
 LONG: dict[str, Any] = {"method": "sobol", "n": 96, "engine": "native", "of_scenario": {"step": 1e-5}}
 RUN = "import sys; from hystfmu.studies import run_study; run_study(sys.argv[1], sys.argv[2], workers=2)"
-SPAWNED = "from hystfmu.studies import pool; pool._forked = lambda systems, engine: False; "
+SPAWNED = "from hystfmu.studies import pool; pool._forked = lambda systems, run: False; "
 
 
 _QUIET: list[bytes] = []
@@ -162,9 +162,9 @@ def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_p
 
 
 def test_workers_end_with_the_pool(write: Any) -> None:
-    from hystfmu.scenario import build
+    from hystfmu.scenario import Run, build
     from hystfmu.studies import Study
 
     study = Study(write())
-    with Pool([build(c) for c in study.cases], "native", 2, 10.0, 4.0) as pool:
+    with Pool([build(c) for c in study.cases], Run("native", seconds=10.0), 2) as pool:
         assert list(pool.run([], 5)) == []

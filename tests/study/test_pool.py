@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from hystfmu.scenario import build
+from hystfmu.scenario import Run, build
 from hystfmu.studies import Study
 from hystfmu.studies.pool import Pool
 from hystfmu.studies.task import Task
@@ -27,7 +27,7 @@ class Dangerous:
 
     folder: Path
 
-    def __init__(self, systems: Any, engine: str) -> None:
+    def __init__(self, systems: Any, run: Run) -> None:
         self.done = 0
 
     def __call__(self, task: Task) -> dict[str, Any]:
@@ -52,7 +52,7 @@ def test_every_task_has_one_row_and_the_task_at_fault_is_identified(
     monkeypatch.setattr("hystfmu.studies.pool.Runner", Dangerous)
     systems = [build(c) for c in Study(write()).cases]
     tasks = [Task(k, k, 0, str(k), {}, {}) for k in range(N)]
-    with Pool(systems, "native", 2, 0.5, 4.0) as pool:
+    with Pool(systems, Run("native", seconds=0.5), 2) as pool:
         rows = list(pool.run(tasks, N))
     assert sorted(row["index"] for row in rows) == list(range(N))
     status = {row["index"]: row["status"] for row in rows}

@@ -10,7 +10,7 @@ import pytest
 import tuned
 
 from hystfmu.scenario import build
-from hystfmu.scenario.loop_margins import open_loop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.studies.designs import PREFIX
 from hystfmu.studies.loop_limits import LoopLimits
 

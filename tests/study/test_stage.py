@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 import stage_table
 
-from hystfmu.design.scan import scan_feedforward, scan_harmonics
+from hystfmu.design.feedforward import scan_feedforward, scan_harmonics
 from hystfmu.graph import Graph, Input, Node, Output, blocks
-from hystfmu.scenario import Scenario, build, run_scenarios
+from hystfmu.scenario import Run, Scenario, build, run_scenarios
 from hystfmu.scenario.engine.native import Native
 from hystfmu.studies.sampling import sampler
 from hystfmu.studies.spec import Study
@@ -38,7 +38,7 @@ def made(name: str) -> ModuleType:
     [pytest.param(p, id=p.name, marks=() if p.name in QUICK else pytest.mark.stress) for p in FOLDERS],
 )
 def test_every_case_meets_its_requirement(folder: Path) -> None:
-    results = run_scenarios([folder], engine="native")
+    results = run_scenarios([folder], Run("native"))
     assert [line for r in results for line in r.failures()] == []
     assert all(v.limit is not None for r in results for v in r.verdicts)
 

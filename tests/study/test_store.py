@@ -86,13 +86,10 @@ def test_columns_or_seed_damaged_with_their_copy_are_one_line(name: str, content
     assert (opened() == seed) == (name == "columns")
 
 
-def test_a_folder_of_an_older_version_goes_on(write: Any, tmp_path: Path) -> None:
-    """It kept columns and seed once and without a checksum, and no limits."""
-    path, folder = write(method="random", n=12, seed="run"), tmp_path / "out"
-    whole = run_study(path, folder, workers=1).table.read_bytes()
-    for name in ("columns", "seed"):
-        value = json.loads((folder / f"{name}.json").read_text())["value"]
-        (folder / f"{name}.json").write_text(json.dumps(value))
-        (folder / f"{name}.copy.json").unlink()
-    outcome = run_study(path, folder, workers=1)
-    assert (outcome.ran, outcome.table.read_bytes()) == (0, whole)
+def test_a_folder_of_an_older_version_is_refused(tmp_path: Path) -> None:
+    """It kept columns and seed without a checksum."""
+    Store(tmp_path, ["a"], ["m"]).close()
+    file = tmp_path / "columns.json"
+    file.write_text(json.dumps(json.loads(file.read_text())["value"]))
+    with pytest.raises(InputError, match=r"columns\.json: HystFMU before 0\.1 wrote this folder\. Choose another one"):
+        Store(tmp_path, ["a"], ["m"])

@@ -15,8 +15,7 @@ from scipy.stats import spearmanr
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.studies import run_study
-from hystfmu.studies.spec import ObjectiveSpec
-from hystfmu.studies.study_case import sensitivity
+from hystfmu.studies.report import sensitivity
 
 pq = pytest.importorskip("pyarrow.parquet")
 
@@ -58,6 +57,16 @@ def test_a_second_call_runs_nothing_and_a_larger_study_only_what_is_new(write: A
     more = run_study(write(method="sobol", n=16), tmp_path / "out", workers=1)
     assert more.ran == 16
     assert [r["id"] for r in more.rows[:16]] == [r["id"] for r in first.rows]
+
+
+def test_a_repeated_variation_runs_once(write: Any, tmp_path: Path) -> None:
+    path = write(parameters={"command.step": {"values": [1.0, 2.0, 1.0]}})
+    outcome = run_study(path, tmp_path / "out", workers=1)
+    assert outcome.ran == 4
+    assert sorted((r["values"]["command.step"], r["case"]) for r in outcome.rows) == [
+        (1.0, "half"), (1.0, "one"), (2.0, "half"), (2.0, "one"),
+    ]  # fmt: skip
+    assert run_study(path, tmp_path / "out", workers=1).ran == 0
 
 
 def test_latin_hypercube_has_one_point_in_every_stratum(write: Any, tmp_path: Path) -> None:
@@ -102,15 +111,6 @@ def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path)
     best = min(r["metrics"]["last"] for r in outcome.rows if r["case"] == "one")
     assert best < 0.6  # of a range from 0.43 to 7
     assert "best variation" in outcome.report.read_text()
-
-
-def test_targets_weigh_the_cases() -> None:
-    """The objective is the largest or the mean of metric / target; a failed run makes it NaN."""
-    objective = {"metric": "last", "targets": {"half": 0.5}}
-    rows = [{"case": "one", "metrics": {"last": 3.0}}, {"case": "half", "metrics": {"last": 2.0}}]
-    assert ObjectiveSpec.model_validate(objective).score(rows) == 4.0
-    assert ObjectiveSpec.model_validate({**objective, "over_cases": "mean"}).score(rows) == 3.5
-    assert math.isnan(ObjectiveSpec.model_validate(objective).score([*rows, {"case": "two", "metrics": {}}]))
 
 
 def test_a_variation_that_diverges_leaves_a_report(write: Any, tmp_path: Path) -> None:

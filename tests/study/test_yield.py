@@ -16,8 +16,8 @@ from scipy.stats import binom
 from hystfmu.cli import main
 from hystfmu.scenario import Scenario, build
 from hystfmu.scenario.engine.native import Native
-from hystfmu.scenario.loop_margins import open_loop
-from hystfmu.scenario.system.delay_setting import delayed
+from hystfmu.scenario.loop.opening import open_loop
+from hystfmu.scenario.system.unit_graph import delayed
 from hystfmu.studies import run_study
 from hystfmu.studies.effects import effects
 from hystfmu.studies.loop_limits import loop_metrics

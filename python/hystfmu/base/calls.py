@@ -20,8 +20,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.near import meant
+from hystfmu.base.errors import InputError, meant
 
 T = TypeVar("T", bound=Callable[..., Any])
 _RAW = (TypeError, ValueError, AttributeError, KeyError, IndexError, OverflowError, ctypes.ArgumentError)
@@ -30,7 +29,7 @@ _HOMES = (  # where the names of annotations live
     "hystfmu.graph.blocks",
     "hystfmu.identify.kinds",
     "hystfmu.identify.estimate.free",
-    "hystfmu.data.reader.frames",
+    "hystfmu.data.reader.arrays",
     "numpy.typing",
     "collections.abc",
     "typing",

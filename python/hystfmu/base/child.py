@@ -1,10 +1,14 @@
-"""Child processes for foreign native code, whose crash, hang or memory growth must not reach this process."""
+"""Child processes for foreign native code, whose crash, hang or memory growth must not reach this process.
+
+That code may put in the place of a result a link to a file that it may not read itself, or a pipe that is waited for.
+"""
 
 from __future__ import annotations
 
 import json
 import os
 import signal
+import stat
 import subprocess
 import sys
 import tempfile
@@ -12,12 +16,13 @@ import time
 from collections.abc import Callable, Collection
 from contextlib import suppress
 from dataclasses import asdict
+from io import BufferedReader
 from pathlib import Path
 from typing import IO
 
 from hystfmu.base import PACKAGE
-from hystfmu.base.confine import Box, unconfined
-from hystfmu.base.environment import known
+from hystfmu.base.confine import Box, known, unconfined
+from hystfmu.base.errors import InputError
 
 MOST_LOG = 1 << 16
 _MOST_OUTPUT = 1 << 24  # bytes on the disk; what is older is dropped
@@ -184,3 +189,40 @@ class Child:
                 os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
         self._process.wait()
+
+
+_FLAGS = [getattr(os, f"O_{name}", 0) for name in ("NOFOLLOW", "NONBLOCK", "BINARY")]
+
+
+def open_result(path: str | Path) -> BufferedReader:
+    """Open a result: a regular file with one name, not behind a link.  What is checked is what is read.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or something else is in its place.
+    """
+    try:
+        handle = os.open(path, os.O_RDONLY | sum(_FLAGS))
+    except OSError as e:
+        raise InputError(f"{path}: {e.strerror or e}") from None
+    found = os.fstat(handle)
+    if not stat.S_ISREG(found.st_mode) or found.st_nlink != 1:
+        os.close(handle)
+        raise InputError(f"{path}: The result must be a regular file with one name.")
+    return os.fdopen(handle, "rb")
+
+
+def read_result(path: str | Path, most: int) -> bytes:
+    """Read a result of at most `most` bytes.
+
+    Raises
+    ------
+    InputError
+        As `open_result`; the file is too large.
+    """
+    with open_result(path) as f:
+        content = f.read(most + 1)
+    if len(content) > most:
+        raise InputError(f"{path}: The result must have at most {most} bytes.")
+    return content

@@ -11,17 +11,38 @@ from __future__ import annotations
 
 import ctypes as C
 import os
+import re
 import site
 import stat
 import struct
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 
-from hystfmu.base.environment import known
-from hystfmu.base.kernel import call, drop_capabilities, libc
-from hystfmu.base.system_calls import can_refuse, refuse_calls
+from hystfmu.base.system_calls import call, can_refuse, drop_capabilities, libc, refuse_calls
+
+# others may be keys and passwords; SECURITY.md has the same list
+_KNOWN = re.compile(
+    r"""
+      PATH | HOME | USER | LOGNAME | SHELL | TZ | TMPDIR | TMP | TEMP
+    | LANG | LANGUAGE | LC_\w+
+    | LD_LIBRARY_PATH | LD_PRELOAD | DYLD_\w+
+    | PYTHON[A-Z_]+ | VIRTUAL_ENV | CONDA_PREFIX | JAVA_HOME
+    | OMP_(NUM_THREADS|STACKSIZE) | (OPENBLAS|MKL|NPY|NUMEXPR|VECLIB)_\w+
+    | HYSTFMU_\w+
+    # of Windows
+    | SYSTEMROOT | SYSTEMDRIVE | WINDIR | COMSPEC | PATHEXT | OS | NUMBER_OF_PROCESSORS | PROCESSOR_\w+
+    | USERPROFILE | HOMEDRIVE | HOMEPATH | APPDATA | LOCALAPPDATA | PROGRAMDATA | PROGRAMFILES(\(X86\))?
+    """,
+    re.VERBOSE,
+)
+
+
+def known(variables: Mapping[str, str]) -> dict[str, str]:
+    """Return the variables that foreign code may see."""
+    return {name: value for name, value in variables.items() if _KNOWN.fullmatch(name)}
+
 
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446  # on every architecture
 _EXECUTE, _WRITE_FILE, _READ_FILE, _READ_DIR, _TRUNCATE, _IOCTL = 1, 1 << 1, 1 << 2, 1 << 3, 1 << 14, 1 << 15

@@ -1,4 +1,12 @@
-"""The exception for wrong user input; its text is one line that says what to change."""
+"""The exception for wrong user input, one line that says what to change; what this line needs: near names, extras."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 from hystfmu.base.printable import printable
 
@@ -22,3 +30,73 @@ class InputError(ValueError):
     def __str__(self) -> str:
         """Return the line; names and values of a file cannot steer the terminal that shows it."""
         return printable(" ".join(super().__str__().split()))
+
+
+EXTRAS = {
+    "control": "control",
+    "dask": "study",
+    "distributed": "study",
+    "h5py": "files",
+    "matplotlib": "notebook",
+    "nptdms": "files",
+    "openpyxl": "files",
+    "optuna": "study",
+    "pandas": "notebook",
+    "pyarrow": "study",
+    "torch": "train",
+}
+
+
+class MissingExtra(InputError):
+    """A package that an extra brings is not installed; the text names the command that installs it."""
+
+
+@contextmanager
+def extras(what: str, extra: str = "") -> Iterator[None]:
+    """Import optional packages inside this context.
+
+    Parameters
+    ----------
+    what : str
+        What needs them, for the message.
+    extra : str
+        The extra to name, for packages that several bring; default that of `EXTRAS`.
+
+    Raises
+    ------
+    MissingExtra
+        One of `EXTRAS` is not installed.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as e:
+        name = (e.name or "").partition(".")[0]
+        if name not in EXTRAS:
+            raise
+        raise MissingExtra(
+            f"{what} needs {name}, which is not installed: pip install 'hystfmu[{extra or EXTRAS[name]}]'"
+        ) from None
+
+
+_MOST_ENTRIES = 1000  # of a folder, where a name is looked for
+
+
+def meant(word: str, known: Iterable[str]) -> str:
+    """Return ``" Did you mean 'x'?"`` for the one or two names nearest to `word`; "" where none is near."""
+    names = list(known)
+    begins = {n[: len(word) + 1]: n for n in reversed(names)} if len(word) > 2 else {}
+    near = difflib.get_close_matches(word, names, 2) or [n for n in names if word and n.startswith(word)][:2]
+    near = near or [begins[b] for b in difflib.get_close_matches(word, begins, 2, 0.75)]
+    return f" Did you mean {' or '.join(repr(n) for n in near)}?" if near else ""
+
+
+def meant_file(path: str | Path) -> str:
+    """Return the same for a path that does not exist, from what stands beside its first missing part."""
+    missing = Path(path)
+    while not missing.parent.exists():
+        missing = missing.parent
+    try:
+        entries = sorted(os.listdir(missing.parent))[:_MOST_ENTRIES]
+    except OSError:  # a file, or a folder that may not be read
+        return ""
+    return meant(missing.name, entries)

@@ -15,12 +15,12 @@ from typing import IO, Any, TypeVar
 import pydantic
 import tomli_w
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.near import meant_file
+from hystfmu.base.errors import InputError, meant, meant_file
 from hystfmu.base.printable import printable, unprintable
 from hystfmu.base.replacing import place
 
 MOST_BYTES = 256 * 2**20
+_MOST_FAULTS = 20  # of a file, told in one line
 _LINE = re.compile(r"at line (\d+)")  # in a message of tomllib
 _ARRAY = re.compile(r"\[\n((?: *(?:[-+.\w]+|\"[^\"\\\\\n]*\"),\n)+) *\]")  # of numbers or names, as tomli_w writes it
 
@@ -202,13 +202,13 @@ def _check_printable(table: dict[str, Any], path: str | Path) -> None:
                 left.append((where, v))
 
 
-def check_format(data: dict[str, Any], newest: int, path: str | Path, required: bool = False) -> None:
-    """Refuse a file of another format than `newest`, before a key that only another version knows is met.
+def check_format(data: dict[str, Any], present: int, path: str | Path, required: bool = False) -> None:
+    """Refuse a file of another format than `present`, before a key that only another version knows is met.
 
     Parameters
     ----------
     data : dict
-    newest : int
+    present : int
     path : str or Path
     required : bool
         Whether a file without the key is one of an older version.
@@ -216,29 +216,16 @@ def check_format(data: dict[str, Any], newest: int, path: str | Path, required: 
     Raises
     ------
     InputError
-        One line with the file, its format and the command that helps: an upgrade, or ``hystfmu migrate``.
+        One line with the file, its format and what helps: an upgrade, or a file made anew.
     """
-    check_newest(data, newest, path)
-    found = data.get("format", None if required else newest)
-    if found is None or (isinstance(found, int) and found < newest):
-        got = "none" if found is None else f"{found} of an older version"
-        raise InputError(f"{path}: format: The format must be {newest}. Got {got}: hystfmu migrate {path}")
-
-
-def check_newest(data: dict[str, Any], newest: int, path: str | Path) -> None:
-    """Refuse a file whose key `format` is newer than `newest`.
-
-    Raises
-    ------
-    InputError
-        One line with the file, its format and the command that installs a newer version.
-    """
-    found = data.get("format")
-    if isinstance(found, int) and found > newest:
-        raise InputError(
-            f"{path}: format: The format must be {newest} or older. Got {found} of a newer version of HystFMU: "
-            "pip install --upgrade hystfmu"
-        )
+    found = data.get("format", None if required else present)
+    if found is None or (isinstance(found, int) and found != present):
+        got, remedy = f"{found} of an older version", "make the file anew with this version"
+        if found is None:
+            got = "none, as in older versions"
+        elif found > present:
+            got, remedy = f"{found} of a newer version", "pip install --upgrade hystfmu"
+        raise InputError(f"{path}: format: The format must be {present}. Got {got} of HystFMU: {remedy}")
 
 
 def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key], Path]) -> M:
@@ -260,17 +247,32 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key]
     try:
         return kind.model_validate(data)
     except pydantic.ValidationError as e:
-        errors = e.errors(include_url=False)
-        unknown = [error for error in errors if error["type"] == "extra_forbidden"]
-        first = (unknown or errors)[0]  # a misspelt key is also reported as missing: its spelling tells more
-        if callable(path):
-            path = path(first["loc"])
-        key = ".".join(str(k) for k in first["loc"]) or "file"
-        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-        if unknown:
-            raise InputError(f"{path}: {key}: there is no such key{more}") from None
-        value = "" if first["type"] == "missing" else f". Got {str(first['input'])[:80]!r} instead."
-        raise InputError(f"{path}: {key}: {first['msg']}{value}{more}") from None
+        raise InputError(_faults(e, kind, path)) from None
+
+
+def _faults(e: pydantic.ValidationError, kind: type[M], path: str | Path | Callable[[Key], Path]) -> str:
+    """Return every fault in one line: file, key, rule, value; unknown keys first, since a missing one may follow."""
+    errors = sorted(e.errors(include_url=False), key=lambda error: error["type"] != "extra_forbidden")
+    lacking = {error["loc"] for error in errors if error["type"] == "missing"}
+    parts: list[str] = []
+    file = None
+    for error in errors[:_MOST_FAULTS]:
+        loc = error["loc"]
+        stated = path(loc) if callable(path) else path
+        parts += [f"{stated}:"] if stated != file else []
+        file = stated
+        if error["type"] == "extra_forbidden":
+            known = {str(key[-1]) for key in lacking if key[:-1] == loc[:-1]}
+            known |= set() if loc[1:] else set(kind.model_fields)
+            rule = f"There is no such key.{meant(str(loc[-1]), sorted(known))}"
+        elif error["type"] == "missing":
+            rule = "The key is required."
+        else:
+            text = re.sub(r"^\w+ should", "The value must", error["msg"]).removeprefix("Value error, ")
+            rule = text if " Got " in text else f"{text}. Got {repr(error['input'])[:80]} instead."
+        parts.append(f"{'.'.join(map(str, loc)) or 'file'}: {rule}")
+    more = len(errors) - _MOST_FAULTS
+    return " ".join([*parts, *([f"{more} further keys are wrong."] if more > 0 else [])])
 
 
 def write_toml(

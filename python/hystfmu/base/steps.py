@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import threading
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -39,6 +40,7 @@ class Steps:
 
     def __init__(self, folder: Path) -> None:
         self._folder, self._known = folder, _read(folder / RECORD)
+        self._lock = threading.Lock()
         self.kept: list[str] = []
 
     def claim(self, *of: Any, removed: Sequence[Path] = ()) -> None:
@@ -84,6 +86,8 @@ class Steps:
     def run(self, name: str, inputs: Sequence[Any], files: Sequence[Path], make: Callable[[], Any]) -> Any:
         """Return the value of a step, and run it unless it is finished and its files are as it wrote them.
 
+        Steps may run in several threads.
+
         Parameters
         ----------
         name : str
@@ -101,8 +105,9 @@ class Steps:
             self.kept.append(name)
             return known.get("value")
         value = make()
-        self._known[name] = {"key": key, "files": _hashes(files), "value": value}
-        write_text(self._folder / RECORD, json.dumps(self._known, indent=1))
+        with self._lock:
+            self._known[name] = {"key": key, "files": _hashes(files), "value": value}
+            write_text(self._folder / RECORD, json.dumps(self._known, indent=1))
         return value
 
 

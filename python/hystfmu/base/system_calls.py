@@ -1,5 +1,6 @@
-"""Refuse system calls of this process and of its child processes: seccomp(2), linux/filter.h, linux/seccomp.h.
+"""System calls by name, and what a process gives up: calls, seccomp(2), and the rights of root, capabilities(7).
 
+linux/filter.h, linux/seccomp.h.
 This module imports the standard library alone: it runs before anything else is loaded.
 """
 
@@ -10,8 +11,53 @@ import os
 import platform
 import struct
 import sys
+from contextlib import suppress
+from itertools import count
 
-from hystfmu.base.kernel import call, libc
+_READ, _DROP = 23, 24  # of the bounding set, by prctl
+_AMBIENT, _CLEAR = 47, 4
+_VERSION_3 = 0x20080522  # of capset: three sets of 64 bits
+
+
+def libc() -> C.CDLL:
+    """Return the C library."""
+    return C.CDLL(None, use_errno=True)
+
+
+def call(name: str, *arguments: object) -> int:
+    """Call a function of the C library that returns a negative number if it fails.
+
+    Raises
+    ------
+    OSError
+        It failed.
+    """
+    result: int = getattr(libc(), name)(*[C.c_ulong(a) if isinstance(a, int) else a for a in arguments])
+    if result < 0:
+        number = C.get_errno()
+        raise OSError(number, os.strerror(number))
+    return result
+
+
+def drop_capabilities() -> None:
+    """Empty all sets of this thread.
+
+    No program that it starts has one again: a user who may not change the bounding set has no capability, and the
+    process has said before that it takes no new privileges.
+
+    Raises
+    ------
+    OSError
+        The system refuses.
+    """
+    with suppress(OSError):  # EINVAL: the last one that this kernel knows is dropped; EPERM: no right to do so
+        for number in count():
+            if call("prctl", _READ, number, 0, 0, 0):
+                call("prctl", _DROP, number, 0, 0, 0)
+    with suppress(OSError):  # Linux before 4.3 has no ambient ones
+        call("prctl", _AMBIENT, _CLEAR, 0, 0, 0)
+    call("capset", struct.pack("=Ii", _VERSION_3, 0), bytes(24))
+
 
 _GET_SECCOMP, _SET_SECCOMP, _FILTER = 21, 22, 2
 _X32 = 0x40000000

@@ -6,7 +6,6 @@ This module is imported by the processes that parse such a file, which load no m
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable, Sequence
 from typing import IO, Any, NamedTuple
 
@@ -57,18 +56,18 @@ def since_first(times: np.ndarray) -> tuple[np.ndarray, str]:
     return (counts - counts[0]) * per_count, str(times[0])
 
 
-def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Sequence[str] | None = None) -> None:
-    """Parse the file of the command line and write its result.
+def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Sequence[str]) -> None:
+    """Parse a file and write its result.
 
     Parameters
     ----------
     arrays : function
         Returns the arrays of a file by its path, and what to say about it; it may raise any exception.
-    words : sequence of str, optional
-        Of the command line: source, result (an existing file), the most bytes of all values together, and the name of
+    words : sequence of str
+        Source, result (an existing file), the most bytes of all values together, and the name of
         the one array whose values are wanted, or nothing for all.
     """
-    source, result, most, asked = [*(sys.argv[1:] if words is None else words), ""][:4]
+    source, result, most, asked = [*words, ""][:4]
     with open(result, "r+b") as out:
         try:
             limit_memory(GIGABYTES)

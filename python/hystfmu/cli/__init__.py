@@ -8,26 +8,40 @@ from typing import Any
 import click
 
 from hystfmu import __version__
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.base.printable import printable
-from hystfmu.cli import design, fit, fmus, models, predict, results, run, scenarios, study
+from hystfmu.cli import design, fit, fmus, models, predict, results, run, scenarios, simulate, study
 from hystfmu.cli.options import BAD_INPUT, INTERRUPTED, Command
 from hystfmu.report.verbosity import echo
 
 __all__ = ["main"]
 
+_GROUPS: dict[str, list[click.Command]] = {
+    "Begin": [results.start, results.demo, models.blocks],
+    "Identify": [fit.fit, predict.predict, models.inverse],
+    "Export": [fmus.export, scenarios.ssp],
+    "Simulate": [run.run, simulate.simulate, study.study],
+    "Design": [design.design, scenarios.margins],
+    "Check": [predict.check, fmus.validate, scenarios.compare, results.reproduce],
+}
 _WORDS = "hystfmu.words"  # of the command line, in the context
 
 
 class _Commands(click.Group):
-    """List commands in the order of the workflow; report what ends one early as one line on stderr.
+    """List commands by purpose; report what ends one early as one line on stderr.
 
     The exit status of an `InputError` is 2, that of an interrupt 130.
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands, each group under its title."""
+        limit = formatter.width - 6 - max(map(len, self.commands))
+        for title, group in _GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(c.name or "", c.get_short_help_str(limit)) for c in group])
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.meta[_WORDS] = list(args)
@@ -61,28 +75,11 @@ def main() -> None:
     Example: from measured data (columns t, u, y) to an FMU
       hystfmu fit data.csv --model prandtl_ishlinskii -o piezo.model.toml
       hystfmu export piezo.model.toml --fmi 2 -o piezo.fmu
-      hystfmu start data.csv -o mine     does all that and more: loop, controller, report
-      hystfmu demo                       runs the whole workflow on built-in data
+      hystfmu start data.csv -o mine   does this, designs a loop, writes a report
+      hystfmu demo                     runs the whole workflow on built-in data
     """
 
 
-for _command in (
-    models.blocks,
-    fit.fit,
-    predict.predict,
-    predict.check,
-    models.inverse,
-    models.migrate,
-    fmus.export,
-    fmus.validate,
-    run.run,
-    scenarios.margins,
-    design.design,
-    scenarios.compare,
-    scenarios.ssp,
-    study.study,
-    results.reproduce,
-    results.start,
-    results.demo,
-):
-    main.add_command(_command)
+for _group in _GROUPS.values():
+    for _command in _group:
+        main.add_command(_command)

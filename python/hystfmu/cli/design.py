@@ -14,7 +14,7 @@ import click
 from hystfmu.base.errors import InputError
 from hystfmu.base.replacing import together
 from hystfmu.cli import places
-from hystfmu.cli.options import FAILED, OUTPUT_FOLDER, Command, json_option
+from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
 from hystfmu.report.verbosity import echo, say, wrong
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def design() -> None:
 
 
 @design.command(cls=Command, short_help="Add repetitive control for periodic references.")
-@click.argument("scenario")
+@click.argument("scenario", type=FILE)
 @click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
 @click.option(
     "--period", type=POSITIVE, metavar="SECONDS", help="Period of the reference [default: that of the scenario]."
@@ -153,7 +153,7 @@ def _structure(name: str, text: str) -> None:
         Example: hystfmu design {name} mine/loop -o mine/{name}
         """,
     )
-    @click.argument("scenario")
+    @click.argument("scenario", type=FILE)
     @click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
     @click.option(
         "--ms",
@@ -258,7 +258,7 @@ def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
     """
     from hystfmu.base.files import read_bytes, write_bytes
     from hystfmu.face.running import run
-    from hystfmu.scenario.margin_table import margin_table
+    from hystfmu.scenario.loop.table import margin_table
 
     with tempfile.TemporaryDirectory(prefix="hystfmu-design-") as folder:
         made = Path(folder, into.resolve().name)

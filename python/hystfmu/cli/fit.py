@@ -12,8 +12,8 @@ import click
 from hystfmu.base.errors import InputError
 from hystfmu.base.replacing import may_replace, refusal, together
 from hystfmu.cli.columns import Columns, data_options
-from hystfmu.cli.options import OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option
-from hystfmu.report.verbosity import detail, echo, say
+from hystfmu.cli.options import FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option
+from hystfmu.report.verbosity import detail, echo, say, tell
 
 if TYPE_CHECKING:
     from hystfmu.data import Dataset
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 def _list_models(context: click.Context, option: click.Parameter, asked: bool) -> None:
     if not asked:
         return
-    from hystfmu.base.extras import MissingExtra
+    from hystfmu.base.errors import MissingExtra
     from hystfmu.identify import METHODS, description, options
     from hystfmu.report.terminal import table
 
     for key in METHODS:
         try:
-            echo(f"{key}: {description(key)}")
+            tell(f"{key}: {description(key)}")
         except MissingExtra as e:
             echo(f"{key}: {e}")
             continue
@@ -39,7 +39,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 
 
 @click.command(cls=Command)
-@click.argument("data", nargs=-1, required=True)
+@click.argument("data", type=FILE, nargs=-1, required=True)
 @click.option(
     "--models",
     is_flag=True,
@@ -111,22 +111,24 @@ def fit(
     each with a memory of its own.
 
     \b
-    Example: hystfmu fit piezo.csv --model zhao_tan_mlp --train 2000:4200 -o piezo.model.toml
-             hystfmu fit stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output 3 -o stage.model.toml
+    Example: hystfmu fit piezo.csv --model zhao_tan_mlp -o piezo.model.toml
+             hystfmu fit stage.csv --time "Zeit [ms]" --input "Spannung [V]"
              hystfmu fit record.dat --rate 200 --input 1 --output 5
              hystfmu fit monday.csv tuesday.csv --model prandtl_ishlinskii
-             hystfmu fit oven.csv --model actuator --covariate "T [degC]" --covariate load
+             hystfmu fit oven.csv --model actuator --covariate "T [degC]"
              hystfmu fit piezo.csv --graph my.graph.toml -o my.model.toml
              hystfmu fit --models
     """
     import hystfmu as hy
-    from hystfmu.face.fit_page import interval_of, interval_text
+    from hystfmu.face.interval import interval_text, known, with_interval
     from hystfmu.face.rows import free_run, parts, table_of
     from hystfmu.face.summary import evidence_lines, free_table
+    from hystfmu.identify.catalogue import method
     from hystfmu.report.progress import progress
     from hystfmu.report.terminal import table
 
     options = assignments(settings)
+    method(key)  # a misspelt kind is told before a missing file
     if graph is not None:
         if key != "auto":
             raise InputError(f"--graph and --model exclude each other. Got {graph} and {key}.")
@@ -139,6 +141,7 @@ def fit(
     with progress(f"fitting {key}") as report:
         kind: Any = Path(graph) if graph is not None else key
         model = hy.fit(measured, kind, seed=seed, progress=report, purpose=purpose, **options)
+        model = with_interval(model, measured)
     name = f"{measured.stem}.{model.key}"
     if out is None:
         out, folder = f"{name}.model.toml", folder or "."
@@ -147,11 +150,10 @@ def fit(
         page = None if folder is None else model.report(measured, Path(folder) / f"{name}.html")
     f = model.fit
     y = free_run(model, measured)
-    found, (new, which) = parts(y, measured, True), interval_of(model, y, measured, False)
+    found = parts(y, measured, True)
     if as_json:
         told = [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]
-        more: dict[str, Any] = {"interval": vars(new)} if new else {}
-        more |= {"page": str(page)} if page else {}
+        more = {"page": str(page)} if page else {}
         echo(json.dumps({"model": model.key, "file": out, **f, "errors": told, **more}))
         return
     if key == "auto":
@@ -183,8 +185,7 @@ def fit(
     if len(found) > 1:
         shown = table_of(found, measured.unit_y)
         say("\n" + table(shown.head, shown.rows))
-    if new is not None:
-        say(interval_text(new, which, measured.unit_y))
+    say(interval_text(known(model, measured), measured.unit_y))
     for line in evidence_lines(model):
         say(line)
     detail(f"\n{model}\n")

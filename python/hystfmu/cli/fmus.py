@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option, unconfined_option
+from hystfmu.cli.options import (
+    FAILED,
+    FILE,
+    OUTPUT_FILE,
+    OUTPUT_FOLDER,
+    Command,
+    assignments,
+    json_option,
+    unconfined_option,
+)
 from hystfmu.report.verbosity import VERBOSE, echo, level, say
 
 if TYPE_CHECKING:
@@ -20,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command)
-@click.argument("model", metavar="M.model.toml|BLOCK|SCENARIO")
+@click.argument("model", type=FILE, metavar="M.model.toml|BLOCK|SCENARIO")
 @click.option("-o", "out", type=OUTPUT_FILE, metavar="X.fmu", help="FMU to write.")
 @click.option(
     "--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the FMI standard."
@@ -41,11 +50,6 @@ if TYPE_CHECKING:
     "--source",
     is_flag=True,
     help="Also pack the C source: one file that contains the data, and needs FMI headers.",
-)
-@click.option(
-    "--explorer",
-    is_flag=True,
-    help="Put the explorer into the documentation: the model runs in the page, some 60 kB more.",
 )
 @click.option(
     "--modelica", "folder", type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write a Modelica package into."
@@ -72,7 +76,6 @@ def export(
     name: str | None,
     platforms: Literal["host", "all"],
     source: bool,
-    explorer: bool,
     folder: str | None,
     sheet: tuple[str, ...],
     settings: tuple[str, ...],
@@ -90,8 +93,9 @@ def export(
 
     The Modelica package contains a record of the parameter values, a block and an example.  It uses the HystFMU
     library, which is installed with this program; a line says where.  A model from volts to a length also gives a piezo
-    actuator between pins and flanges.  --sheet takes stroke (m), blocking_force (N), capacitance (F, small signal),
-    capacitance_ratio (mean over small signal), resonance (Hz) and damping.
+    actuator between pins and flanges, one from amperes a magnetostrictive one.  --sheet takes stroke (m),
+    blocking_force (N), capacitance (F, small signal), capacitance_ratio (mean over small signal), or inductance (H,
+    mean) and resistance (ohm) of a coil, resonance (Hz) and damping.
 
     --controller makes one unit of all between reference r and measured output y on one side and command u on the other:
     feed-forward, controller, inverse, known limits, anti-windup.  It is called once for each sample.  With u_present,
@@ -100,7 +104,7 @@ def export(
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
              hystfmu export piezo.model.toml --modelica .      writes ./Piezo
-             hystfmu export piezo.model.toml --modelica . --sheet stroke=38e-6 --sheet blocking_force=900
+             hystfmu export piezo.model.toml --modelica . --sheet stroke=38e-6
              hystfmu export delay --set n=3 --step 1e-4 -o delay.fmu
              hystfmu export scenarios/pid --controller -o c.fmu
     """
@@ -113,7 +117,6 @@ def export(
             "--set": settings,
             "--step": step,
             "--in-range": in_range,
-            "--explorer": explorer,
             "--sheet": sheet,
         }
         if wrong := [option for option, value in others.items() if value]:
@@ -161,7 +164,7 @@ def export(
         say(f"library path of HystFMU, which it uses: {shipped_library()}")
     if out is None:
         return
-    path = loaded.export(out, version, name or own, platforms, source, explorer)
+    path = loaded.export(out, version, name or own, platforms, source)
     _wrote(path, version, source)
 
 
@@ -194,7 +197,7 @@ def _controller(
     from hystfmu.cli import places
     from hystfmu.report.terminal import table
     from hystfmu.scenario import Scenario
-    from hystfmu.scenario.deploy.write import write_controller, write_target
+    from hystfmu.scenario.deploy.unit import write_controller, write_target
 
     if out is None and target is None:
         raise InputError("export --controller needs -o X.fmu, --c DIR, or both")
@@ -223,7 +226,7 @@ def _block(name: str, values: dict[str, Any]) -> Block:
 
 
 @click.command(cls=Command)
-@click.argument("fmu")
+@click.argument("fmu", type=FILE)
 @click.option("--seconds", default=60.0, show_default=True, help="Time limit of each check (s).")
 @unconfined_option
 @json_option

@@ -1,14 +1,13 @@
-"""Commands for blocks and models: blocks, inverse and migrate."""
+"""Commands for blocks and models: blocks and inverse."""
 
 from __future__ import annotations
 
-import json
 from typing import Literal
 
 import click
 
-from hystfmu.cli.options import OUTPUT_FILE, Command, assignments, json_option
-from hystfmu.report.verbosity import echo, say
+from hystfmu.cli.options import FILE, OUTPUT_FILE, Command, assignments, json_option
+from hystfmu.report.verbosity import echo, say, tell
 
 
 @click.command(cls=Command)
@@ -26,13 +25,18 @@ def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
     from hystfmu.graph import listing
 
     if name is None:
-        echo(listing.as_json() if as_json else listing.markdown() if markdown else listing.overview())
+        if as_json or markdown:
+            echo(listing.as_json() if as_json else listing.markdown())
+        else:
+            tell(listing.overview())
+    elif as_json:
+        echo(listing.as_json(name))
     else:
-        echo(listing.as_json(name) if as_json else listing.details(name))
+        tell(listing.details(name))
 
 
 @click.command(cls=Command)
-@click.argument("model")
+@click.argument("model", type=FILE)
 @click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="INV.model.toml", help="Model file to write.")
 @click.option(
     "--method",
@@ -70,8 +74,8 @@ def inverse(
 
     \b
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
-             hystfmu inverse piezo.model.toml --method learned --set hidden=16 -o inverse.model.toml
-             hystfmu inverse piezo.model.toml --method adaptive --set delay=1 -o inverse.model.toml
+             hystfmu inverse piezo.model.toml --method learned -o learned.toml
+             hystfmu inverse piezo.model.toml --method adaptive -o adaptive.toml
     """
     import hystfmu as hy
     from hystfmu.report.progress import progress
@@ -92,26 +96,3 @@ def inverse(
         )
     for warning in made.fit.get("warnings", ()):
         echo(f"warning: {warning}", err=True)
-
-
-@click.command(cls=Command)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@json_option
-def migrate(files: tuple[str, ...], as_json: bool) -> None:
-    """Update files of older versions to the present format.
-
-    Model files, scenario.toml and baseline.toml are changed in place; comments stay.  The command prints
-    the changes.  A file of a newer version is refused.
-
-    \b
-    Example: hystfmu migrate mine.model.toml scenarios/mine/scenario.toml scenarios/mine/baseline.toml
-    """
-    from hystfmu.face.migrate import migrate as migrate_file
-
-    told = {}
-    for file in files:
-        told[file] = migrate_file(file)
-        if not as_json:
-            say(f"{file}: {', '.join(told[file]) or 'has the present format'}")
-    if as_json:
-        echo(json.dumps(told))

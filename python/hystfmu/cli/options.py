@@ -1,4 +1,4 @@
-"""Shared parts of the commands: options given once, exit status, output files, `--set`, `--json`."""
+"""Shared parts of the commands: options given once, exit status, files, `--set`, `--json`."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.replacing import keeping
@@ -89,13 +90,23 @@ class Command(click.Command):
         return super().parse_args(ctx, args)
 
 
-class OutputFolder(_Text):
+class File(_Text):
+    """A file or folder to read; a shell completes its path."""
+
+    name = "file"
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Leave the completion of a path to the shell."""
+        return [CompletionItem(incomplete, type="file")]
+
+
+class OutputFolder(File):
     """A folder to write into."""
 
     name = "folder"
 
 
-class OutputFile(_Text):
+class OutputFile(File):
     """A file to write: an obstacle is reported before anything runs.
 
     Parameters
@@ -103,8 +114,6 @@ class OutputFile(_Text):
     folder : bool
         Whether its folder must exist; otherwise the command makes it.
     """
-
-    name = "file"
 
     def __init__(self, folder: bool = True) -> None:
         self._folder = folder
@@ -123,7 +132,7 @@ class OutputFile(_Text):
         return value
 
 
-OUTPUT_FILE, OUTPUT_FOLDER = OutputFile(), OutputFolder()
+FILE, OUTPUT_FILE, OUTPUT_FOLDER = File(), OutputFile(), OutputFolder()
 
 
 def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.near import meant, meant_file
+from hystfmu.base.errors import InputError, meant, meant_file
 from hystfmu.report.verbosity import echo
 
 
@@ -20,7 +19,7 @@ def found(paths: Sequence[str]) -> list[Path]:
     InputError
         A path leads nowhere; the sentence has the names near to it.
     """
-    from hystfmu.scenario.shipped import here_or_shipped, shipped_names, shipped_scenarios
+    from hystfmu.scenario.system.folders import here_or_shipped, shipped_names, shipped_scenarios
 
     places = [here_or_shipped(p) for p in paths]
     for p, place in zip(paths, places, strict=True):

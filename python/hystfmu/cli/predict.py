@@ -9,13 +9,13 @@ from dataclasses import asdict, replace
 import click
 
 from hystfmu.cli.columns import Columns, data_options
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, json_option
+from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, Command, json_option
 from hystfmu.report.verbosity import echo, say
 
 
 @click.command(cls=Command)
-@click.argument("model")
-@click.argument("data")
+@click.argument("model", type=FILE)
+@click.argument("data", type=FILE)
 @click.option(
     "-o",
     "out",
@@ -77,8 +77,8 @@ def predict(
 
 
 @click.command(cls=Command)
-@click.argument("model")
-@click.argument("data")
+@click.argument("model", type=FILE)
+@click.argument("data", type=FILE)
 @data_options
 @click.option(
     "--factor",

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import sys
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from hystfmu.base.replacing import refuse_existing
 from hystfmu.cli.columns import Columns, data_options
-from hystfmu.cli.options import FAILED, OUTPUT_FOLDER, Command, json_option
-from hystfmu.report.verbosity import detail, echo, say, wrong
+from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
+from hystfmu.report.verbosity import detail, echo, say, verdict, wrong
 
 if TYPE_CHECKING:
     from hystfmu.face.result import Result
@@ -23,6 +25,9 @@ _BEGUN = "finished steps are kept; to go on with the others:"
 
 @click.command(cls=Command)
 @click.argument("names", nargs=-1)
+@click.option(
+    "--papers", metavar="DIR", help="Folder of the papers. Default: scenarios/papers, in a checkout of the repository."
+)
 @click.option("--data", metavar="DIR", help="Folder with the measured data sets.")
 @click.option(
     "--full",
@@ -37,7 +42,9 @@ _BEGUN = "finished steps are kept; to go on with the others:"
     help="Write a page per paper: tables, and its figures from our data.",
 )
 @json_option
-def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str | None, as_json: bool) -> None:
+def reproduce(
+    names: tuple[str, ...], papers: str | None, data: str | None, full: bool, folder: str | None, as_json: bool
+) -> None:
     """Reproduce the result tables of the papers.
 
     Each row gives its place in the paper, the printed figure, a literal replica and the result of HystFMU on the same
@@ -47,20 +54,21 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     time, which depends on the load of the machine, does not change it.  Rows without data or package are listed
     first and skipped; the exit status is then 1, too, or 2 if nothing is left to run.
 
+    The papers are Python files of the repository, which this command imports; no package contains them.
+
     \b
     Example: hystfmu reproduce zhao_tan_2008
     """
     from hystfmu.base.errors import InputError
     from hystfmu.base.files import write_text
-    from hystfmu.papers import NEEDS_DATA, PAPERS, missing
-    from hystfmu.papers import reproduce as reproduce_paper
     from hystfmu.report.progress import progress
 
+    of = _papers(papers)
     for name in names if data is None else ():  # without names, the table itself says that its data is missing
-        if name in NEEDS_DATA:
+        if name in of.NEEDS_DATA:
             raise InputError(f"{name}: the measured data is not part of this package; name its folder with --data DIR")
-    lacking = {name: why for name in names or PAPERS if (why := missing(name, data))}
-    able = [name for name in names or PAPERS if name not in lacking]
+    lacking = {name: why for name in names or of.PAPERS if (why := of.missing(name, data))}
+    able = [name for name in names or of.PAPERS if name not in lacking]
     if not able:
         raise InputError("; ".join(lacking.values()))
     if folder is not None:
@@ -70,7 +78,7 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     reports = []
     for name in able:
         with progress(name) as report:
-            reports.append(reproduce_paper(name, data, report, full))
+            reports.append(of.reproduce(name, data, report, full))
         if not as_json:
             say(reports[-1].text() + "\n")
             missed_rows = [row for row in reports[-1].rows if row.met is False]
@@ -83,25 +91,42 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     sys.exit(FAILED if missed or lacking else 0)
 
 
+def _papers(folder: str | None) -> ModuleType:
+    """Import the papers of a checkout: those of a folder, else of the current one, else of the one that runs."""
+    from hystfmu.base.errors import InputError
+    from hystfmu.scenario.system.folders import here_or_shipped
+
+    home = (here_or_shipped("scenarios/papers") if folder is None else Path(folder)).resolve()
+    if home.name != "papers" or not (home / "__init__.py").is_file():
+        raise InputError(
+            f"{home}: The papers must be in a folder scenarios/papers, as in the repository of HystFMU; no package has "
+            "them. Run the command in a checkout, or name the folder with --papers DIR."
+        )
+    sys.path.insert(0, str(home.parent))
+    return importlib.import_module("papers")
+
+
 @click.command(cls=Command, interrupted=_BEGUN)
 @click.option(
     "-o", "out", default="demo", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
 )
-def demo(out: str) -> None:
+@click.option("--full", is_flag=True, help="Fit five kinds of model and run all shipped scenarios too; needs torch.")
+def demo(out: str, full: bool) -> None:
     """Run the whole workflow on built-in data.
 
-    Fits and compares models, exports FMUs, runs scenarios and writes a report.
+    Fits a model, inverts it, exports FMUs and Modelica, runs a closed loop with its corners and writes a report.
 
     \b
     Example: hystfmu demo -o demo
+             hystfmu demo --full -o all
     """
     from hystfmu.demo.run import demo as run_demo
 
-    sys.exit(0 if run_demo(Path(out)) else FAILED)
+    sys.exit(0 if run_demo(Path(out), full) else FAILED)
 
 
 @click.command(cls=Command, interrupted=_BEGUN)
-@click.argument("data", nargs=-1, required=True)
+@click.argument("data", type=FILE, nargs=-1, required=True)
 @click.option(
     "-o", "out", default="start", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
 )
@@ -123,7 +148,9 @@ def demo(out: str) -> None:
 )
 @click.option("--delay", type=int, metavar="STEPS", help="Steps between a measurement and its command. Default: 1.")
 @click.option("--resonance", metavar="HZ[,ZETA]", help="A known resonance that the record does not show.")
-@click.option("--amplifier", metavar="slew=..,max=..,min=..,current=..,capacitance=..", help="Limits of the amplifier.")
+@click.option(
+    "--amplifier", metavar="NAME=VALUE,...", help="Limits of the amplifier: slew, max, min, current, capacitance."
+)
 @click.option("--requirements", metavar="FILE", help="TOML file with the last ten options as keys.")
 @json_option
 def start(
@@ -148,7 +175,7 @@ def start(
 
     \b
     Example: hystfmu start data.csv -o mine
-             hystfmu start stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output "Weg [um]" --error 0.5
+             hystfmu start stage.csv --time "Zeit [ms]" --error 0.5
              hystfmu start stage.csv --reference triangle:100 --bandwidth 80
     """
     from hystfmu.base.files import load_toml
@@ -178,7 +205,9 @@ def start(
     detail(f"\n{made.model}")
     if loop is not None:
         if loop.race.found:
-            say("\n" + table(*race_table(loop, values=False)))
+            say("\n" + table(*race_table(loop, page=False)))
+            for why in dict.fromkeys(loop.race.refused.values()):
+                say(f"left out: {', '.join(n for n, reason in loop.race.refused.items() if reason == why)}: {why}")
         say("\n" + table(*reference_table(made.verdict)))
         head = ["case", "RMS % of stroke", "max %", "asked RMS %", "verdict", "what"]
         detail("\n" + table(head, [[*c.values()] for c in cases]))
@@ -191,8 +220,10 @@ def start(
     notes = [*made.verdict["reasons"], *made.notes, *made.model.fit.get("warnings", ())]
     for note in notes:
         echo(note if loop is None and note == notes[0] else f"warning: {note}", err=True)
-    say("\n" + table(["written", "file", "the same alone"], [[k, str(p), c] for k, (p, c) in made.files.items()]))
-    echo(sentence(made.verdict), err=not made.approved)
+    say("\nfiles, and the commands that make them:")
+    for what, (path, command) in made.files.items():
+        say(f"{what}: {path}\n    {command}")
+    verdict(sentence(made.verdict), made.approved)
     sys.exit(0 if made.approved else FAILED)
 
 

@@ -1,4 +1,4 @@
-"""The command that runs scenarios, and FMUs and archives alone."""
+"""The command that runs scenarios."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from hystfmu.base.replacing import refuse_existing
 from hystfmu.cli import places
 from hystfmu.cli.options import (
     FAILED,
+    FILE,
     OUTPUT_FILE,
     OUTPUT_FOLDER,
     Command,
@@ -26,7 +27,7 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
 
 
 @click.command(cls=Command)
-@click.argument("scenarios", nargs=-1)
+@click.argument("scenarios", type=FILE, nargs=-1)
 @click.option(
     "--all",
     "everything",
@@ -38,9 +39,8 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
     "settings",
     multiple=True,
     metavar="UNIT.NAME=VALUE",
-    help="Override a parameter (of an FMU: NAME=VALUE), or with @FILE.json those of a file; repeatable. The limits "
-    "alone decide then. A case that sets the parameter itself keeps its value, unless yours is relative ('*1.2') or "
-    "--case names it.",
+    help="Override a parameter, or with @FILE.json those of a file; repeatable. The limits alone decide then. A case "
+    "that sets the parameter itself keeps its value, unless yours is relative ('*1.2') or --case names it.",
 )
 @click.option(
     "--engine",
@@ -64,17 +64,8 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
 )
 @unconfined_option
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="Run only the cases with this name; repeatable.")
-@click.option("--step", type=float, metavar="SECONDS", help="Step of an SSP or FMU: overrides the one it states.")
-@click.option("--stop", type=float, metavar="SECONDS", help="Stop time of an SSP or FMU: overrides the one it states.")
 @click.option(
-    "--input", "given", metavar="IN.csv", help="Inputs of an FMU: a column of time, and one named like each input."
-)
-@click.option(
-    "-o",
-    "--out",
-    type=OUTPUT_FILE,
-    metavar="OUT.csv",
-    help="CSV file for all outputs of a single case, SSP or FMU.",
+    "-o", "--out", type=OUTPUT_FILE, metavar="OUT.csv", help="CSV file for all outputs of the one case that runs."
 )
 @click.option(
     "--record",
@@ -91,9 +82,7 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
     help="Folder to write report.html and report.json into.",
 )
 @json_option
-@click.pass_context
 def run(
-    context: click.Context,
     scenarios: tuple[str, ...],
     everything: bool,
     settings: tuple[str, ...],
@@ -102,9 +91,6 @@ def run(
     timeout: float,
     unconfined: bool,
     cases: tuple[str, ...],
-    step: float | None,
-    stop: float | None,
-    given: str | None,
     out: str | None,
     record: bool,
     yes: bool,
@@ -117,44 +103,20 @@ def run(
     A scenario is a closed loop of FMUs, simulated by fmpy.  A folder of scenarios runs them all.  Shipped scenarios run
     by name, such as scenarios/pid, if the current folder has no such folder.
 
-    SSP archives of other tools run too and are compared with the reference result that they contain.
-
-    An FMU of any origin runs alone: FMI 1.0, 2.0 or 3.0, Co-Simulation, or Model Exchange with an adaptive integrator.
-    Its inputs are held during a step. Continuous inputs are interpolated between the rows of the file.
+    'hystfmu simulate' runs an FMU or an SSP archive.
 
     \b
     Example: hystfmu run scenarios/sliding_mode --report out
              hystfmu run scenarios/pid --case sine_10 -o sine_10.csv
-             hystfmu run loop.ssp -o out.csv
-             hystfmu run pump.fmu --input in.csv --set k=2 --step 1e-3 --stop 5 -o out.csv
     """
-    from hystfmu.report.progress import progress
-
-    if len(scenarios) == 1 and scenarios[0].endswith(".fmu"):
-        from hystfmu.scenario.run_fmu import run_fmu_file
-
-        _refuse(context, _NOT_OF_AN_FMU, f"{scenarios[0]}: an FMU runs alone")
-        told = run_fmu_file(scenarios[0], given, assignments(settings), step, stop, timeout, out, not unconfined)
-        if as_json:
-            echo(json.dumps(told.summary()))
-        else:
-            say("\n".join(told.lines()))
-        return
-    _refuse(context, ("given",), "only an FMU that runs alone takes a file of inputs")
-    if len(scenarios) == 1 and scenarios[0].endswith(".ssp"):
-        from hystfmu.scenario.ssp.run import run_ssp_file
-
-        _refuse(context, _NOT_OF_AN_SSP, f"{scenarios[0]}: an SSP archive runs alone and unchanged")
-        with progress("running") as report:
-            lines, passed = run_ssp_file(
-                scenarios[0], engine, coupling, step, stop, timeout, out, not unconfined, report
-            )
-        say("\n".join(lines))
-        sys.exit(0 if passed else FAILED)
-    _refuse(context, ("step", "stop"), "step and stop of a scenario are set in its scenario.toml")
+    if alone := next((s for s in scenarios if s.endswith((".fmu", ".ssp"))), None):
+        raise InputError(
+            f"{alone}: The scenario must be a folder. 'hystfmu simulate {alone}' runs an FMU or an archive."
+        )
     import hystfmu as hy
+    from hystfmu.report.progress import progress
     from hystfmu.scenario import Change
-    from hystfmu.scenario.report.junit import write_junit
+    from hystfmu.scenario.report.machine import write_junit
     from hystfmu.scenario.report.terminal import changes, every_metric, verdicts
 
     if everything == bool(scenarios):
@@ -195,16 +157,3 @@ def run(
         detail(every_metric(results))
         wrong([line for r in results for line in r.failures()])
     sys.exit(0 if results.passed else FAILED)
-
-
-_NOT_OF_AN_FMU = ("everything", "engine", "coupling", "cases", "record", "yes", "junit", "report_dir")
-
-_NOT_OF_AN_SSP = ("everything", "settings", "cases", "record", "yes", "junit", "report_dir", "as_json")
-
-
-def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
-    """Refuse options that would have no effect."""
-    for option in context.command.params:
-        given = context.get_parameter_source(option.name or "") is click.core.ParameterSource.COMMANDLINE
-        if option.name in names and given:
-            raise InputError(f"{why}: it takes no {option.opts[-1]}")

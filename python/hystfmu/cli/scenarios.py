@@ -10,12 +10,12 @@ import click
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import places
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, json_option
+from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, Command, json_option
 from hystfmu.report.verbosity import VERBOSE, echo, level, say, wrong
 
 
 @click.command(cls=Command)
-@click.argument("scenarios", nargs=-1)
+@click.argument("scenarios", type=FILE, nargs=-1)
 @click.option(
     "--all",
     "everything",
@@ -44,7 +44,7 @@ def margins(
     Example: hystfmu margins scenarios/pid scenarios/pid_observer
     """
     from hystfmu.report.progress import progress
-    from hystfmu.scenario.margin_table import margin_table
+    from hystfmu.scenario.loop.table import margin_table
 
     if everything == bool(scenarios):
         raise InputError("margins needs scenarios or --all (example: hystfmu margins scenarios/pid)")
@@ -61,8 +61,8 @@ def margins(
 
 
 @click.command(cls=Command)
-@click.argument("before", metavar="A")
-@click.argument("after", metavar="B")
+@click.argument("before", type=FILE, metavar="A")
+@click.argument("after", type=FILE, metavar="B")
 @click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="DIFF.html", help="HTML page to write.")
 @json_option
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
@@ -90,7 +90,7 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
 
 
 @click.command(cls=Command)
-@click.argument("scenario")
+@click.argument("scenario", type=FILE)
 @click.option("-o", "--out", required=True, type=OUTPUT_FILE, metavar="X.ssp|X.fmu", help="Archive to write.")
 @click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: the first].")
 @click.option(
@@ -130,7 +130,7 @@ def ssp(
 ) -> None:
     """Export a scenario as an SSP archive or one FMU.
 
-    Other simulators run the archive; 'hystfmu run X.ssp' runs archives of other tools.
+    Other simulators run the archive; 'hystfmu simulate X.ssp' runs archives of other tools.
 
     Other simulators step all components at once, each with the values of the previous step.  Therefore neighbouring
     units become one component, which keeps the order of the scenario.  The last lines state the largest difference from

@@ -8,12 +8,12 @@ from typing import Literal
 import click
 
 from hystfmu.cli import places
-from hystfmu.cli.options import OUTPUT_FOLDER, Command, json_option, unconfined_option
+from hystfmu.cli.options import FILE, OUTPUT_FOLDER, Command, json_option, unconfined_option
 from hystfmu.report.verbosity import VERBOSE, echo, level, say
 
 
 @click.command(cls=Command, interrupted="finished rows are kept; to go on with the others:")
-@click.argument("study")
+@click.argument("study", type=FILE)
 @click.option(
     "-o",
     "--out",

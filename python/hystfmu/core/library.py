@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import ctypes as C
 import functools
+import itertools
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from hystfmu.base import PACKAGE
 
@@ -22,49 +24,27 @@ _D = C.POINTER(C.c_double)
 _I = C.POINTER(C.c_int)
 
 
+def _fields(text: str) -> list[tuple[str, Any]]:
+    """Return the fields of a structure: name and letter of the type of each."""
+    kinds: dict[str, type] = {"s": C.c_char_p, "i": C.c_int, "h": C.c_ushort, "d": C.c_double, "p": C.c_void_p}
+    return [(name, kinds[letter]) for name, _, letter in (word.partition(":") for word in text.split())]
+
+
 class RawVar(C.Structure):
     """`hyst_var` of hyst.h."""
 
-    _fields_ = [
-        ("name", C.c_char_p),
-        ("kind", C.c_int),
-        ("type", C.c_char_p),
-        ("start", C.c_double),
-        ("lo", C.c_double),
-        ("hi", C.c_double),
-        ("size", C.c_char_p),
-        ("unit", C.c_char_p),
-        ("text", C.c_char_p),
-    ]
+    _fields_ = _fields("name:s kind:i type:s start:d lo:d hi:d size:s unit:s text:s")
 
 
 class _Dim(C.Structure):
-    _fields_ = [
-        ("name", C.c_char_p),
-        ("start", C.c_int),
-        ("lo", C.c_int),
-        ("hi", C.c_int),
-        ("text", C.c_char_p),
-    ]
+    _fields_ = _fields("name:s start:i lo:i hi:i text:s")
 
 
 class _Told(C.Structure):
-    _fields_ = [
-        ("text", C.c_char_p),
-        ("equation", C.c_char_p),
-        ("source", C.c_char_p),
-        ("family", C.c_char_p),
-        ("inverts", C.c_char_p),
-        ("invert_condition", C.c_char_p),
-        ("tolerance", C.c_char_p),
-        ("hold", C.c_char_p),
-        ("rule_error", C.c_double),
-        ("rule_step", C.c_double),
-        ("smooth", C.c_double),
-        ("sensitivity", C.c_void_p),
-        ("derives", C.c_int),
-        ("differences", C.c_char_p),
-    ]
+    _fields_ = _fields(
+        "text:s equation:s source:s family:s inverts:s invert_condition:s tolerance:s hold:s "
+        "rule_error:d rule_step:d smooth:d sensitivity:p derives:i differences:s"
+    )
 
 
 _OUTPUT = C.CFUNCTYPE(None, _I, _D, _D, _D, _D)
@@ -72,10 +52,7 @@ _OUTPUT = C.CFUNCTYPE(None, _I, _D, _D, _D, _D)
 
 class _Block(C.Structure):
     _fields_ = [
-        ("name", C.c_char_p),
-        ("flags", C.c_ushort),
-        ("trial", C.c_ushort),
-        ("n_dims", C.c_int),
+        *_fields("name:s flags:h trial:h n_dims:i"),
         ("dims", C.POINTER(_Dim)),
         ("rate", C.c_int),
         ("n_vars", C.c_int),
@@ -254,34 +231,20 @@ class BlockType:
         return (C.c_int * (len(self.dims) + 1))(*[dims[d.name] for d in self.dims])  # + 1: a block may have no size
 
 
-def _library() -> C.CDLL:
+@functools.cache
+def library() -> C.CDLL:
+    """Load the compiled core and declare the argument types of the graph executor."""
     suffix = {"win32": "dll", "darwin": "dylib"}.get(sys.platform, "so")
     path = PACKAGE / f"_core.{suffix}"
     if not path.exists():
         raise ImportError(f"the compiled core {path.name} is missing: install the package with 'pip install .'")
-    return C.CDLL(str(path))
-
-
-@functools.cache
-def library() -> C.CDLL:
-    """Load the compiled core and declare the argument types of the graph executor."""
-    lib = _library()
+    lib = C.CDLL(str(path))
     lib.hyst_graph_measure.argtypes = [C.c_char_p, C.c_size_t, C.POINTER(C.c_size_t), C.POINTER(RawError)]
-    lib.hyst_graph_open.argtypes = [
-        C.c_char_p,
-        C.c_size_t,
-        C.c_void_p,
-        C.c_size_t,
-        C.POINTER(C.c_void_p),
-        C.POINTER(RawError),
-    ]
+    size, handle = C.c_size_t, C.POINTER(C.c_void_p)
+    lib.hyst_graph_open.argtypes = [C.c_char_p, size, C.c_void_p, size, handle, C.POINTER(RawError)]
     lib.hyst_message.argtypes = [C.POINTER(RawError), C.c_char_p, C.c_size_t]
     lib.hyst_interval.argtypes = [C.POINTER(RawVar), C.c_char_p, C.c_size_t]
-    lib.hyst_interval.restype = None
-    lib.hyst_graph_error.argtypes = [C.c_void_p]
     lib.hyst_graph_error.restype = C.POINTER(RawError)
-    lib.hyst_graph_defaults.argtypes = [C.c_void_p]
-    lib.hyst_graph_defaults.restype = None
     lib.hyst_graph_start.argtypes = [C.c_void_p, C.c_double]
     lib.hyst_graph_step.argtypes = [C.c_void_p, C.c_double, C.c_double]
     lib.hyst_graph_end_of_step.argtypes = [C.c_void_p, C.c_double, C.c_double, C.c_double]
@@ -292,65 +255,51 @@ def library() -> C.CDLL:
     lib.hyst_graph_set.argtypes = [C.c_void_p, C.c_int64, C.c_double]
     lib.hyst_graph_state.argtypes = [C.c_void_p, C.POINTER(C.c_int64)]
     lib.hyst_graph_state.restype = _D
-    lib.hyst_graph_n_continuous.argtypes = [C.c_void_p]
+    for of_graph in (lib.hyst_graph_error, lib.hyst_graph_defaults, lib.hyst_graph_n_continuous):
+        of_graph.argtypes = [C.c_void_p]
     lib.hyst_graph_n_continuous.restype = C.c_int64
     lib.hyst_graph_tangent_between.argtypes = [C.c_void_p, C.c_double, *[C.c_void_p] * 5]
-    lib.hyst_graph_tangent_between.restype = None
     lib.hyst_sensitivity_measure.argtypes = [C.c_void_p, C.c_void_p]
     lib.hyst_sensitivity_measure.restype = C.c_size_t
     lib.hyst_sensitivity_run.argtypes = [C.c_void_p, C.c_int64, C.c_double, C.c_double, *[C.c_void_p] * 3]
+    for nothing in (lib.hyst_interval, lib.hyst_graph_defaults, lib.hyst_graph_tangent_between, lib.hyst_columns_run):
+        nothing.restype = None
     lib.hyst_columns_run.argtypes = [C.c_void_p, C.c_int64, C.c_void_p, C.c_int64, *[C.c_void_p] * 3]
-    lib.hyst_columns_run.restype = None
     return lib
+
+
+def _var(v: RawVar) -> Var:
+    unit = v.unit.decode()
+    follows = unit.startswith("=")
+    words = v.name.decode(), KINDS[v.kind], v.size.decode(), v.type.decode(), "1" if follows else unit
+    return Var(*words, v.start, v.lo, v.hi, v.text.decode(), v, unit[1:] if follows else "")
 
 
 @functools.cache
 def block_types() -> dict[str, BlockType]:
     """Return every block of the library by name, as its C table describes it."""
-    lib = library()
-    table = (C.POINTER(_Block) * 1000).in_dll(lib, "hyst_blocks")
+    table = (C.POINTER(_Block) * 1000).in_dll(library(), "hyst_blocks")
     types: dict[str, BlockType] = {}
-    for pointer in table:
-        if not pointer:
-            break
+    for pointer in itertools.takewhile(bool, table):
         b = pointer.contents
-        dims = tuple(Dim(d.name.decode(), d.start, d.lo, d.hi, d.text.decode()) for d in b.dims[: b.n_dims])
-        rows = tuple(
-            Var(
-                v.name.decode(),
-                KINDS[v.kind],
-                v.size.decode(),
-                v.type.decode(),
-                "1" if v.unit.startswith(b"=") else v.unit.decode(),
-                v.start,
-                v.lo,
-                v.hi,
-                v.text.decode(),
-                v,
-                v.unit.decode()[1:] if v.unit.startswith(b"=") else "",
-            )
-            for v in b.vars[: b.n_vars]
-        )
-        name = b.name.decode()
         told = b.told
-        types[name] = BlockType(
-            name=name,
-            text=told.text.decode(),
-            equation=told.equation.decode(),
-            source=told.source.decode(),
-            family=(told.family or b"").decode(),
+        words: dict[str, Any] = {
+            k: (getattr(told, k) or b"").decode() for k in ("text", "equation", "source", "family", "tolerance")
+        }
+        types[b.name.decode()] = BlockType(
+            name=b.name.decode(),
+            **words,
             rate=RATES[b.rate],
             inverts=told.inverts.decode() if told.inverts else None,
             invert_condition=told.invert_condition.decode() if told.invert_condition else None,
-            tolerance=(told.tolerance or b"").decode(),
             rule_error=told.rule_error,
             rule_step=told.rule_step,
             smooth=told.smooth or 1e-5,
             hold=(told.hold or b"zoh").decode(),
             flags=b.flags,
             trial=b.trial,
-            dims=dims,
-            vars=rows,
+            dims=tuple(Dim(d.name.decode(), d.start, d.lo, d.hi, d.text.decode()) for d in b.dims[: b.n_dims]),
+            vars=tuple(map(_var, b.vars[: b.n_vars])),
             raw=b,
         )
     return types

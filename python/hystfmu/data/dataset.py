@@ -22,14 +22,13 @@ from hystfmu.data.record_rows import (
     LEAST_ROWS,
     check_finite,
     check_one_step,
+    check_time,
     line_of,
-    row_behind,
     row_of,
     starts_of,
     train_rows,
 )
-from hystfmu.data.resampling import resample_rows
-from hystfmu.data.time_grid import check_time
+from hystfmu.data.resampling import resample
 
 if TYPE_CHECKING:
     import pandas
@@ -121,9 +120,8 @@ class Dataset:
         starts: Sequence[int] = (0,),
         covariates: Mapping[str, ArrayLike] | Covariates | None = None,
     ) -> None:
-        object.__setattr__(self, "path", path)
-        for text, value in {"name": name, "unit_u": unit_u, "unit_y": unit_y}.items():
-            object.__setattr__(self, text, printable(value))
+        texts = {"name": name, "unit_u": unit_u, "unit_y": unit_y}
+        vars(self).update(path=path, **{key: printable(value) for key, value in texts.items()})
         where = self.path or self.name
         for key, given in (("t", t), ("u", u), ("y", y)):
             try:
@@ -135,7 +133,7 @@ class Dataset:
                     f"{where}: The '{key}' array must be one-dimensional. Got shape {column.shape} instead."
                 )
             column.flags.writeable = False
-            object.__setattr__(self, key, column)
+            vars(self)[key] = column
         lengths = {len(self.t), len(self.u), len(self.y)}
         if len(lengths) > 1:
             raise InputError(
@@ -153,16 +151,12 @@ class Dataset:
             raise InputError(
                 f"{where}: The covariates must have {len(self.t)} rows. Got {len(covariates.values)} instead."
             )
-        object.__setattr__(self, "covariates", covariates)
-        object.__setattr__(self, "starts", starts_of(starts, len(self.t), where))
+        vars(self).update(covariates=covariates, starts=starts_of(starts, len(self.t), where))
         for rows in self.records:
-            check_time(self.t[rows], partial(row_behind, where, rows.start), None)
+            check_time(self.t[rows], partial(row_of, where, first=rows.start), None)
         check_one_step(self.t, self.records, where)
-        object.__setattr__(self, "train", train_rows(train, len(self.t), where))
-        object.__setattr__(self, "read_as", "")
-        object.__setattr__(self, "titles", ("", ""))
-        object.__setattr__(self, "held", None)
-        object.__setattr__(self, "_lines", None)
+        train = train_rows(train, len(self.t), where)
+        vars(self).update(train=train, read_as="", titles=("", ""), held=None, _lines=None)
 
     def __repr__(self) -> str:
         n, rows = len(self.t), self.train
@@ -265,7 +259,7 @@ class Dataset:
             Rows to hold out of the training rows, e.g. validation blocks.
         """
         made = self._of_same_rows(replace(self))
-        object.__setattr__(made, "held", held)
+        vars(made)["held"] = held
         return made
 
     @property
@@ -380,9 +374,9 @@ class Dataset:
             raise InputError(
                 f"{where}: The data to resample must be one record. Got {len(self.starts)} records instead."
             )
-        t, u, y, rows = resample_rows(self.t, self.u, self.y, self.train, rate, where, partial(row_of, where))
+        t, u, y, rows = resample(self.t, self.u, self.y, rate, where, rows=self.train)
         made = replace(self, t=t, u=u, y=y, train=rows, covariates=self.covariates.at(t, self.t))
-        object.__setattr__(made, "titles", self.titles)
+        vars(made)["titles"] = self.titles
         return made
 
     def aligned(self, lag: int) -> Dataset:
@@ -429,10 +423,7 @@ class Dataset:
         return row_of(where, row) if self._lines is None else line_of(where, self._lines, row)
 
     def _of_same_rows(self, other: Dataset) -> Dataset:
-        object.__setattr__(other, "_lines", self._lines)
-        object.__setattr__(other, "read_as", self.read_as)
-        object.__setattr__(other, "titles", self.titles)
-        object.__setattr__(other, "held", self.held)
+        vars(other).update(_lines=self._lines, read_as=self.read_as, titles=self.titles, held=self.held)
         return other
 
     def from_file(self, read_as: str, lines: Sequence[int] | None, titles: tuple[str, str]) -> Dataset:
@@ -447,9 +438,7 @@ class Dataset:
         titles : tuple of str
             What the file calls input and output.
         """
-        object.__setattr__(self, "titles", titles)
-        object.__setattr__(self, "_lines", lines)
-        object.__setattr__(self, "read_as", read_as)
+        vars(self).update(titles=titles, _lines=lines, read_as=read_as)
         return self
 
     def to_csv(self, path: str | Path) -> None:
@@ -467,7 +456,7 @@ class Dataset:
         MissingExtra
             pandas is not installed.
         """
-        from hystfmu.base.extras import extras
+        from hystfmu.base.errors import extras
 
         with extras("to_pandas()"):
             import pandas

@@ -1,4 +1,4 @@
-"""Rows of a record: fitted rows, starts of records, required data, and their names in messages."""
+"""Rows of a record: fitted rows, starts of records, required data, equal time steps, and their names in messages."""
 
 from __future__ import annotations
 
@@ -72,14 +72,9 @@ def check_one_step(t: Array, records: Sequence[slice], where: str) -> None:
             )
 
 
-def row_of(where: str, row: int) -> str:
-    """Name a row for a message."""
-    return f"{where}: row {row}"
-
-
-def row_behind(where: str, first: int, row: int) -> str:
-    """Name a row of a part that begins at row `first` for a message."""
-    return row_of(where, first + row)
+def row_of(where: str, row: int, first: int = 0) -> str:
+    """Name a row for a message, of a part that begins at row `first`."""
+    return f"{where}: row {first + row}"
 
 
 def line_of(where: str, lines: Sequence[int], row: int) -> str:
@@ -93,3 +88,76 @@ def check_finite(column: Array, name: str, place: Callable[[int], str]) -> None:
     if bad.any():
         n = int(np.argmax(bad))
         raise InputError(f"{place(n)}: The {name!r} column must hold finite numbers. Got {column[n]} instead.")
+
+
+STEP_TOLERANCE = 1e-6  # relative to the step
+
+
+def check_increasing(t: Array, place: Callable[[int], str]) -> None:
+    """Check that the times (n,) increase.
+
+    Parameters
+    ----------
+    t : array, shape (n,)
+        Times (s).
+    place : function
+        Name of a row, for messages.
+
+    Raises
+    ------
+    InputError
+        The time of a row is not after that of the row before.
+    """
+    back = np.diff(t) <= 0
+    if back.any():
+        n = int(np.argmax(back)) + 1
+        hint = " Stamps that are too coarse need the sample rate in Hz (--rate)." if t[n] == t[n - 1] else ""
+        raise InputError(f"{place(n)}: The time must increase. Got {t[n]:.12g} after {t[n - 1]:.12g} instead.{hint}")
+
+
+def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array] | None) -> Array:
+    """Check that the time has equal steps; put rounded printed times back on the even grid.
+
+    Steps may differ by 1e-6 of the step.  Printed times may instead differ from the even grid by half a count of their
+    last digit, if that count is at most a quarter of the step: coarser digits could hide a missing sample.
+
+    Parameters
+    ----------
+    t : array, shape (n,)
+        Times (s).
+    place : function
+        Name of a row, for messages.
+    digits : function, optional
+        Returns the value (s) of one count in the last printed digit of each time; called only if it matters.
+
+    Returns
+    -------
+    array, shape (n,)
+        The times, or the even grid that they are rounded from.
+
+    Raises
+    ------
+    InputError
+        Times that do not increase, or not in equal steps.
+    """
+    check_increasing(t, place)
+    h, error = _step_error(t)
+    if (error <= STEP_TOLERANCE * h + 4 * np.spacing(np.abs(t).max())).all():
+        return t
+    if digits:
+        unit = digits()
+        grid: Array = t[0] + h * np.arange(len(t))
+        slack = STEP_TOLERANCE * h + 0.5 * unit + 0.5 * max(unit[0], unit[-1])
+        if unit.max() <= h / 4 and (np.abs(t - grid) <= slack).all():
+            return grid
+    n = int(np.argmax(error)) + 1
+    raise InputError(
+        f"{place(n)}: The time must increase in equal steps (to 1e-6 of the step, or to the digits printed). "
+        f"Got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s: resample on request (--resample)."
+    )
+
+
+def _step_error(t: Array) -> tuple[float, Array]:
+    h = float(t[-1] - t[0]) / (len(t) - 1)
+    error: Array = np.abs(np.diff(t) - h)
+    return h, error

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.data.record_rows import train_rows
+from hystfmu.data.record_rows import check_increasing, row_of, train_rows
 from hystfmu.data.reversals import reversals
-from hystfmu.data.time_grid import check_increasing
 
 GAP = 4.5  # median steps: three lost samples in a row are bridged, four are not
 LOST = 0.02  # share of lost samples up to which a record is resampled without a word of its user
@@ -75,39 +75,51 @@ def unevenness(t: Array) -> Unevenness | None:
 
 
 def resample(
-    t: Array, u: Array, y: Array, rate: float | None, where: str, place: Callable[[int], str] | None = None
-) -> tuple[Array, Array, Array]:
-    """Resample to even steps.
+    t: Array,
+    u: Array,
+    y: Array,
+    rate: float | None,
+    where: str,
+    place: Callable[[int], str] | None = None,
+    rows: slice = slice(None),
+) -> tuple[Array, Array, Array, slice]:
+    """Resample to even steps, and carry rows of the data over.
 
     Parameters
     ----------
     t, u, y : array, shape (n,)
-        Time (s), strictly increasing; input; output, NaN where none was measured.
+        Time (s); input; output, NaN where none was measured.
     rate : float or None
         New rate (Hz); None takes one over the median step.
     where : str
         Name of the data, for messages.
     place : function, optional
         Name of a data row, for messages; default "where: row k".
+    rows : slice
+        Rows of the data.
 
     Returns
     -------
     t, u, y : array, shape (m,)
         From the first time to the last one, or at most one step less.
+    rows : slice
+        New rows that cover the time of the old ones.
 
     Raises
     ------
     InputError
-        A gap longer than 4.5 median steps; a rate that is not positive or above twice the mean rate.
+        Times that do not increase; a gap longer than 4.5 median steps; a rate that is not positive or above twice the
+        mean rate; fewer than 4 rows are left.
     """
+    place = place or partial(row_of, where)
+    check_increasing(t, place)
     steps = np.diff(t)
     median, mean = float(np.median(steps)), float(t[-1] - t[0]) / len(steps)
     n = int(np.argmax(steps))
     if steps[n] > GAP * median:
-        at = place(n + 1) if place else f"{where}: row {n + 1}"
         raise InputError(
-            f"{at}: The gap between two samples must be at most {GAP} median steps of {median:.6g} s when resampling. "
-            f"Got {steps[n]:.6g} s instead: split the data there."
+            f"{place(n + 1)}: The gap between two samples must be at most {GAP} median steps of {median:.6g} s when "
+            f"resampling. Got {steps[n]:.6g} s instead: split the data there."
         )
     rate = 1 / median if rate is None else rate
     if not (np.isfinite(rate) and 0 < rate <= FASTER / mean):
@@ -120,33 +132,5 @@ def resample(
     turns = reversals(u)
     nearest = np.clip(np.rint((t[turns] - t[0]) * rate).astype(int), 0, len(grid) - 1)
     u_new[nearest], y_new[nearest] = u[turns], y[turns]
-    return grid, u_new, y_new
-
-
-def resample_rows(
-    t: Array, u: Array, y: Array, rows: slice, rate: float | None, where: str, place: Callable[[int], str]
-) -> tuple[Array, Array, Array, slice]:
-    """Resample as `resample` does, and carry rows of the data over.
-
-    Parameters
-    ----------
-    t, u, y, rate, where, place
-        As of `resample`; t need not increase.
-    rows : slice
-        Rows of the data.
-
-    Returns
-    -------
-    t, u, y : array, shape (m,)
-    rows : slice
-        New rows that cover the time of the old ones.
-
-    Raises
-    ------
-    InputError
-        Times that do not increase, or what `resample` refuses; fewer than 4 rows are left.
-    """
-    check_increasing(t, place)
-    new, u, y = resample(t, u, y, rate, where, place)
-    first, end = np.searchsorted(new, t[rows][[0, -1]] + [-1e-9, 1e-9] * np.diff(new[:2]))
-    return new, u, y, train_rows((int(first), int(end)), len(new), f"{where}, resampled")
+    first, end = np.searchsorted(grid, t[rows][[0, -1]] + [-1e-9, 1e-9] * np.diff(grid[:2]))
+    return grid, u_new, y_new, train_rows((int(first), int(end)), len(grid), f"{where}, resampled")

@@ -1,7 +1,9 @@
-"""`hystfmu demo`: fit models to built-in data, compare them on held-out data, export, run scenarios, report."""
+"""`hystfmu demo`: record, model, inverse, FMUs, Modelica, a closed loop and a page, on built-in data."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -12,24 +14,28 @@ from hystfmu.base.steps import Steps
 from hystfmu.data import Dataset
 from hystfmu.data.signals import held_out
 from hystfmu.data.synthetic import VOLTS, displacement, piezo
+from hystfmu.demo.loop import loop
 from hystfmu.face.explore import explorer
+from hystfmu.face.model import Model
+from hystfmu.face.verbs import fit
 from hystfmu.fmu.check.check import check_fmu
-from hystfmu.fmu.write.export import export_fmu
-from hystfmu.identify import description, fit
-from hystfmu.inverse import inverse
-from hystfmu.model import Model
+from hystfmu.identify import description
+from hystfmu.identify.kinds import Kind
 from hystfmu.model.accuracy import held_out_table
+from hystfmu.report import terminal
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Line, Plot
 from hystfmu.report.progress import progress
-from hystfmu.report.terminal import loop, table
+from hystfmu.report.terminal import table
 from hystfmu.report.verbosity import echo, say, wrong
-from hystfmu.scenario import Result, run_scenarios
+from hystfmu.scenario import Run, run_scenarios
 from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.report.terminal import verdicts
-from hystfmu.scenario.shipped import shipped_scenarios
+from hystfmu.scenario.system.folders import shipped_scenarios
 
-KEYS = (
+KEYS: tuple[
+    Kind, ...
+] = (  # the first is the model of the short demonstration: no other one errs less, and it needs no further package
     "actuator",
     "prandtl_ishlinskii",
     "zhao_tan_mlp",
@@ -42,36 +48,39 @@ EXPLORED = "The models of the FMUs run in this page. Those with an exact or impl
 HEAD = ("model", "parameters", "nested RMS %FS", "worst RMS %FS", "worst max %FS", "seconds")
 
 
-def demo(out: Path) -> bool:
+def demo(out: Path, full: bool = False) -> bool:
     """Run the demonstration and write its results to `out`.
 
     Parameters
     ----------
     out : Path
-        Folder for data, models, FMUs and the report.
+        Folder for data, models, FMUs, Modelica package, loop and report.
+    full : bool
+        Fit five kinds of model instead of one, and run all shipped scenarios too.
 
     Returns
     -------
     bool
-        True if no FMU has problems and every scenario meets its limits.
+        True if no FMU has problems and every loop meets its limits.
 
     Raises
     ------
     InputError
-        If `out` cannot be written, or the package is installed without its scenarios.
+        If `out` cannot be written, or what `full` needs is not installed.
     """
-    for key in KEYS:  # a missing extra is told before anything is fitted
+    keys = KEYS if full else KEYS[:1]
+    for key in keys:  # a missing extra is told before anything is fitted
         description(key)
-    scenarios = sorted(p.parent for p in shipped_scenarios().glob("*/scenario.toml"))
+    shipped = sorted(p.parent for p in shipped_scenarios().glob("*/scenario.toml")) if full else []
     train, other = piezo(seed=0), piezo(seed=1000)
     steps = Steps(out)
-    steps.claim("demo")
+    steps.claim("demo", full)
     train.to_csv(out / "piezo.csv")
     other.to_csv(out / "piezo_held_out.csv")
     say(f"Synthetic piezo stack: {len(train.t)} rows at {1 / train.h:g} Hz, 0..100 V, {train.span:.1f} um.")
-    say(loop(train.u, train.y, "displacement (um) over voltage (V)"))
+    say(terminal.loop(train.u, train.y, "displacement (um) over voltage (V)"))
 
-    models = [_fit(steps, out, train, key) for key in KEYS]
+    models = [_fit(steps, out, train, key) for key in keys]
     rows = [_row(m, train) for m in models]
     say("\nErrors on held-out signals, in percent of the span of the training data: nested reversals, and the worst of")
     say("other decays, two tones, nested reversals and minor loops.\n")
@@ -79,17 +88,24 @@ def demo(out: Path) -> bool:
 
     if steps.kept:
         say(f"\nfrom the run before: {', '.join(steps.kept)}")
-    problems, n_fmus = _export(steps, models, out)
-    results = _run(scenarios)
+    inverse = models[0].inverse()
+    problems, n_fmus = _export(steps, [*models, inverse], out)
+    package = models[0].export_modelica(out / "modelica" / "Piezo", f"{models[0].key}.model.toml")
+    own = loop(models[0], inverse)
+    own.save(out / "loop")
+    with progress("running scenarios") as report:
+        results = run_scenarios([own.ready(), *shipped], Run(progress=report))
     say("\n" + verdicts(results))
     wrong([line for r in results for line in r.failures()])
-    page = write_report(results, out, _sections(models, rows, other), "HystFMU demo")
-    steps.made([*(out / name for name in ("piezo.csv", "piezo_held_out.csv", "models", "fmus", "report.json")), page])
-    say(f"\nwrote {page}, report.json, {n_fmus // 2} models and {n_fmus} FMUs to {out}/")
+    page = write_report(results, out, _sections(models, inverse, rows, other), "HystFMU demo")
+    made = ("piezo.csv", "piezo_held_out.csv", "models", "fmus", "modelica", "loop", "report.json")
+    steps.made([*(out / name for name in made), page])
+    say(f"\nwrote to {out}/: models, {n_fmus} FMUs, the Modelica package {package.name}, the closed loop in loop/")
+    say(f"open {page}; for a record of yours: hystfmu start DATA.csv")
     return not problems and all(r.passed for r in results)
 
 
-def _fit(steps: Steps, out: Path, train: Dataset, key: str) -> Model:
+def _fit(steps: Steps, out: Path, train: Dataset, key: Kind) -> Model:
     path = _file(out, key)
 
     def fitted() -> None:
@@ -112,42 +128,43 @@ def _row(m: Model, train: Dataset) -> list[str]:
     return [m.key, str(m.fit["parameters"]), *percent, f"{m.fit['seconds']:.2f}"]
 
 
-def _export(steps: Steps, models: list[Model], out: Path) -> tuple[list[str], int]:
-    """Write the models, the exact inverse of the first, and their FMUs for both versions of FMI.
+def _export(steps: Steps, models: Sequence[Model], out: Path) -> tuple[list[str], int]:
+    """Write the models and their FMUs for both versions of FMI.
 
     Returns the problems that the checks found and the number of FMUs.
     """
-    problems, written = [], 0
-    named = {m.key: m for m in models} | {f"{models[0].key}_inverse": inverse(models[0])}
-    with progress("checking FMUs") as report:
-        for name, m in named.items():
-            m.save(_file(out, name))
-            source = _file(out, name).read_text(encoding="utf-8")
-            for version in VERSIONS:
-                path = out / "fmus" / f"{name}_fmi{version}.fmu"
-                made = partial(_checked, m, path, version, name)
-                problems += [f"{path}: {p}" for p in steps.run(f"check of {path.name}", [source], [path], made)]
-                written += 1
-                report(written / (2 * len(named)))
-    say(f"\n{written} FMUs written and checked: {len(problems)} problems")
+    made = {}
+    for m in models:
+        m.save(_file(out, m.key))
+        source = _file(out, m.key).read_text(encoding="utf-8")
+        for version in VERSIONS:
+            path = out / "fmus" / f"{m.key}_fmi{version}.fmu"
+            made[path] = partial(
+                steps.run, f"check of {path.name}", [source], [path], partial(_checked, m, path, version)
+            )
+    problems = []
+    with progress("checking FMUs") as report, ThreadPoolExecutor(2) as pool:  # each is checked in a process of its own
+        for k, (path, found) in enumerate(zip(made, pool.map(lambda run: run(), made.values()), strict=True)):
+            problems += [f"{path}: {p}" for p in found]
+            report((k + 1) / len(made))
+    say(f"\n{len(made)} FMUs written and checked: {len(problems)} problems")
     for p in problems:
         echo(p)
-    return problems, written
+    return problems, len(made)
 
 
-def _checked(m: Model, path: Path, version: Literal[2, 3], name: str) -> list[str]:
+def _checked(m: Model, path: Path, version: Literal[2, 3]) -> list[str]:
     """Write an FMU and return the problems that the checks find."""
-    return [str(p) for p in check_fmu(export_fmu(m, path, fmi=version, name=name))]
+    return [str(p) for p in check_fmu(m.export(path, version, m.key))]
 
 
-def _sections(models: list[Model], rows: list[list[str]], data: Dataset) -> list[Section]:
+def _sections(models: list[Model], inverse: Model, rows: list[list[str]], data: Dataset) -> list[Section]:
     """Return what precedes the loops: before and after compensation, the models, the explorer."""
-    compensator = inverse(models[0])
     wanted = models[0].predict(data.u, data.h)  # a displacement that the actuator can follow
     slope, offset = np.polyfit(data.y, data.u, 1).tolist()
     before = displacement(slope * wanted + offset, data.h)
-    after = displacement(compensator.predict(wanted, data.h), data.h)
-    late = int(compensator.fit.get("lag_steps", 0))  # an inverse of dynamics needs the reference so many steps ahead
+    after = displacement(inverse.predict(wanted, data.h), data.h)
+    late = int(inverse.fit.get("lag_steps", 0))  # an inverse of dynamics needs the reference so many steps ahead
     wanted = wanted[: len(wanted) - late]
     reached = {"before: a gain alone": before[: len(wanted)], f"after: the inverse of {models[0].key}": after[late:]}
     errors = [100 * float(np.sqrt(np.mean((v - wanted) ** 2))) / data.span for v in reached.values()]
@@ -169,8 +186,3 @@ def _sections(models: list[Model], rows: list[list[str]], data: Dataset) -> list
         Section("Models", text, [Table(HEAD, rows)], [error]),
         Section("Explorer", EXPLORED, explorer=explorer(models, data, "voltage (V)", "displacement (um)")),
     ]
-
-
-def _run(scenarios: list[Path]) -> list[Result]:
-    with progress("running scenarios") as report:
-        return run_scenarios(scenarios, progress=report)

@@ -8,14 +8,14 @@
 True
 """
 
+from hystfmu.design.delays import sampled
 from hystfmu.design.describing import DescribingFunction, describing_function
+from hystfmu.design.feedforward import scan_feedforward, scan_harmonics
 from hystfmu.design.gains import Gain, gains
 from hystfmu.design.linear import linearise, to_control
 from hystfmu.design.loop import Margins, loop, margins
 from hystfmu.design.loop_shaping import LoopShaping, loop_shaping
 from hystfmu.design.repetitive import RepetitiveFilters, repetitive_filters
-from hystfmu.design.sampled import sampled
-from hystfmu.design.scan import scan_feedforward, scan_harmonics
 from hystfmu.design.sector import sector
 
 __all__ = [

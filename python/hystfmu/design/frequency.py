@@ -86,11 +86,7 @@ def _on_grid(content: tuple[tuple[tuple[int, ...], bytes], ...], period: int) ->
 def roots(f: Callable[[Array], Array], angles: Array, values: Array) -> Array:
     """Return the angles at which f changes its sign, one in each interval of a grid, by bisection of all at once.
 
-    Parameters
-    ----------
-    f : function of an array of angles
-    angles, values : array, shape (m,)
-        Grid, and f on it.
+    `values` is f on the grid of `angles`, shape (m,).
     """
     at = np.flatnonzero(values[:-1] * values[1:] < 0)
     low, high, sign = angles[at], angles[at + 1], np.sign(values[at])

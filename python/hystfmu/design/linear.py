@@ -16,12 +16,10 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.core.continuous import ContinuousExecutor
-from hystfmu.design.delays import StateSpace, close, cut, shift_registers
+from hystfmu.design.delays import StateSpace, close, cut, sampled, shift_registers
 from hystfmu.design.delays import pade as pade_of
-from hystfmu.design.sampled import sampled
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 

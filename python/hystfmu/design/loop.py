@@ -2,11 +2,15 @@
 
 All parts are state spaces.  Trap: the polynomials of several lags and integrators near z = 1 lose their roots to
 rounding, and with creep the response itself.  Hysteresis enters as a gain, given by `describing_function`.
+
+Not every gain at which the Nyquist curve runs through -1 is a limit: a curve that encircles -1 once more and once less
+may stay stable, and a conditionally stable loop has limits on both sides.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +19,6 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
-from hystfmu.design.crossings import crossed, first_lost
 from hystfmu.design.delays import shift_registers
 from hystfmu.design.frequency import Complex, beside, grid, least, response_of, roots
 from hystfmu.design.linear import feedthrough, python_control, to_control
@@ -221,3 +224,38 @@ def response(L: Any, z: Complex) -> Complex:
         return np.asarray(L(z))
     A, B, C, D = (np.asarray(m) for m in (L.A, L.B, L.C, L.D))
     return np.asarray(response_of((A, B, C, D), z)[:, 0, 0])
+
+
+LARGEST = 1e6  # factor of the gain (120 dB): beyond it rounding decides where poles lie
+SAME = 1e-6  # relative distance of two factors that are one
+
+
+def crossed(L: Callable[[Array], Complex], angles: Array, values: Complex) -> Array:
+    """Return the factors of the gain, shape (k,), at which the curve runs through -1.
+
+    L is the response of the open loop at angles omega h; `values` is L on the grid of `angles` up to pi, shape (m,).
+    """
+    at = np.append(roots(lambda a: L(a).imag, angles, values.imag), np.pi)  # L is real at z = -1, and at z = 1
+    real = np.append(L(at).real, _static(L, values[0]))
+    factors = -1 / real[real < 0]
+    return np.asarray(factors[(factors > 1 / LARGEST) & (factors < LARGEST)])
+
+
+def _static(L: Callable[[Array], Complex], beside: complex) -> Array:
+    """Return L at z = 1, shape (1,), or (0,) where a pole lies there, so that L beside it is another one."""
+    with suppress(np.linalg.LinAlgError), np.errstate(all="ignore"):
+        found = L(np.zeros(1))
+        if abs(found[0] - beside) < 0.5 * abs(beside):
+            return np.asarray(found.real)
+    return np.zeros(0)
+
+
+def first_lost(factors: Array, stable: Callable[[float], bool]) -> float:
+    """Return the least of some factors above 1 beyond which a loop is unstable; infinite if it never is.
+
+    The factors, shape (k,), are all at which stability may change; `stable` says whether the loop is with a factor.
+    """
+    found = np.sort(factors)
+    found = found[np.diff(found, prepend=0.0) > SAME * found]
+    beyond = np.sqrt(found * np.append(found[1:], 4 * found[-1:]))  # between two of them, twice the last one
+    return next((float(f) for f, b in zip(found, beyond, strict=True) if not stable(float(b))), float("inf"))

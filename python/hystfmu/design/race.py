@@ -35,78 +35,38 @@ EQUAL = 1.05  # a structure with more values must be better by this
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a loop.
+    """Limits of a loop; the widest one comes first if none reaches the bandwidth."""
 
-    Attributes
-    ----------
-    ms_db, set_ms_db : float
-        Peaks of the sensitivity of the identified plant and of every plant of the set (dB).
-    bandwidth : float
-        Frequency up to which the sensitivity of the identified plant is below -3 dB (Hz), at least; the widest loop
-        comes first if none reaches it.
-    """
-
-    ms_db: float = MS_DB
-    set_ms_db: float = SET_MS_DB
-    bandwidth: float = 0.0
+    ms_db: float = MS_DB  # peak of the sensitivity of the identified plant (dB)
+    set_ms_db: float = SET_MS_DB  # of every plant of the set
+    bandwidth: float = 0.0  # Hz at least, up to which the sensitivity of the identified plant is below -3 dB
 
 
 @dataclass(frozen=True)
 class Aim:
-    """Disturbances of the loop, as powers in the unit of the output squared.
+    """Disturbances of the loop, as powers in the unit of the output squared, shape (k,)."""
 
-    Attributes
-    ----------
-    f, power : array, shape (k,)
-        Frequencies (Hz) and power of the model error in front of the dynamics.
-    reference : array, shape (k,)
-        Power of the references at the same frequencies; the feed-forward misses a part of it where a device differs.
-    noise : float
-        RMS of the white noise of the sensor.
-    """
-
-    f: Array
-    power: Array
-    reference: Array
-    noise: float = 0.0
+    f: Array  # Hz
+    power: Array  # of the model error in front of the dynamics
+    reference: Array  # of the references at the same frequencies; the feed-forward misses a part where a device differs
+    noise: float = 0.0  # RMS of the white noise of the sensor
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """A structure with its gains, and what its loop reaches.
-
-    Attributes
-    ----------
-    structure : Structure
-    design : Design
-    values : dict of str to float
-    Ki : float
-        Integral gain (1/s).
-    error : float
-        Expected RMS error, in the unit of the output.
-    ms_db, set_ms_db : float
-        Peaks of the sensitivity (dB).
-    worst : str
-        Plant of the set with the largest peak.
-    bandwidth : float
-        Frequency up to which the sensitivity is below -3 dB (Hz).
-    noise_gain : float
-        RMS of the output for white noise of RMS 1 at the sensor.
-    margins : Margins
-        Of the identified plant.
-    """
+    """A structure with its gains, and what its loop reaches."""
 
     structure: Structure
     design: Design
     values: dict[str, float]
-    Ki: float
-    error: float
-    ms_db: float
+    Ki: float  # 1/s
+    error: float  # expected RMS, in the unit of the output
+    ms_db: float  # peak of the sensitivity (dB)
     set_ms_db: float
-    worst: str
-    bandwidth: float
-    noise_gain: float
-    margins: Margins
+    worst: str  # plant of the set with the largest peak
+    bandwidth: float  # Hz up to which the sensitivity is below -3 dB
+    noise_gain: float  # RMS of the output for white noise of RMS 1 at the sensor
+    margins: Margins  # of the identified plant
 
     @property
     def Kp(self) -> float:
@@ -134,18 +94,7 @@ def race(
     limits: Limits = Limits(),
     names: Sequence[str] = tuple(STRUCTURES),
 ) -> Race:
-    """Tune structures and order them by their expected error.
-
-    Parameters
-    ----------
-    plants : PlantSet
-    design : Design
-        The identified plant, as the structures use it.
-    aim : Aim
-    limits : Limits
-    names : sequence of str
-        Structures to compare, from `STRUCTURES`.
-    """
+    """Tune the structures of these names and order them by their expected error."""
     found: list[Tuned] = []
     refused: dict[str, str] = {}
     for name in names:

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
+from hystfmu.design.loop_shaping import robust_filters
 from hystfmu.design.plants import Complex, Plant
-from hystfmu.design.robust_filters import robust_filters
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.graph.discretised import discretised
 

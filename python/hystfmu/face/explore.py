@@ -9,8 +9,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.inverse import invert
 from hystfmu.model import Model
-from hystfmu.model.explored import explored
-from hystfmu.report.explorer import NO_CORE, Explorer, packed_core
+from hystfmu.model.explored import explored, span_of
+from hystfmu.report.explorer import Explorer
 
 
 def explorer(models: Sequence[Model], data: Dataset | None, u_label: str, y_label: str) -> Explorer:
@@ -29,19 +29,14 @@ def explorer(models: Sequence[Model], data: Dataset | None, u_label: str, y_labe
     return Explorer(shown, u_label, y_label, None if data is None else (data.u, data.y))
 
 
-def explorer_of(model: Model) -> Explorer:
+def explorer_of(model: Model) -> Explorer | None:
     """Return the explorer of one model, without measured points.
 
-    Raises
-    ------
-    InputError
-        The core for pages is not installed, the model has not one output, or it does not state the range of its input.
+    None if the first input or output is no number, or the model does not state the range of its input.
     """
-    if packed_core() is None:
-        raise InputError(NO_CORE)
     first = {kind: [p for p in model.graph.ports if p.kind == kind] for kind in ("input", "output")}
-    if not first["input"] or [p.size for p in first["output"]] != [1]:
-        raise InputError(f"The explorer needs a model with an input and one output. Got {model.key} instead.")
+    if span_of(model) is None or [p.size for (p, *_) in filter(None, first.values())] != [1, 1]:
+        return None
     labels = [f"{p.name} ({p.unit})" if p.unit not in ("", "1") else p.name for (p, *_) in first.values()]
     return explorer([model], None, *labels)
 

@@ -9,10 +9,10 @@ from hystfmu.base.printable import escape
 from hystfmu.data import Dataset
 from hystfmu.face.evidence_section import evidence_section
 from hystfmu.face.explore import explorer
-from hystfmu.face.rows import free_run, held_out_errors, parts, split_errors, table_of
+from hystfmu.face.interval import interval_text, known
+from hystfmu.face.rows import free_run, parts, table_of
 from hystfmu.face.summary import tables
 from hystfmu.model import Model
-from hystfmu.model.conformal import Interval, interval
 from hystfmu.report.page import Section, Table, hero, page, section
 from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 
@@ -43,7 +43,7 @@ def fit_sections(model: Model, data: Dataset) -> list[Section]:
     y = free_run(model, data)
     first = Section(
         "Errors",
-        interval_text(*interval_of(model, y, data, True), data.unit_y),
+        interval_text(known(model, data), data.unit_y),
         [table_of(parts(y, data, True), data.unit_y)],
         _errors(y, data),
     )
@@ -60,40 +60,6 @@ def fit_sections(model: Model, data: Dataset) -> list[Section]:
         Section("Model", "", tables(model)),
         Section("Origin", data.read_as, [_origin(model)]),
     ]
-
-
-def interval_of(model: Model, y: Array, data: Dataset, refit: bool) -> tuple[Interval | None, str]:
-    """Return the interval for new rows, and which rows gave it.
-
-    Parameters
-    ----------
-    model : Model
-    y : array, shape (n,)
-        Its output.
-    data : Dataset
-        The data of the fit.
-    refit : bool
-        Whether to fit the same kind to 70 % of the rows if all were fitted.
-    """
-    if (data.train.start, data.train.stop) != (0, len(data.t)):
-        return interval(held_out_errors(y, data)), "on held-out rows"
-    if not refit:
-        return None, ""
-    which = "on the last 30 % of the rows, of the same kind of model fitted to the others"
-    return interval(split_errors(model, data, model.provenance.get("seed", 0))), which
-
-
-def interval_text(found: Interval | None, which: str, unit: str) -> str:
-    """Say in a sentence what interval the errors on new rows fall into."""
-    if found is None:
-        return "No interval for new rows: it needs 80 rows that are no training rows (--train A:B)."
-    of = f" {unit}" if unit else ""
-    return (
-        f"The error of a row of another record of this kind of signal is within +-{found.half_width:.4g}{of} with a "
-        f"probability of 95 % (conformal over {found.blocks} blocks of the errors {which}; other signals or amplitudes "
-        f"may err more). Measured with each block left out: {found.coverage:.1f} % of {found.rows} rows are inside, "
-        f"{found.lowest:.0f} % in the worst block."
-    )
 
 
 def _loop(y: Array, data: Dataset) -> Plot:

@@ -16,7 +16,7 @@ from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.printable import escape
 from hystfmu.data import Dataset
-from hystfmu.data.reader.frames import Columns, is_frame
+from hystfmu.data.reader.arrays import Columns, is_frame
 from hystfmu.face.summary import evidence_lines, names, tables
 from hystfmu.graph.blocks import Block
 from hystfmu.model import Model as Record
@@ -432,9 +432,10 @@ class Model(Record):
         name: str | None = None,
         platforms: Literal["host", "all"] = "host",
         source: bool = False,
-        explorer: bool = False,
     ) -> Path:
         """Write an FMU for Co-Simulation and Model Exchange; no compiler is needed.
+
+        The model runs in the page of its documentation if it states the range of its input.
 
         Parameters
         ----------
@@ -449,8 +450,6 @@ class Model(Record):
             Pack the binary of this machine, or those of all platforms; one that is not installed is an error.
         source : bool
             Pack the C source too: one C99 file, which needs the headers of the FMI standard and the C library.
-        explorer : bool
-            Put the explorer into the documentation: the model runs in the page; some 60 kB more.
 
         Returns
         -------
@@ -460,8 +459,7 @@ class Model(Record):
         Raises
         ------
         InputError
-            The version, the name or the platform will not do, the file cannot be written, or the explorer cannot show
-            the model.
+            The version, the name or the platform will not do, or the file cannot be written.
 
         Examples
         --------
@@ -472,7 +470,7 @@ class Model(Record):
         from hystfmu.face.explore import explorer_of
         from hystfmu.fmu.write.export import export_fmu
 
-        return export_fmu(self, path, fmi, name, platforms, source, explorer_of(self) if explorer else None)
+        return export_fmu(self, path, fmi, name, platforms, source, explorer_of(self))
 
     def export_modelica(
         self, folder: str | Path, source: str = "a model in memory", sheet: Mapping[str, float] | None = None

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.printable import escape
 from hystfmu.report.page import Table, table
 from hystfmu.report.plot import Figure
 from hystfmu.scenario import Result as Record
+
+if TYPE_CHECKING:
+    import pandas
 
 __all__ = ["Result", "Results"]
 
@@ -35,7 +39,7 @@ class Result(Record):
         InputError
             A unit refused to go on: there are no signals.
         """
-        from hystfmu.scenario.outcome.plots import case_plots
+        from hystfmu.scenario.report.cases import case_plots
 
         if self.trace is None:
             raise InputError(self.lines[0])
@@ -68,6 +72,24 @@ class Results(list[Result]):
         from hystfmu.scenario.report.page import write_report
 
         return write_report(self, folder)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a data frame with a row for each metric: scenario, case, metric, value, limit, baseline, within.
+
+        Signals of a case are in ``results[0].trace.to_pandas()``.
+
+        Raises
+        ------
+        MissingExtra
+            pandas is not installed.
+        """
+        from hystfmu.base.errors import extras
+
+        with extras("to_pandas()"):
+            import pandas
+        columns = ("metric", "value", "limit", "baseline", "within")
+        rows = [(r.scenario, r.case, *(getattr(v, c) for c in columns)) for r in self for v in r.verdicts]
+        return pandas.DataFrame(rows, columns=["scenario", "case", *columns])
 
     def __repr__(self) -> str:
         if len(self) <= 1:

@@ -13,7 +13,6 @@ from hystfmu.model.accuracy import errors
 from hystfmu.model.inputs import run_along
 from hystfmu.report.page import Table
 
-SHARE = 0.7  # of the rows: fitted, where an interval needs rows that are not
 LEAST = 4  # rows with a varying output that an error needs
 
 
@@ -75,18 +74,3 @@ def held_out_errors(y: Array, data: Dataset) -> Array:
     """Return measured minus model on the rows that are no training rows, shape (m,)."""
     e = data.y - y
     return np.concatenate([e[: data.train.start], e[data.train.stop :]])
-
-
-def split_errors(model: Model, data: Dataset, seed: int) -> Array:
-    """Return measured minus model on the last 30 % of the rows, of the same kind fitted to the others, shape (m,).
-
-    For data that were fitted as a whole: the kind and its options are those of `model`.
-    """
-    from hystfmu.identify import GRAPH, fit, fit_graph
-
-    part, options = data.with_train((0, round(SHARE * len(data.t)))), model.provenance.get("options", {})
-    if model.key == GRAPH:
-        again = fit_graph(part, model.graph, model.provenance["free"], seed, **{**options, "starts": 1})
-    else:
-        again = fit(part, model.key, seed, **options)
-    return held_out_errors(free_run(again, part), part)

@@ -9,7 +9,7 @@ from typing import Any
 from hystfmu.base.calls import checked
 from hystfmu.face.result import Results
 from hystfmu.face.scenario import Scenario
-from hystfmu.scenario import Change, Engine, run_scenarios
+from hystfmu.scenario import Change, Engine, Run, run_scenarios
 from hystfmu.scenario.system.spec import Scheme
 
 __all__ = ["run"]
@@ -77,14 +77,10 @@ def run(
     return Results.of(
         run_scenarios(
             [s.ready() if isinstance(s, Scenario) else s for s in several],
+            Run(engine, coupling, seconds, confined=confined, progress=progress),
             record=record,
             report_dir=report,
             overrides=set,
-            progress=progress,
-            engine=engine,
-            coupling=coupling,
-            seconds=seconds,
-            confined=confined,
             confirm=confirm,
             case=case,
             out=out,

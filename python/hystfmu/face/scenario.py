@@ -18,14 +18,14 @@ from hystfmu.face.parts import What, described, files
 from hystfmu.face.result import Result
 from hystfmu.face.saved import save
 from hystfmu.model import Model
-from hystfmu.scenario import Engine, run_scenarios
+from hystfmu.scenario import Engine, Run, run_scenarios
 from hystfmu.scenario import Scenario as Cases
 from hystfmu.scenario.system.case import NAME, split_end
-from hystfmu.scenario.system.inside import inside
+from hystfmu.scenario.system.folders import inside
 from hystfmu.scenario.system.spec import MetricKind, ScenarioSpec, Scheme, UnitSpec
 
 if TYPE_CHECKING:
-    from hystfmu.scenario.loop_margins import OpenedLoop
+    from hystfmu.scenario.loop.opened import OpenedLoop
 
 __all__ = ["Scenario"]
 
@@ -430,10 +430,8 @@ class Scenario:
                 f"{self._origin}: The case of run() must be one of {', '.join(self.cases)}. Got none; hystfmu.run() "
                 "runs all."
             )
-        limits: dict[str, Any] = {"seconds": seconds, "confined": confined}
-        found = run_scenarios(
-            [self.ready()], case=case, engine=engine, overrides=set, coupling=coupling, out=out, **limits
-        )
+        how = Run(engine, coupling, seconds, confined=confined)
+        found = run_scenarios([self.ready()], how, case=case, overrides=set, out=out)
         return Result.of(found[0])
 
     def save(self, folder: str | Path) -> Path:
@@ -507,7 +505,7 @@ class Scenario:
         >>> loop.export_controller("controller.fmu").name
         'controller.fmu'
         """
-        from hystfmu.scenario.deploy.write import write_controller
+        from hystfmu.scenario.deploy.unit import write_controller
 
         ready = self.ready().named(case)
         return write_controller(ready, path, fmi, name, platforms, source).path
@@ -534,7 +532,7 @@ class Scenario:
         True
         """
         from hystfmu.scenario import build
-        from hystfmu.scenario.loop_margins import open_loop
+        from hystfmu.scenario.loop.opening import open_loop
 
         cases = {c.name: c for c in self.ready().changed(dict(set or {}), None).cases}
         if case is not None and case not in cases:
@@ -576,6 +574,12 @@ class Scenario:
         """
         spec = completed(self._spec, self._attached, self._origin)
         return Cases.of(check(spec, ScenarioSpec, self._origin), self._origin, self._attached, self._folder)
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: units in their order, connections, metrics, cases."""
+        from hystfmu.face.listed import scenario_html
+
+        return scenario_html(self._spec)
 
     def __repr__(self) -> str:
         counts = [(len(self._spec.get(key, ())), word) for key, word in (("units", "unit"), ("metrics", "metric"))]

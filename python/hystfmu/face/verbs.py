@@ -14,7 +14,7 @@ from hystfmu.face.model import Model, held_out
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hystfmu.data.reader.frames import Columns
+    from hystfmu.data.reader.arrays import Columns
     from hystfmu.fmu.check.findings import Findings
     from hystfmu.graph import Graph
     from hystfmu.graph.blocks import Block

@@ -1,4 +1,4 @@
-"""Direct feed-through: what each output and each derivative of a graph depends on (FMI ModelStructure).
+"""Order of evaluation, and direct feed-through: what outputs and derivatives depend on (FMI ModelStructure).
 
 Between blocks the wires and `feedthrough()` decide.  Inside a block with continuous states its equations decide: they
 run once per state with NaN in the place of that state, and every value that becomes NaN depends on it.  0 times NaN
@@ -15,10 +15,83 @@ from dataclasses import dataclass
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
 from hystfmu.graph.node import Node
 from hystfmu.graph.ports import Port
 
 Link = tuple[int, int, int, int, int]
+"""A wire: node, place, source or -1, place, size."""
+
+
+def evaluation_order(nodes: Sequence[Node], links: Sequence[Link]) -> list[int]:
+    """Order blocks so that each source precedes its readers; in a loop, blocks that read held values come first.
+
+    Parameters
+    ----------
+    nodes : sequence of Node
+        Blocks; an order that is already valid is kept.
+    links : sequence of (node, place, source or -1, place, size)
+        Wires as `Graph.links` holds them.
+
+    Returns
+    -------
+    list of int
+        Indices in evaluation order.
+
+    Raises
+    ------
+    InputError
+        An algebraic loop; the message names its blocks.
+    """
+    through = [n.feeds_through() for n in nodes]
+    # the input that a block tries its output for waits for no source
+    edges = {(s, d) for d, place, s, _, _ in links if s >= 0 and place != nodes[d].block.trial - 1}
+    edges |= {(s, i) for i, n in enumerate(nodes) if n.block.trial for s in _held(i, n.block.trial - 1, through, links)}
+    order, left = _sorted(len(nodes), edges)
+    if not left:
+        return order
+    edges = {(s, d) for s, d in edges if through[d]}
+    order, left = _sorted(len(nodes), edges)
+    if not left:
+        # in a loop, a block without direct feed-through reads held values, so it goes before its sources are updated
+        return sorted(order, key=lambda i: through[i])
+    path = [left[0]]
+    while path.count(path[-1]) < 2:
+        path.append(next(s for s, d in sorted(edges) if d == path[-1] and s in left))
+    loop = " <- ".join(nodes[i].name for i in path[path.index(path[-1]) :])
+    raise InputError(
+        f"The wires must not form an algebraic loop: {loop}. Insert a delay or a strictly proper transfer_function."
+    )
+
+
+def _held(i: int, model: int, through: Sequence[bool], links: Sequence[Link]) -> set[int]:
+    """Return the blocks that the model of an implicit inverse, at its input `model`, reads and that stay before it.
+
+    They have no direct feed-through and are listed before it, so that they are constant while it searches.
+    """
+    held: set[int] = set()
+    seen = {i, -1}
+    new = {s for d, place, s, _, _ in links if d == i and place == model} - seen
+    while new:
+        seen |= new
+        first = {s for s in new if s < i and not through[s]}
+        held |= first
+        new = {s for d, _, s, _, _ in links if d in new - first} - seen
+    return held
+
+
+def _sorted(n: int, edges: set[tuple[int, int]]) -> tuple[list[int], list[int]]:
+    """Sort topologically; return the sorted indices and those left over in cycles."""
+    order: list[int] = []
+    left = list(range(n))
+    while left:
+        free = [i for i in left if not any(s in left for s, d in edges if d == i)]
+        if not free:
+            break
+        # take only the first free block each time, so that a valid order is kept
+        order.append(free[0])
+        left.remove(free[0])
+    return order, left
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.core.executor import Executor
 from hystfmu.core.library import Var
 from hystfmu.graph.block_file import block_file, token_of
-from hystfmu.graph.dependencies import dependencies
+from hystfmu.graph.dependencies import dependencies, evaluation_order
 from hystfmu.graph.node import Node, Value
-from hystfmu.graph.order import evaluation_order
 from hystfmu.graph.ports import ContinuousState, Input, Output, Port, element_names
 
 __all__ = ["ContinuousState", "Graph", "Input", "Node", "Output", "Port", "Value"]
@@ -90,7 +89,7 @@ class Graph:
             if twice:
                 raise InputError(f"The {kind}s of a graph must have different names. Got {sorted(twice)[0]!r} twice.")
         self.links = self._resolve()
-        order = self._order()  # also raises on an algebraic loop
+        order = evaluation_order(self.nodes, self.links)  # also raises on an algebraic loop
         if sort:
             self.nodes = tuple(self.nodes[i] for i in order)
             self.links = self._resolve()
@@ -190,27 +189,6 @@ class Graph:
                     raise InputError(f"An input of {self.nodes[to].name!r} must have one source. Got two connections.")
                 driven.add((to, k))
         return sorted(links)
-
-    def _order(self) -> list[int]:
-        # the input that a block tries its output for waits for no source
-        edges = {(s, d) for d, place, s, _, _ in self.links if s >= 0 and place != self.nodes[d].block.trial - 1}
-        through = [n.feeds_through() for n in self.nodes]
-        edges |= {(s, i) for i, n in enumerate(self.nodes) if n.block.trial for s in self._held(i, through)}
-        return evaluation_order([n.name for n in self.nodes], through, edges)
-
-    def _held(self, i: int, through: Sequence[bool]) -> set[int]:
-        """Return the blocks that the model of an implicit inverse reads and that stay before it.
-
-        They have no direct feed-through and are listed before it, so that they are constant while it searches.
-        """
-        inverse, held, seen = self.nodes[i].block.trial - 1, set(), {i, -1}
-        new = {s for d, place, s, _, _ in self.links if d == i and place == inverse} - seen
-        while new:
-            seen |= new
-            first = {s for s in new if s < i and not through[s]}
-            held |= first
-            new = {s for d, _, s, _, _ in self.links if d in new - first} - seen
-        return held
 
     # ---- what an importer sees ------------------------------------------------------------------------------------
     def _ports(self) -> tuple[Port, ...]:

@@ -13,8 +13,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
-from hystfmu.base.near import meant
+from hystfmu.base.errors import InputError, meant
 from hystfmu.core.library import BlockType, Var, block_types
 
 Value = float | int | bool | str | Sequence[float] | Array

@@ -1,4 +1,4 @@
-"""Steps of a graph: the sample time that its memory is made for, and a step that suits its dynamics."""
+"""Steps of a graph: rate classes of its blocks, the sample time of its memory, a step that suits its dynamics."""
 
 from __future__ import annotations
 
@@ -9,7 +9,28 @@ import numpy as np
 from hystfmu.base.errors import InputError
 from hystfmu.core.continuous import ContinuousExecutor
 from hystfmu.graph.graph import Graph
-from hystfmu.graph.rate_classes import needs_step
+
+
+def is_hysteretic(graph: Graph) -> bool:
+    """Return whether a block updates its memory at every completed step of a solver."""
+    return any(n.block.rate == "hysteretic" for n in graph.nodes)
+
+
+def is_sampled(graph: Graph) -> bool:
+    """Return whether a block advances at sample times only."""
+    return any(n.block.rate == "sampled" for n in graph.nodes)
+
+
+def needs_step(graph: Graph) -> bool:
+    """Return whether steps of another length are another model.
+
+    They are for a sampled block, and for a memory that sees its source at the steps only, since the graph follows the
+    time or reads, in a loop, outputs of the last step.
+    """
+    timed = any(n.block.of("time") for n in graph.nodes)
+    looped = any(source >= to and place != graph.nodes[to].block.trial - 1 for to, place, source, *_ in graph.links)
+    return is_sampled(graph) or ((timed or looped) and any(n.block.rate != "function" for n in graph.nodes))
+
 
 DEFAULT = 1e-3  # s, without a step of the graph and dynamics
 MOST_SAMPLES = 1_000_000  # in one step, as in an FMU

@@ -55,7 +55,7 @@ SHORT = 0.2  # of the time of a full fit: a short trial fit
 
 
 class Inverses(Protocol):
-    """What the choice asks about inverses; the room of the inverses answers, which stands above this one."""
+    """Protocol of the questions of the choice about inverses; `hystfmu.inverse` implements it."""
 
     def kind(self, model: Model) -> str:
         """Return the method of the inverse of a model, or why there is none."""

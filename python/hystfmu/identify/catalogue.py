@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.near import meant
+from hystfmu.base.errors import InputError, meant
 from hystfmu.graph import Graph
 from hystfmu.identify import methods
 

@@ -114,7 +114,7 @@ def _factor(data: Dataset, wanted: int) -> int:
 
 
 def _lost(v: Array, factor: int) -> bool:
-    """Whether a signal has more than noise above half of the Nyquist rate of every `factor`-th row."""
+    """Return whether a signal exceeds the noise above half of the Nyquist rate of every `factor`-th row."""
     smooth = v - np.linspace(v[0], v[-1], len(v))  # without a jump from the last row to the first
     lines = np.fft.rfft(smooth)
     lines[: len(lines) // (2 * factor)] = 0

@@ -132,7 +132,7 @@ def check(data: Dataset) -> None:
 def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, Any]:
     import scipy
 
-    from hystfmu import __version__
+    from hystfmu.base import __version__
 
     return {
         "data": data.name,

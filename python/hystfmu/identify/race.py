@@ -173,15 +173,15 @@ class Race:
         return max(min((self.risk(t) for t in self.trials.values()), default=np.inf), EXACT)
 
     def follows(self, trial: Trial, percent: float) -> bool:
-        """Whether the error is at most `percent` of the span; a later fold may hold out a loop like no other."""
+        """Return whether the error is at most `percent` of the span; a later fold may contain an unlike loop."""
         return min(self.excess(trial), self._beside_noise(trial, trial.first)) <= percent
 
     def leaves(self, trial: Trial) -> bool:
-        """Whether a model leaves the range of the output on the input of the record with other memory."""
+        """Return whether a model with another initial memory leaves the range of the output."""
         return guards.leaves(trial.model.graph, self.other, self.data)
 
     def explained(self) -> bool:
-        """Whether the best leaves nothing; beside noise this is never sure, because its estimate is uncertain."""
+        """Return whether the best model leaves no error; never with noise, whose estimate is uncertain."""
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
 
     def first(self, name: str, key: str, candidate: Candidate, progress: Progress) -> None:
@@ -240,7 +240,7 @@ class Race:
         return np.asarray(y).reshape(-1)[self.inside]
 
     def as_good(self, trial: Trial, best: Trial) -> bool:
-        """Whether a candidate is as good as the best, or the noise explains the difference."""
+        """Return whether a candidate is as good as the best one, or noise explains the difference."""
         if self.risk(trial) <= (LOSER if self.poor else AS_GOOD) * max(self.risk(best), EXACT):
             return True
         if trial.outside > best.outside or len(trial.errors) != len(best.errors):

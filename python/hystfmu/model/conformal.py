@@ -1,6 +1,6 @@
 """Interval that the error of a new row falls into with a stated probability: hierarchical conformal prediction.
 
-Neighbouring errors are alike, so the rows are no independent draws: the rows that the fit has not seen are cut into
+Neighbouring errors are alike, so the rows are no independent draws: errors on rows that a fit has not seen are cut into
 blocks, and a block is what is exchangeable with a new stretch of such a signal.  The interval is +- the least size that
 the errors of the blocks do not exceed with a mean share of 95 % (K + 1)/K, K blocks: the new block counts as one whose
 errors are infinite (Lee, Barber & Willett 2023, arXiv:2306.06342, hierarchical conformal prediction).  The same rule,
@@ -16,8 +16,9 @@ import numpy as np
 from hystfmu.base.arrays import Array
 
 SHARE = 0.95
-BLOCKS = 20  # the fewest that leave 19 when one is left out, which is what 95 % needs
-LEAST_ROWS = 80  # four in a block
+LEAST_BLOCKS = 20  # the fewest that leave 19 when one is left out, which is what 95 % needs
+BLOCKS = 40  # at most
+ROWS = 4  # in a block, at least
 
 
 @dataclass(frozen=True)
@@ -43,12 +44,13 @@ class Interval:
 
 def interval(e: Array) -> Interval | None:
     """Return the interval for errors (n,) on rows that the fit has not seen; None for fewer than 80."""
-    if len(e) < LEAST_ROWS:
+    count = min(BLOCKS, len(e) // ROWS)
+    if count < LEAST_BLOCKS:
         return None
-    blocks = np.array_split(np.abs(e), BLOCKS)
+    blocks = np.array_split(np.abs(e), count)
     shares = [float(np.mean(b <= width(blocks[:k] + blocks[k + 1 :]))) for k, b in enumerate(blocks)]
     mean = float(np.average(shares, weights=[len(b) for b in blocks]))
-    return Interval(width(blocks), 100 * mean, 100 * min(shares), len(e), BLOCKS)
+    return Interval(width(blocks), 100 * mean, 100 * min(shares), len(e), count)
 
 
 def width(blocks: list[Array]) -> float:

@@ -34,12 +34,20 @@ def explored(model: Model, name: str, inverse: Model | None = None) -> Explored:
     InputError
         The model does not state the range of its input.
     """
-    span = model.provenance.get(KEY, model.provenance.get("span_u"))
-    if not (isinstance(span, list) and len(span) == 2 and span[0] < span[1]):
-        raise InputError(f"The provenance of {model.key} must state {KEY} = [least, largest] input. Got {span!r}.")
+    span = span_of(model)
+    if span is None:
+        raise InputError(f"The provenance of {model.key} must state {KEY} = [least, largest] input. Got none.")
     beside, h = model.provenance.get(COVARIATES, {}), model.step if model.step is not None else 1.0
     before = None if inverse is None else inverse.graph
-    return explored_graph(model.graph, name, before, h, (float(span[0]), float(span[1])), beside)
+    return explored_graph(model.graph, name, before, h, span, beside)
+
+
+def span_of(model: Model) -> tuple[float, float] | None:
+    """Return the range of the first input in the record of a model; None without one."""
+    span = model.provenance.get(KEY, model.provenance.get("span_u"))
+    if isinstance(span, list) and len(span) == 2 and span[0] < span[1]:
+        return float(span[0]), float(span[1])
+    return None
 
 
 def explored_graph(
@@ -82,7 +90,7 @@ def _label(p: Port) -> str:
 def _covariate(p: Port, span: Sequence[float] | None) -> Slider:
     start = float(p.start[0])
     lo, hi = span if span else (start - 1, start + 1)
-    return Slider(_label(p), p.reference, (start,), float(lo), float(hi))
+    return Slider(_label(p), p.reference, 1, float(lo), float(hi))
 
 
 def _moves(p: Port) -> bool:
@@ -92,7 +100,7 @@ def _moves(p: Port) -> bool:
 
 
 def _parameter(p: Port) -> Slider:
-    return Slider(_label(p), p.reference, tuple(float(v) for v in p.start))
+    return Slider(_label(p), p.reference, p.size)
 
 
 def _memory(graph: Graph) -> Memory | None:
@@ -105,8 +113,8 @@ def _memory(graph: Graph) -> Memory | None:
             if v.size == TURNS:
                 found.setdefault("turns", Memory(node.name, "turns", k, place))
             elif v.text == PLAYS:
-                widths = tuple(float(r) for r in node.value(WIDTHS))
-                found.setdefault("plays", Memory(node.name, "plays", k, place, widths))
+                widths = next(p for p in graph.ports if p.is_parameter and (p.node, p.var.name) == (k, WIDTHS))
+                found.setdefault("plays", Memory(node.name, "plays", k, place, widths.reference, widths.size))
             else:
                 named += [f"{node.name}.{n}: {v.text}" for n in element_names(v.name, size)]
             place += size

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from hystfmu import __version__
+from hystfmu.base import __version__
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes
 from hystfmu.base.replacing import may_replace, own, refusal

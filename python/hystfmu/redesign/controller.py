@@ -15,12 +15,12 @@ from hystfmu.face.result import Results
 from hystfmu.face.running import run
 from hystfmu.face.scenario import Scenario
 from hystfmu.graph import Graph, Node
-from hystfmu.redesign.corners import Corner, corners
-from hystfmu.redesign.plants import aim, known, loop_plants, sector
+from hystfmu.redesign.corners import Corner, aim, corners, known, loop_plants, sector
 from hystfmu.redesign.replace import Controllers, controllers, depends, replaced
 from hystfmu.redesign.roles import roles
 from hystfmu.scenario import build
-from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.spec import ScenarioSpec
 from hystfmu.scenario.system.system import System
 

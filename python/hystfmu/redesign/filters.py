@@ -12,7 +12,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.design.frequency import Complex
 from hystfmu.design.repetitive import RepetitiveFilters, filter_angles, learning_filters, taps_at, zero_phase_at
 from hystfmu.redesign.corners import Corner, angles_of, fastest_mode
-from hystfmu.scenario.loop_margins import OpenedLoop
+from hystfmu.scenario.loop.opened import OpenedLoop
 
 GAINS = (0.3, 0.2, 0.1, 0.05)  # shares of the error learnt in a period, the first that some cutoff allows
 REST = 0.999  # Q at frequency 0: a constant correction before an integrator is forgotten
@@ -35,18 +35,10 @@ def highest(opened: OpenedLoop, n: int) -> float:
 
 
 class Search:
-    """Filters for cutoffs and gains, tested in all corners.
+    """Filters for cutoffs and gains, tested in all corners, the nominal loop first.
 
-    Parameters
-    ----------
-    found : sequence of Corner
-        The nominal loop first.
-    h : float
-        Step (s).
-    n : int
-        Steps in a period.
-    peak : float
-        Largest peak of the sensitivity of the nominal loop with learning.
+    `h` is the step (s), `n` the steps in a period, `peak` the largest peak of the sensitivity of the nominal loop with
+    learning.
     """
 
     def __init__(self, found: Sequence[Corner], h: float, n: int, peak: float = math.inf) -> None:
@@ -68,15 +60,10 @@ class Search:
         return RepetitiveFilters(made.q, made.l, tuple(np.abs(Q - L * self._T).max(axis=1).tolist()))
 
     def best(self, cutoff: float | None, gain: float | None, top: float) -> tuple[RepetitiveFilters, float, float]:
-        """Return the filters of the largest cutoff, of the largest gain that has one.
+        """Return the filters of the largest cutoff, of the largest gain that has one; none is refused.
 
         Where they are not asked for, both are such that the sensitivity keeps its limit between the harmonics, if that
         is possible: what is learnt of a harmonic is paid between them.
-
-        Raises
-        ------
-        InputError
-            There are none.
         """
         if cutoff is not None and not 0 < cutoff < 0.5 / self._h:
             raise InputError(f"The cutoff must be a float in (0, {0.5 / self._h:g}) Hz. Got {cutoff:g} instead.")

@@ -22,15 +22,7 @@ COUNTED = 1  # periods at the end that count
 
 @dataclass(frozen=True)
 class Taps:
-    """Settings of the block.
-
-    Attributes
-    ----------
-    n : int
-        Steps in a period.
-    q, l : sequence of float
-        Taps of Q, its middle and one side, and of L.
-    """
+    """Settings of the block: steps in a period, taps of Q, its middle and one side, and of L."""
 
     n: int
     q: Sequence[float]
@@ -45,22 +37,9 @@ class Taps:
 
 
 def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: str) -> dict[str, Any]:
-    """Return the table of a scenario with the block and the sum that adds its corrections.
+    """Return the complete table of a scenario with the block and the sum that adds its corrections.
 
-    Parameters
-    ----------
-    table : mapping
-        Complete scenario.
-    roles : Roles
-        Of its signals.
-    taps : Taps
-    text : str
-        Of the unit.
-
-    Raises
-    ------
-    InputError
-        The scenario has a unit of one of these names.
+    A unit of one of their names is refused.
     """
     made = copy.deepcopy(dict(table))
     for name in (UNIT, SUM, WITHIN):
@@ -141,19 +120,9 @@ def _changed(limits: Sequence[Limit], said: Mapping[str, Any]) -> dict[str, Any]
 def repeating(
     table: Mapping[str, Any], cases: Sequence[str], sources: Sequence[str], n: int, periods: int
 ) -> dict[str, Any]:
-    """Return the table with some of its cases, whose references repeat after n steps; the last period counts.
+    """Return the complete table with some of its cases, whose references repeat after n steps; the last period counts.
 
-    Parameters
-    ----------
-    table : mapping
-        Complete scenario.
-    cases : sequence of str
-    sources : sequence of str
-        Units of the block `reference` that set the period.
-    n : int
-        Steps in a period.
-    periods : int
-        Number of them in a run.
+    `sources` are the units of the block `reference` that set the period; a run has so many of them.
     """
     made = copy.deepcopy(dict(table))
     h = float(made["step"])

@@ -20,7 +20,8 @@ from hystfmu.redesign.filters import Search, highest
 from hystfmu.redesign.insert import UNIT, Taps, repeating, with_repetitive
 from hystfmu.redesign.roles import Roles, roles
 from hystfmu.scenario import build
-from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.spec import MarginsSpec
 from hystfmu.scenario.system.system import System
 

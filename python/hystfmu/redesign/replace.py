@@ -12,23 +12,15 @@ from typing import Any
 from hystfmu.base.errors import InputError
 from hystfmu.face.parts import What
 from hystfmu.face.scenario import Scenario
-from hystfmu.redesign.roles import Roles, reached
-from hystfmu.scenario.system.system import System
+from hystfmu.redesign.roles import Roles
+from hystfmu.scenario.system.system import System, behind
 
 LIMITS = ("u_min", "u_max")  # of a command, which another controller keeps
 
 
 @dataclass(frozen=True)
 class Controllers:
-    """The units that a controller replaces.
-
-    Attributes
-    ----------
-    units : tuple of str
-        In their order.
-    feedforward : str or None
-        Output that they add to their command.
-    """
+    """The units that a controller replaces, in their order, and the feed-forward that they add to their command."""
 
     units: tuple[str, ...]
     feedforward: str | None
@@ -37,21 +29,17 @@ class Controllers:
 def controllers(system: System, of: Roles) -> Controllers:
     """Find the units between the measured output and the command.
 
-    Raises
-    ------
-    InputError
-        There are none, or they take several signals beside reference and measured output.
+    Refused: none, or units that take several signals beside reference and measured output.
     """
     owner = {p.name: k for k, p in enumerate(system.parts)}
-    place = {at: name for name, at in system.columns.items()}
-    ends = [(place[n.source], system.parts[n.to].name, system.parts[n.to].inputs[n.input]) for n in system.links]
+    ends = [(system.names[n.source], system.parts[n.to].name, system.parts[n.to].inputs[n.input]) for n in system.links]
     forward = [(owner[source.partition(".")[0]], owner[unit]) for source, unit, _ in ends]
     target, driver = (owner[end.partition(".")[0]] for end in (of.command, of.driver))
     readers = {owner[unit] for source, unit, _ in ends if source == of.measured} - {target}
-    before = reached([(b, a) for a, b in forward if target not in (a, b)], driver) | {driver}
+    before = behind([(b, a) for a, b in forward if target not in (a, b)], driver) | {driver}
     after = set(readers)
     for k in readers:
-        after |= reached([e for e in forward if target not in e], k)
+        after |= behind([e for e in forward if target not in e], k)
     found = after & before
     names = tuple(p.name for k, p in enumerate(system.parts) if k in found)
     where = system.case.title
@@ -71,22 +59,9 @@ def controllers(system: System, of: Roles) -> Controllers:
 def replaced(
     loop: Scenario, of: Roles, old: Controllers, name: str, unit: What, text: str, kept: Sequence[str]
 ) -> Scenario:
-    """Return the scenario with one unit in place of its controllers.
+    """Return the scenario with one `unit`, with inputs y_d, y, u_ff and output u, in place of its controllers.
 
-    Parameters
-    ----------
-    loop : Scenario
-    of : Roles
-        Of its signals.
-    old : Controllers
-    name : str
-        Of the new unit.
-    unit : Graph, Node or block
-        With inputs y_d, y, u_ff and output u.
-    text : str
-        Of the unit.
-    kept : sequence of str
-        Cases that stay: those for which `depends` says no.
+    Of the cases those `kept` stay, for which `depends` says no.
     """
     table = loop.table
     gone = set(old.units)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Node
-from hystfmu.scenario.loop_margins import OpenedLoop
-from hystfmu.scenario.system.system import Link, System
+from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.system.system import Link, System, behind
 
 REFERENCE = "reference"  # block whose signal may repeat
 COMMAND, RANGE = ("u_min", "u_max"), ("lo", "hi")  # limits of controllers, and of units behind them
@@ -76,30 +76,23 @@ class Roles:
 def roles(opened: OpenedLoop) -> Roles:
     """Find what the signals of an opened loop are for.
 
-    Parameters
-    ----------
-    opened : OpenedLoop
-
-    Raises
-    ------
-    InputError
-        The units between plant and controllers branch without a signal that all controllers read.
+    Units between plant and controllers that branch without a signal that all controllers read are refused.
     """
     system = opened.system
     signal, against = next((m.signal, m.against) for m in system.case.metrics.values() if m.against is not None)
     assert against is not None
     owner = {p.name: k for k, p in enumerate(system.parts)}
     plant, maker = owner[signal.partition(".")[0]], owner[against.partition(".")[0]]
-    forward = [(owner[system.maker(n).name], n.to) for n in system.links]
-    led = reached([e for e in forward if e[0] != plant], maker) | {maker}
-    back = reached([(b, a) for a, b in forward], maker) | {maker}
+    forward = [(system.owners[n.source], n.to) for n in system.links]
+    led = behind([e for e in forward if e[0] != plant], maker) | {maker}
+    back = behind([(b, a) for a, b in forward], maker) | {maker}
     command = opened.command or opened.side.entry
     target = system.parts[command.to]
     return Roles(
         against,
-        _name(system, _measured(system, system.columns[signal], plant, led)),
+        system.names[_measured(system, system.columns[signal], plant, led)],
         f"{target.name}.{target.inputs[command.input]}",
-        _name(system, command.source),
+        system.names[command.source],
         tuple(system.parts[k].name for k in sorted(back) if _is_reference(system, k)),
         tuple(_limits(system, command, opened.side.entry)),
     )
@@ -107,14 +100,14 @@ def roles(opened: OpenedLoop) -> Roles:
 
 def _measured(system: System, place: int, plant: int, led: set[int]) -> int:
     """Follow the tracked output through units that the reference does not reach, to the first that it does."""
-    forward = [(_owner(system, n), n.to) for n in system.links]
-    acting = reached([(b, a) for a, b in forward], plant)
+    forward = [(system.owners[n.source], n.to) for n in system.links]
+    acting = behind([(b, a) for a, b in forward], plant)
     while True:
         readers = {n.to for n in system.links if n.source == place and n.to in acting}
         if len(readers) != 1 or readers & led:
             return place
         (unit,) = readers
-        outputs = {n.source for n in system.links if _owner(system, n) == unit and n.to in acting}
+        outputs = {n.source for n in system.links if system.owners[n.source] == unit and n.to in acting}
         if len(outputs) != 1:
             raise InputError(
                 f"{system.case.title}: One output of {system.parts[unit].name} must be the measured one. Got "
@@ -131,10 +124,10 @@ def _limits(system: System, command: Link, entry: Link) -> Iterator[Limit]:
             low, high = (float(n.value(k)[0]) for k in COMMAND)
             inner = "" if len(last.own.nodes) == 1 else f"{n.name}_"
             keys = (f"{last.name}.{inner}u_min", f"{last.name}.{inner}u_max")
-            for signal in ("", _name(system, command.source)):
+            for signal in ("", system.names[command.source]):
                 yield Limit(signal, max(low, -NONE), min(high, NONE), keys, clipped=bool(signal))
     link = entry
-    while link.source != command.source and _owner(system, link) != command.to:
+    while link.source != command.source and system.owners[link.source] != command.to:
         part = system.maker(link)
         into = [n for n in system.links if n.to == system.parts.index(part)]
         if len(into) != 1:
@@ -143,26 +136,10 @@ def _limits(system: System, command: Link, entry: Link) -> Iterator[Limit]:
         if len(nodes) == 1 and set(RANGE) <= {v.name for v in nodes[0].block.parameters}:
             low, high = (float(nodes[0].value(k)[0]) for k in RANGE)
             if low > -NONE or high < NONE:
-                yield Limit(_name(system, into[0].source), low, high, (f"{part.name}.lo", f"{part.name}.hi"))
+                yield Limit(system.names[into[0].source], low, high, (f"{part.name}.lo", f"{part.name}.hi"))
         (link,) = into
-
-
-def _owner(system: System, link: Link) -> int:
-    return system.parts.index(system.maker(link))
-
-
-def _name(system: System, place: int) -> str:
-    return next(name for name, at in system.columns.items() if at == place)
 
 
 def _is_reference(system: System, k: int) -> bool:
     graph = system.parts[k].graph
     return [n.type for n in getattr(graph, "nodes", ())] == [REFERENCE]
-
-
-def reached(edges: Iterable[tuple[int, int]], first: int) -> set[int]:
-    """Return what lies behind a unit; the unit itself only if it acts on itself."""
-    edges, found = list(edges), set[int]()
-    while more := {b for a, b in edges if a in found | {first}} - found:
-        found |= more
-    return found

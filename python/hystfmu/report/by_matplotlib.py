@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import extras
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as MatplotlibFigure

@@ -8,32 +8,30 @@ from __future__ import annotations
 import base64
 import functools
 import json
-import zlib
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from hystfmu.base import PACKAGE
 from hystfmu.base.arrays import Array
 
-CORE = PACKAGE / "_platforms" / "core.wasm"
+CORE = Path(__file__).with_name("core_page.txt")
+HEAD = 2  # lines of it that say what it is
 MOST_MEASURED = 3000  # points
-NO_CORE = "The explorer is left out: the core for pages is not installed ('make platforms' builds it)."
 
 
 @dataclass(frozen=True)
 class Slider:
-    """Values that a reader may move: their value references, name with unit of measure, and range.
+    """Values that a reader may move: name with unit of measure, first value reference, number, and range.
 
-    `values` are those of the file, shape (size,); a covariate moves from `lo` to `hi`, a parameter (both None) from 0
-    to twice its values.
+    A covariate moves from `lo` to `hi`, a parameter (both None) from 0 to twice the values of the block file.
     """
 
     name: str
     reference: int
-    values: tuple[float, ...]
+    size: int = 1
     lo: float | None = None
     hi: float | None = None
 
@@ -50,8 +48,8 @@ class Memory:
         A list of turning points (`fmu_build/core/memory/turning_points.h`), plays, or other states.
     node, place : int
         Index of the node, and of the first number among its states.
-    values : tuple
-        Half-widths of the plays.
+    widths, size : int
+        First value reference, and number, of the half-widths of plays.
     names : tuple of str
         Of other states.
     """
@@ -60,7 +58,8 @@ class Memory:
     kind: Literal["turns", "plays", "states"]
     node: int
     place: int
-    values: tuple[float, ...] = ()
+    widths: int = 0
+    size: int = 0
     names: tuple[str, ...] = ()
 
 
@@ -97,12 +96,9 @@ class Explorer:
     measured: tuple[Array, Array] | None = None
 
     def html(self) -> str:
-        """The part as HTML; a sentence if the core for pages is not installed."""
-        core = packed_core()
-        if core is None:
-            return f'<p class="lead">{NO_CORE}</p>'
+        """The part as HTML."""
         data = {
-            "core": core,
+            "core": packed_core(),
             "models": [_plain(asdict(m)) for m in self.models],
             "labels": [self.u_label, self.y_label],
             "measured": _thinned(self.measured),
@@ -115,11 +111,9 @@ class Explorer:
 
 
 @functools.cache
-def packed_core() -> str | None:
-    """Return the core as base64 of a raw deflate stream; None if it is not installed."""
-    if not CORE.exists():
-        return None
-    return base64.b64encode(zlib.compress(CORE.read_bytes(), 9)[2:-4]).decode()
+def packed_core() -> str:
+    """Return the core as base64 of a raw deflate stream."""
+    return "".join(CORE.read_text(encoding="ascii").splitlines()[HEAD:])
 
 
 def _plain(v: Any) -> Any:

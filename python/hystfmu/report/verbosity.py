@@ -5,6 +5,8 @@ The level belongs to the command that runs.  Outside of one it is `NORMAL`.
 
 from __future__ import annotations
 
+import os
+import re
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -15,6 +17,8 @@ from hystfmu.base.printable import printable
 
 QUIET, NORMAL, VERBOSE = -1, 0, 1
 _KEY = "hystfmu.verbosity"
+_COLOURS = {"green": "ok|stable|met", "red": "FAILED|BROKEN|unstable|missed|stopped"}  # verdicts in cells of a table
+_VERDICT = re.compile("|".join(rf"(?:^|(?<=  ))(?P<{c}>{words})(?=  |$)" for c, words in _COLOURS.items()), re.M)
 
 
 def level() -> int:
@@ -29,20 +33,33 @@ def set_level(context: click.Context, to: int) -> None:
 
 
 def echo(text: str, err: bool = False, nl: bool = True) -> None:
-    """Print on stdout or stderr: everything that a command says, but JSON, which is ASCII, goes through here."""
-    click.echo(printable(text, lines=True), err=err, nl=nl)
+    """Print on stdout or stderr: everything that a command says, but JSON, which is ASCII, goes through here.
+
+    Verdicts in tables are coloured in a terminal, unless the environment variable NO_COLOR is set.
+    """
+    text = printable(text, lines=True)
+    if not err and not os.environ.get("NO_COLOR"):  # click removes colours from what goes to a file or a pipe
+        text = _VERDICT.sub(lambda m: click.style(m[0], fg=m.lastgroup), text)
+    click.echo(text, err=err, nl=nl)
+
+
+def tell(text: str) -> None:
+    """Print tables and sentences; in a terminal, sentences are wrapped between words."""
+    from hystfmu.report.terminal import paragraphs
+
+    echo(paragraphs(text))
 
 
 def say(text: str) -> None:
     """Print a result, or a remark on it; nothing with -q."""
     if level() > QUIET:
-        echo(text)
+        tell(text)
 
 
 def detail(text: str) -> None:
     """Print what is behind a result, with -v only."""
     if level() >= VERBOSE:
-        echo(text)
+        tell(text)
 
 
 def wrong(lines: Sequence[str]) -> None:
@@ -50,6 +67,12 @@ def wrong(lines: Sequence[str]) -> None:
     if level() <= QUIET:
         for line in lines:
             echo(line)
+
+
+def verdict(text: str, good: bool) -> None:
+    """Print a verdict: on stdout in green, or on stderr in red; a file or a pipe gets no colour."""
+    text = printable(text, lines=True)
+    click.echo(text if os.environ.get("NO_COLOR") else click.style(text, fg="green" if good else "red"), err=not good)
 
 
 @contextmanager

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -15,15 +15,18 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import MOST_BYTES, check_target
 from hystfmu.base.printable import printable
 from hystfmu.data.csv_file import write_csv
-from hystfmu.data.reader.measures import TIME
+from hystfmu.data.reader.headings import TIME
 from hystfmu.data.reader.reading import table_in
 from hystfmu.data.reader.roles import NAMES
-from hystfmu.scenario.engine.alone import Task, run_alone
+from hystfmu.fmu.foreign.instance import REAL, Ended, Finding
+from hystfmu.fmu.foreign.simulated import Simulated
+from hystfmu.scenario.engine.simulation import Run, child, one_line
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.foreign import Foreign, ForeignPort
 
 MOST_STEPS, MOST_VALUES = 10_000_000, 100_000_000
 _STEPS = 500  # of a run whose FMU states no step
+_CHUNK = 4096  # rows
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,19 @@ class FmuRun:
         return lines
 
 
+@dataclass(frozen=True)
+class Task:
+    """Inputs of a run.  `signals` has a column per element of `driven`, at the times `t` (s)."""
+
+    foreign: Foreign
+    driven: tuple[ForeignPort, ...]
+    t: Array
+    signals: Array
+    start: float
+    step: float
+    n_steps: int
+
+
 def run_fmu(
     path: str | Path,
     given: str | Path | None = None,
@@ -58,6 +74,7 @@ def run_fmu(
     step: float | None = None,
     stop: float | None = None,
     seconds: float = 600.0,
+    out: str | Path | None = None,
     confined: bool = True,
 ) -> FmuRun:
     """Run an FMU of FMI 1.0, 2.0 or 3.0 by itself, in a child process.
@@ -68,33 +85,28 @@ def run_fmu(
 
     Parameters
     ----------
-    path : str or Path
+    path : path
         The FMU.
-    given : str or Path, optional
+    given : path, optional
         Table with a column of time and a column for each driven input, named like it (`u`, or `u_1`, `u_2` of an
         array).  Inputs without a column keep their start values.
     settings : mapping, optional
         Values of parameters by name.
-    step : float, optional
-        Step (s); by default that of the default experiment.
-    stop : float, optional
-        Stop time (s); by default that of the default experiment, or the last time in the table.
-    seconds : float
-        Time limit (s).
-    confined : bool
-        Keep its native code from the network and from files that are not its own, as far as the system can.
-
-    Returns
-    -------
-    FmuRun
+    step, stop : float, optional
+        Step and stop time (s); by default those of the default experiment; the end may be the last time in the table.
+    out : path, optional
+        File to write the outputs to.
+    seconds, confined
+        As `Run`.
 
     Raises
     ------
     InputError
-        The FMU or the table cannot be read, a column or a parameter is unknown, or the times make no run.
-    Stopped
-        The FMU refuses a call, dies, or exceeds the time limit.
+        The FMU or the table cannot be read, a column or a parameter is unknown, or the times make no run.  The FMU
+        refuses a call, dies, or exceeds the time limit.
     """
+    if out is not None:
+        check_target(out)
     foreign = Foreign.load(Path(path))
     if settings:
         try:
@@ -103,9 +115,18 @@ def run_fmu(
             raise InputError(f"{path}: {e}") from None
     t, driven, signals = (np.zeros(1), (), np.empty((1, 0))) if given is None else _table(given, foreign)
     task = _task(str(path), foreign, t, driven, signals, step, stop, given is not None)
-    times, values, note = run_alone(task, seconds, confined)
     names = [n for p in foreign.ports if p.kind == "output" for n in p.scalar_names]
-    return FmuRun(str(path), times, {n: values[:, k] for k, n in enumerate(names)}, note)
+    try:
+        with child(_steps, task, Run(seconds=seconds, confined=confined), [foreign], "the FMU") as (ended, f):
+            rows, note = min(max(int(ended["rows"]), 0), task.n_steps + 1), one_line(ended["note"])
+            values = np.fromfile(f, count=rows * len(names)).reshape(rows, len(names))
+    except Stopped as e:
+        raise InputError(f"{path}: stopped: {e}") from None
+    times = np.asarray(task.start + np.arange(rows) * task.step, dtype=np.float64)
+    done = FmuRun(str(path), times, {n: values[:, k] for k, n in enumerate(names)}, note)
+    if out is not None:
+        write_csv(out, {"t": done.t, **done.values})
+    return done
 
 
 def _table(given: str | Path, foreign: Foreign) -> tuple[Array, tuple[ForeignPort, ...], Array]:
@@ -148,7 +169,7 @@ def _listed(columns: tuple[Any, ...]) -> str:
 
 
 def _task(
-    path: str,
+    path: str | Path,
     foreign: Foreign,
     t: Array,
     driven: tuple[ForeignPort, ...],
@@ -178,29 +199,45 @@ def _task(
     return Task(foreign, driven, t, signals, start, h, n)
 
 
-def run_fmu_file(
-    path: str,
-    given: str | None,
-    settings: Mapping[str, Any],
-    step: float | None,
-    stop: float | None,
-    seconds: float,
-    out: str | None,
-    confined: bool,
-) -> FmuRun:
-    """Run an FMU for the command line and write its outputs to the file `out`.
+# ---- in the child ------------------------------------------------------------------------------------------------
+def _inputs(task: Task, times: Array) -> Array:
+    """Inputs at the given times: continuous ones on the line between two rows, all others as in the row before."""
+    columns = [p.variable for p in task.driven for _ in range(p.size)]
+    found = np.empty((len(times), len(columns)))
+    near = 1e-9 * task.step  # a row at a communication point counts, in spite of rounding
+    before = np.maximum(np.searchsorted(task.t, times + near, side="right") - 1, 0)
+    for k, v in enumerate(columns):
+        held = v.type not in REAL or v.variability == "discrete"
+        found[:, k] = task.signals[before, k] if held else np.interp(times, task.t, task.signals[:, k])
+    return found
 
-    Raises
-    ------
-    InputError
-        As `run_fmu`; the FMU stops.
-    """
-    if out is not None:
-        check_target(out)
+
+def _steps(task: Task, file: IO[bytes]) -> dict[str, Any]:
+    """Step the FMU; write a row of outputs for each step, and return how many there are and why it ended early."""
+    said: list[str] = []
+    outputs = [(p.variable, p.size) for p in task.foreign.ports if p.kind == "output"]
+    inputs = [(p.variable, p.size) for p in task.driven]
+    rows, note = 0, ""
+    chunk: list[list[float]] = []
     try:
-        done = run_fmu(path, given, settings, step, stop, seconds, confined)
-    except Stopped as e:
-        raise InputError(f"{path}: stopped: {e}") from None
-    if out is not None:
-        write_csv(out, {"t": done.t, **done.values})
-    return done
+        unit = Simulated(task.foreign.folder, task.foreign.description, inputs, outputs, "alone", said.append)
+        unit.set_parameters(task.foreign.settings)
+        for first in range(0, task.n_steps + 1, _CHUNK):
+            times = np.asarray(task.start + np.arange(first, min(first + _CHUNK, task.n_steps + 1)) * task.step)
+            table, chunk = _inputs(task, times).tolist(), []
+            for k, t in enumerate(times.tolist(), first):
+                if k:
+                    unit.step(task.start + (k - 1) * task.step, task.step)
+                    chunk.append(unit.get())
+                    unit.put(table[k - first])
+                else:
+                    unit.start(t, table[0])
+                    chunk.append(unit.get())
+                rows += 1
+            np.array(chunk, dtype=np.float64).tofile(file)
+    except Ended as e:
+        np.array(chunk, dtype=np.float64).tofile(file)
+        note = str(e)
+    except Finding as e:
+        raise Stopped(f"{e}{f' ({said[-1]})' if said else ''}") from None
+    return {"rows": rows, "note": note}

@@ -16,14 +16,14 @@ import numpy as np
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.design.feedforward import Preview, preview
 from hystfmu.design.plants import PlantSet, plant_set
-from hystfmu.design.preview import Preview, preview
 from hystfmu.design.race import Aim, Limits, Race, Tuned, race
 from hystfmu.design.structures import STRUCTURES, Design
 from hystfmu.face.model import Model
 from hystfmu.face.result import Result, Results
 from hystfmu.face.scenario import Scenario
-from hystfmu.scenario.margin_table import MarginTable, margin_table
+from hystfmu.scenario.loop.table import MarginTable, margin_table
 from hystfmu.start.contender import Contender
 from hystfmu.start.device import FINE, SLOPES, Device, device
 from hystfmu.start.loop import command_of, draws, loop_scenario
@@ -77,7 +77,7 @@ class ClosedLoop:
 
     @property
     def approved(self) -> bool:
-        """Whether the loop keeps its margins over the set, every draw is bounded, and all that is asked is reached."""
+        """True if the loop keeps its margins over the set, every draw is bounded, and all requirements are met."""
         return self.results.passed and not self.margins.broken()
 
     @property
@@ -220,7 +220,7 @@ def _said(t: Tuned) -> str:
 
 @dataclass(frozen=True)
 class _Plan:
-    """What a scenario is built from."""
+    """Parts of a scenario."""
 
     found: Device
     ahead: Preview

@@ -16,8 +16,8 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import turning_points
+from hystfmu.design.feedforward import transfer_function
 from hystfmu.design.plants import SIGMAS, UNSEEN_SHARE, UNSEEN_ZETA, Plant, Unseen
-from hystfmu.design.preview import transfer_function
 from hystfmu.design.sector import static_gain
 from hystfmu.face.evidence import evidence_of
 from hystfmu.face.model import Model

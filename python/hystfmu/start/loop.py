@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from hystfmu.design.feedforward import Preview
 from hystfmu.design.plants import LEAST_SPREAD, LESS_DAMPED, SIGMAS, Plant
-from hystfmu.design.preview import Preview
 from hystfmu.design.race import Tuned
 from hystfmu.face.parts import What
 from hystfmu.face.scenario import Scenario

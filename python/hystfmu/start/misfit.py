@@ -1,4 +1,4 @@
-"""What a model misses, as tones that a loop can be run with: the promise of a loop contains them.
+"""Error of a model as tones that a loop can run with; the promised error of a loop includes them.
 
 The residual of a record has a spectrum.  Frequencies count relative to the rate of the cycles of the record: a
 hysteresis that is missed by some percent is missed at the same harmonics of a slower or a faster reference.  White

@@ -80,19 +80,19 @@ def reference_table(told: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
     return head, rows
 
 
-def race_table(loop: ClosedLoop, values: bool = True) -> tuple[list[str], list[list[str]]]:
-    """Return head and rows of the structures, best first, then those that keep no limits.
+def race_table(loop: ClosedLoop, page: bool = True) -> tuple[list[str], list[list[str]]]:
+    """Return head and rows of the structures, best first.
 
     Parameters
     ----------
     loop : ClosedLoop
-    values : bool
-        With the chosen values of each structure.
+    page : bool
+        Add the chosen values of each structure, and a row for each structure that was left out.
     """
     names = list(loop.contenders[0].errors) if loop.contenders else []
     head = ["structure", *(f"{n}, RMS %" for n in names), "bandwidth, Hz", "Ms, dB", "Ms of all, dB"]
     head += ["gain margins, dB", "phase, deg", "delay, steps", "noise, %", "overshoot, %", "settling, s"]
-    head += ["values"] * values
+    head += ["values"] * page
     size = 100 / (2 * loop.promises[0].amplitude)
     rows = []
     for c in loop.contenders:
@@ -110,11 +110,11 @@ def race_table(loop: ClosedLoop, values: bool = True) -> tuple[list[str], list[l
                 f"{m.delay_steps:.3g}",
                 percent(size * t.noise_gain * loop.device.noise),
                 *step,
-                *([", ".join(f"{k} {v:.4g}" for k, v in {"Ki": t.Ki, **t.values}.items())] * values),
+                *([", ".join(f"{k} {v:.4g}" for k, v in {"Ki": t.Ki, **t.values}.items())] * page),
             ]
         )
     empty = [""] * (len(head) - 2)
-    rows += [[name, f"left out: {why}", *empty] for name, why in loop.race.refused.items()]
+    rows += [[name, f"left out: {why}", *empty] for name, why in loop.race.refused.items() if page]
     return head, rows
 
 

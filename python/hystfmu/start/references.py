@@ -58,7 +58,7 @@ class Tried:
 
     @property
     def periodic(self) -> bool:
-        """Whether it repeats itself."""
+        """True if the reference is periodic."""
         return self.shape in ("sine", "triangle")
 
     def powers(self, f: Array) -> Array:

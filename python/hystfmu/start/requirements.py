@@ -1,4 +1,4 @@
-"""What a user asks of a loop: options of the command line, keys of a TOML file, arguments in Python; one table."""
+"""Requirements of a loop: options of the command line, keys of a TOML file, arguments in Python; one table."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class Amplifier:
 
 @dataclass(frozen=True)
 class Requirements:
-    """What is asked of a loop; None: nothing.
+    """Requirements of a loop; None: no requirement.
 
     Attributes
     ----------

@@ -15,6 +15,7 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.base.steps import Steps
 from hystfmu.data import Dataset
+from hystfmu.face.interval import with_interval
 from hystfmu.face.model import Model
 from hystfmu.identify.auto import REFUSED
 from hystfmu.start.closed_loop import ClosedLoop, close
@@ -34,7 +35,7 @@ _OPTION = re.compile(r"(\w+)=(\S+)")
 
 @dataclass(frozen=True)
 class Started:
-    """What `start` made.
+    """Result of `start`.
 
     Attributes
     ----------
@@ -57,7 +58,7 @@ class Started:
 
     @property
     def approved(self) -> bool:
-        """Whether there is a loop that holds what is asked."""
+        """True if there is a loop that meets the requirements."""
         return bool(self.verdict["approved"])
 
 
@@ -116,7 +117,7 @@ def start(
     def fitted() -> tuple[str, list[str]]:
         with shown("fitting") as progress:
             model, why, notes = _model(data, key, seed, progress)
-        model.save(file)
+            with_interval(model, data).save(file)
         return why, notes
 
     why, notes = steps.run("fit", [*data.identity, key, seed], [file], fitted)

@@ -17,8 +17,8 @@ from hystfmu.report.bars import Bar, Bars
 from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.report.parallel import Parallel
 from hystfmu.report.plot import Line, Plot
+from hystfmu.scenario.outcome.baseline import Change
 from hystfmu.scenario.system.measures import label
-from hystfmu.scenario.verdict.baseline import Change
 from hystfmu.studies.facts import WORDS, Read, is_study, read_study
 from hystfmu.studies.figures import coordinate
 from hystfmu.studies.summary import interval
@@ -32,24 +32,10 @@ UNPAIRED = "The draws of the two studies differ, so that no draw has two verdict
 
 
 def compare_studies(before: str | Path, after: str | Path, out: str | Path) -> list[Change]:
-    """Write a page that compares two studies.
+    """Write a page that compares two studies, each a folder or the report.json in it.
 
-    Parameters
-    ----------
-    before, after : path
-        The folder of each study, or the report.json in it.
-    out : path
-        HTML page to write.
-
-    Returns
-    -------
-    list of Change
-        Shares inside the limits in percent and percentiles of the metrics that differ.
-
-    Raises
-    ------
-    InputError
-        If a file is not of ``hystfmu study``, or only one of the two is.
+    Return shares inside the limits in percent and percentiles of the metrics that differ.  A file that is not of
+    ``hystfmu study`` is refused.
     """
     for path, other in ((before, after), (after, before)):
         if is_study(path) and not is_study(other):

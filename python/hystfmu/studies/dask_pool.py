@@ -14,9 +14,8 @@ from contextlib import suppress
 from itertools import islice
 from typing import Any
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
-from hystfmu.scenario.engine.master import Engine
+from hystfmu.base.errors import InputError, extras
+from hystfmu.scenario.engine.simulation import Run
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.task import Runner, Task, row_of
 
@@ -25,13 +24,11 @@ _RUNNERS: dict[int, tuple[str, Runner]] = {}  # of this worker process, by threa
 _CLOSED: set[str] = set()  # studies that have ended: a chunk that was queued then may still be started
 
 
-def _run(
-    key: str, systems: list[System], engine: Engine, limits: tuple[float, float, bool], tasks: list[Task]
-) -> list[dict[str, Any]]:
+def _run(key: str, systems: list[System], run: Run, tasks: list[Task]) -> list[dict[str, Any]]:
     thread = threading.get_ident()
     if thread not in _RUNNERS or _RUNNERS[thread][0] != key:
         _close(thread)  # left by a study that was killed
-        _RUNNERS[thread] = key, Runner(systems, engine, _scratch(), limits)
+        _RUNNERS[thread] = key, Runner(systems, run, _scratch(), apart=True)
     mine = _RUNNERS[thread]
     rows = []
     for task in tasks:
@@ -63,35 +60,13 @@ def _close_study(key: str) -> None:
 
 
 class DaskPool:
-    """Workers of a Dask cluster.
+    """Workers of a Dask cluster, whose scheduler has the address ``dask://HOST:PORT``.
 
-    Parameters
-    ----------
-    address : str
-        ``dask://HOST:PORT`` of the scheduler.
-    systems, engine
-        See `Runner`.
-    timeout, memory : float
-        Limits of time (s) and memory (GB) for a run with foreign FMUs.  Other runs cannot hang, and Dask limits their
-        memory.
-    confined : bool
-        Whether foreign FMUs run without network and write into a folder of their own only, where the system can.
-
-    Raises
-    ------
-    InputError
-        If the address is invalid, no scheduler answers, or Dask is not installed.
+    For `systems` and `run` see `Runner`; the limits are those of runs with foreign FMUs.  Other runs cannot hang, and
+    Dask limits their memory.  Refused: an invalid address, no scheduler that answers, no Dask.
     """
 
-    def __init__(
-        self,
-        address: str,
-        systems: list[System],
-        engine: Engine,
-        timeout: float,
-        memory: float,
-        confined: bool = True,
-    ) -> None:
+    def __init__(self, address: str, systems: list[System], run: Run) -> None:
         with extras("a study on a cluster (--on)"):
             import distributed
         self._dask: Any = distributed  # Dask has no type annotations
@@ -103,7 +78,7 @@ class DaskPool:
         except (OSError, ValueError, TimeoutError) as e:
             raise InputError(f"--on {address}: no Dask scheduler answers there ({e})") from None
         self._names = [s.case.name for s in systems]
-        self._engine, self._limits = engine, (timeout, memory, confined)
+        self._run = run
         self._key = uuid.uuid4().hex  # tells workers which runners belong to this study
         self._systems = self._client.scatter([systems], broadcast=True)[0]
         self._held: dict[Any, list[Task]] = {}  # running tasks by future
@@ -131,8 +106,7 @@ class DaskPool:
             chunk = again.popleft() if again else list(islice(source, CHUNK))
             if not chunk:
                 return False
-            words = (self._key, self._systems, self._engine, self._limits, chunk)
-            future = self._client.submit(_run, *words, pure=False, retries=1)
+            future = self._client.submit(_run, self._key, self._systems, self._run, chunk, pure=False, retries=1)
             self._held[future] = chunk
             running.add(future)
             return True

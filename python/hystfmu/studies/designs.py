@@ -20,7 +20,8 @@ from hystfmu.design import loop_shaping, repetitive_filters
 from hystfmu.design.linear import python_control
 from hystfmu.graph.tables import STRICT, Name
 from hystfmu.scenario import build
-from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.case import Case
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -71,17 +72,7 @@ class RepetitiveDesign(pydantic.BaseModel):
 def behind_memory(opened: OpenedLoop, slope: float) -> Any:
     """Return the open loop whose complementary sensitivity is the response to the corrections of a memory.
 
-    Parameters
-    ----------
-    opened : OpenedLoop
-        With one memory, which is left out.
-    slope : float
-        Slope of plant over inverse.
-
-    Raises
-    ------
-    InputError
-        The loop has no memory.
+    The loop must have one, which is left out.
     """
     if not opened.memories:
         raise InputError(f"{opened.system.case.title}: The loop must have a memory of a period. Got none.")
@@ -163,16 +154,8 @@ class LoopShapingDesign(pydantic.BaseModel):
 def in_parallel(A: Array, B: Array, C: Array, sizes: list[int]) -> list[tuple[Array, Array]]:
     """Split a strictly proper system of simple poles into transfer functions, the slow poles first.
 
-    Parameters
-    ----------
-    A, B, C : arrays, shapes (n, n), (n, 1), (1, n)
-    sizes : list of int
-        Number of poles of each part, n together.
-
-    Returns
-    -------
-    list of (b, a)
-        Numerator of shape (k,) and denominator of shape (k + 1,), whose constant is 1, for each part of k poles.
+    A, B, C have the shapes (n, n), (n, 1), (1, n); `sizes` are the numbers of poles, n together.  Return for each part
+    of k poles its numerator of shape (k,) and its denominator of shape (k + 1,), whose constant is 1.
     """
     poles, V = np.linalg.eig(A)
     residues = (C @ V).ravel() * np.linalg.solve(V, B.astype(complex)).ravel()

@@ -13,13 +13,11 @@ import pydantic
 from pydantic import Field
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.base.files import read_bytes
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.spec import Study
-from hystfmu.studies.study_case import metric_unit
-from hystfmu.studies.summary import Row, Summary, outcomes
+from hystfmu.studies.summary import Row, Summary, metric_unit, outcomes
 
 KEY = "study"
 WORDS = {"i": "inside", "o": "outside", "u": "unstable", "f": "failed"}
@@ -62,15 +60,9 @@ def facts(
 
 @dataclass(frozen=True)
 class Read:
-    """A study that was read.
+    """A study that was read: `values` of the parameters, shape (n, p), and `metrics` with a limit, each of shape (n,).
 
-    Attributes
-    ----------
-    facts : Facts
-    values : array, shape (n, p)
-        Parameters of the draws.
-    metrics : dict of (case, metric) to array, shape (n,)
-        Those with a limit; infinite where a run failed.
+    A metric is infinite where a run failed.
     """
 
     facts: Facts
@@ -88,17 +80,9 @@ def is_study(path: str | Path) -> bool:
 
 
 def read_study(path: str | Path) -> Read:
-    """Read a study that is to be compared.
+    """Read a study that is to be compared: its folder, or the report.json in it.
 
-    Parameters
-    ----------
-    path : path
-        Its folder, or the report.json in it.
-
-    Raises
-    ------
-    InputError
-        A file is missing, damaged or of another study, or the extra 'study' is not installed.
+    A file that is missing, damaged or of another study is refused.
     """
     file = _report(path)
     content = read_bytes(file, MOST_BYTES)

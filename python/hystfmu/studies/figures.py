@@ -1,20 +1,27 @@
-"""The figures that answer a study: shares with intervals, total effects, all draws at once, scatter, distributions."""
+"""The figures that answer a study: shares with intervals, total effects, all draws at once, scatter, distributions.
+
+A notebook shows the answer as HTML, and the metrics as a figure.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.base.printable import escape
 from hystfmu.report.bars import Bar, Bars
+from hystfmu.report.page import Table, table
 from hystfmu.report.parallel import Coordinate, Parallel
-from hystfmu.report.plot import Line, Plot
+from hystfmu.report.plot import Figure, Line, Plot
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.effects import Effects
 from hystfmu.studies.spec import Study
-from hystfmu.studies.summary import Row, Summary, excess, interval, outcomes
+from hystfmu.studies.summary import PERCENTILES, Row, Summary, excess, interval, outcomes
 
 MOST_BARS, MOST_DRAWS, MOST_DOTS = 8, 300, 1000
 MOST_RATIO = 10.0  # of a metric over its limit that an axis shows
@@ -113,18 +120,8 @@ def scatter(
 ) -> list[Plot]:
     """Draw a metric over the parameters that move it most.
 
-    Parameters
-    ----------
-    metric, y_label : str
-        Its name, and with its unit of measure.
-    names : sequence of str
-        Of the p parameters, with their units of measure.
-    x : array, shape (n, p)
-    y : array, shape (n,)
-    found : Effects
-    column : int
-        Of the metric in `found`.
-    limit : float, optional
+    `y_label` and `names` of the p parameters have their units of measure; x has the shape (n, p), y (n,); the metric is
+    a `column` of what was found.
     """
     order = _order(found, column) or [k for k in range(len(names)) if np.ptp(x[:, k]) > 0]
     plots = []
@@ -155,3 +152,46 @@ def tuning(scores: Mapping[int, float], label: str) -> Plot | None:
     y = np.array([scores[int(v)] for v in x])
     best = Line("best so far", np.repeat(x, 2)[1:], np.repeat(np.minimum.accumulate(y), 2)[:-1])
     return Plot("objective of the variations", "variation", label, [best, Line("variations", x, y, dots=True)])
+
+
+MOST_FAILED, MOST_PLOTS = 5, 6
+HEAD = ("case", "metric", "limit", "% within", *(f"{p} %" for p in PERCENTILES), "worst")
+
+
+def outcome_html(summary: Summary | None, failed: Sequence[Row], files: Sequence[Path]) -> str:
+    """Return the answer of a study as HTML without scripts, everything escaped."""
+    parts = []
+    if summary is not None:
+        parts.append(f"<p>{escape(summary.sentence)}</p>")
+        rows = [
+            (s.case, s.metric, _or_blank(s.limit), _or_blank(s.within, 100), *s.percentiles, s.worst)
+            for s in summary.spreads
+        ]
+        parts.append(table(Table(HEAD, rows)))
+    if failed:
+        shown = [(r["index"], r["case"], r["status"], r["reason"]) for r in failed[:MOST_FAILED]]
+        parts.append(table(Table(("row", "case", "status", "reason"), shown, f"{len(failed)} runs failed")))
+    return "".join([*parts, *(f"<p>{escape(str(f))}</p>" for f in files)])
+
+
+def _or_blank(value: float | None, times: float = 1.0) -> float | str:
+    return "" if value is None else times * value
+
+
+def distributions(rows: Sequence[Row], summary: Summary | None) -> Figure:
+    """Draw how the metrics of the runs that succeeded are distributed: those with a limit, or all.
+
+    A study without such a run is refused.
+    """
+    good = [r for r in rows if r["status"] == "ok"]
+    limits = {(s.case, s.metric): s.limit for s in summary.spreads} if summary is not None else {}
+    all_of = dict.fromkeys((r["case"], name) for r in good for name in r["metrics"])
+    wanted = [key for key in all_of if limits.get(key) is not None] or list(all_of)
+    plots = []
+    for case, name in wanted[:MOST_PLOTS]:
+        values = np.array([r["metrics"][name] for r in good if r["case"] == case and name in r["metrics"]])
+        if (values := values[np.isfinite(values)]).size:
+            plots.append(distribution(f"{name}, {case}", name, values, limits.get((case, name))))
+    if not plots:
+        raise InputError("A study must have a run that succeeded to plot. Got none.")
+    return Figure(plots)

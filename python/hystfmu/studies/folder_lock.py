@@ -19,13 +19,8 @@ def open_locked(path: Path) -> int:
 
     The lock is that of this process: forked workers, which may outlive it for a moment, do not hold it.  Such a lock
     does not keep the own process out, and is lost when that closes another handle of the file: both are checked here.
-
-    Raises
-    ------
-    InputError
-        Another study holds the lock, or the file cannot be written.
-    OSError
-        The file system knows no locks.
+    An InputError says that another study holds the lock, or the file cannot be written; an OSError that the file system
+    knows no locks.
     """
     check_target(path)
     refused = InputError(f"{path.parent}: another study is writing into this folder")

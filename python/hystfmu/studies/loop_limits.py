@@ -12,25 +12,18 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import build
-from hystfmu.scenario.loop_margins import SLOPES, OpenedLoop, open_loop
+from hystfmu.scenario.loop.opened import SLOPES, OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.case import split_end
-from hystfmu.scenario.system.delay_setting import sizes
 from hystfmu.scenario.system.system import System
-from hystfmu.scenario.system.unit_graph import with_values
+from hystfmu.scenario.system.unit_graph import sizes, with_values
 from hystfmu.studies.spec import LoopSpec, Study
 
 RADIUS = 1 - 1e-6  # largest modulus of a pole that counts as stable: creep of 10 s has its pole at 1 - 1e-5
 
 
 class LoopLimits:
-    """The limits of a study file, for any variation.
-
-    Parameters
-    ----------
-    study : Study
-        Its objective states the limits.
-    spec : LoopSpec
-    """
+    """The limits that the objective of a study states, for any variation."""
 
     def __init__(self, study: Study, spec: LoopSpec) -> None:
         self._spec = spec
@@ -39,10 +32,7 @@ class LoopLimits:
     def excess(self, settings: Mapping[str, Any]) -> dict[str, float]:
         """Return by how much a variation exceeds each limit; it is met at most 0.
 
-        Parameters
-        ----------
-        settings : mapping
-            ``{"unit.parameter": value}`` in the form that `set` of a scenario takes.
+        The settings ``{"unit.parameter": value}`` have the form that `set` of a scenario takes.
         """
         spec = self._spec
         nominal = self._opened(spec.case, settings)
@@ -64,22 +54,8 @@ class LoopLimits:
 def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float]:
     """Return the margins of the loop of a case with other settings, opened at the input of its plant.
 
-    Parameters
-    ----------
-    system : System
-    settings : mapping
-        ``{"unit.parameter": value}`` in the form that `set` of a scenario takes.
-
-    Returns
-    -------
-    dict
-        ``Ms_db``: peak of the sensitivity for the nominal slope (dB), infinite if unstable; ``radius``:
-        largest modulus of a pole for the slopes along the path of the case.
-
-    Raises
-    ------
-    InputError
-        As `open_loop`.
+    ``Ms_db``: peak of the sensitivity for the nominal slope (dB), infinite if unstable; ``radius``: largest modulus of
+    a pole for the slopes along the path of the case.
     """
     fine = {k: float(settings[k]) % 1 for k in sizes(system.case) & settings.keys()}  # a loop is opened at one rate
     whole = {k: v - fine[k] if k in fine else v for k, v in settings.items()}

@@ -36,8 +36,7 @@ from hystfmu.base.child import late, limit_memory, tell_unconfined
 from hystfmu.base.confine import Box, confine
 from hystfmu.base.errors import InputError
 from hystfmu.base.piped_child import PipedChild
-from hystfmu.scenario.engine.isolated import box_of, one_line
-from hystfmu.scenario.engine.master import Engine
+from hystfmu.scenario.engine.simulation import Run, box_of, one_line
 from hystfmu.scenario.system.system import System
 from hystfmu.scenario.system.unit_graph import with_files
 from hystfmu.studies.task import Runner, Task, row_of
@@ -48,23 +47,14 @@ END = 10.0  # s: time for a supervisor to end all processes
 MOST_ANSWER = 2**26  # bytes of a message from a worker
 
 
-def _work(
-    pipe: Any,
-    begun: Any,
-    parent: int,
-    folder: str,
-    systems: list[System],
-    engine: Engine,
-    memory: float,
-    box: Box | None,
-) -> None:
+def _work(pipe: Any, begun: Any, parent: int, folder: str, systems: list[System], run: Run, box: Box | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles the interrupt
     if box is not None:
         confine(box)
     tempfile.tempdir = folder  # the parent removes this folder: a killed process cannot
     gc.freeze()  # a garbage collection would copy the pages shared with the parent
-    limit_memory(memory)
-    runner = Runner(systems, engine)
+    limit_memory(run.gigabytes)
+    runner = Runner(systems, run)
     try:
         pipe.send_bytes(b"[]")  # ready
         while True:
@@ -91,27 +81,24 @@ def _answer(row: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
     return row["status"], row["reason"], row["metrics"]
 
 
-def _supervised(systems: list[System]) -> bool:
-    return sys.platform == "linux" and any(s.foreign for s in systems)
-
-
-def _forked(systems: list[System], engine: Engine) -> bool:
-    return sys.platform == "linux" and engine == "native" and not any(s.foreign for s in systems)
+def _forked(systems: list[System], run: Run) -> bool:
+    return sys.platform == "linux" and run.engine == "native" and not any(s.foreign for s in systems)
 
 
 class _Worker:
-    def __init__(self, systems: list[System], engine: Engine, memory: float, confined: bool) -> None:
+    def __init__(self, systems: list[System], run: Run) -> None:
         self._folder = tempfile.mkdtemp(prefix="hystfmu-study-")
-        box = box_of(systems, self._folder) if confined and any(s.foreign for s in systems) else None
+        foreign = any(s.foreign for s in systems)
+        box = box_of(systems, self._folder) if run.confined and foreign else None
         if box is not None:
             systems = [replace(s, case=with_files(s.case)) for s in systems]
-        self._supervised, self._names = _supervised(systems), [s.case.name for s in systems]
-        words = (self._folder, systems, engine, memory)
+        self._supervised, self._names = sys.platform == "linux" and foreign, [s.case.name for s in systems]
+        words = (self._folder, systems, run)
         if self._supervised:
             self.process: Any = PipedChild(_work, self._folder, (*words, None), box)
             self.pipe, self._begun = self.process.pipe, self.process.count
         else:
-            self._start(words, box, "fork" if _forked(systems, engine) else "spawn")
+            self._start(words, box, "fork" if _forked(systems, run) else "spawn")
         self.tasks: deque[Task] = deque()
         self.answered = 0
         self.since = time.monotonic()
@@ -141,10 +128,7 @@ class _Worker:
     def take(self) -> list[dict[str, Any]]:
         """Receive rows, and estimate from their duration how many tasks fit into twice `MOMENT`.
 
-        Raises
-        ------
-        EOFError
-            The worker ended, or sent what is no answer.
+        An EOFError says that the worker ended, or sent what is no answer.
         """
         try:
             answers = json.loads(self.pipe.recv_bytes(MOST_ANSWER))
@@ -217,46 +201,27 @@ class _Waiting:
 
 
 class Pool:
-    """Worker processes on this machine.
+    """Workers on this machine, by default one for each core available to this process.
 
-    Parameters
-    ----------
-    systems, engine
-        See `Runner`.
-    n : int
-        Number of workers; by default the number of cores available to this process.
-    timeout : float
-        Time limit of one task (s).
-    memory : float
-        Largest address space of a worker (GB).
-    confined : bool
-        Whether workers with foreign FMUs are confined, where the system can.
+    For `systems` and `run` see `Runner`; the limits are those of a task and of the address space of a worker.
     """
 
     STARTUP = 60.0  # s: additional time for the imports of a new process
 
-    def __init__(
-        self,
-        systems: list[System],
-        engine: Engine,
-        n: int | None,
-        timeout: float,
-        memory: float,
-        confined: bool = True,
-    ) -> None:
-        self._of_worker = (systems, engine, memory, confined)
-        if confined and any(s.foreign for s in systems):
+    def __init__(self, systems: list[System], run: Run, n: int | None) -> None:
+        self._of_worker = (systems, run)
+        if run.confined and any(s.foreign for s in systems):
             tell_unconfined()
         self._names = [s.case.name for s in systems]
         self._n = n or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1))
-        self._timeout = timeout
+        self._timeout = run.seconds
         self._workers: list[_Worker] = []
         self._unborn = 0  # successive workers that died before they were ready
         self._died: set[int] = set()  # indices of tasks that killed a worker once
 
     def __enter__(self) -> Pool:
         """Start workers that need time for their imports, while the study is being prepared."""
-        if not _forked(*self._of_worker[:2]):
+        if not _forked(*self._of_worker):
             self._workers = [_Worker(*self._of_worker) for _ in range(self._n)]
         return self
 

@@ -6,21 +6,40 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from hystfmu.base.errors import InputError
+from hystfmu.base.errors import InputError, extras
 from hystfmu.report.plot import Figure
-from hystfmu.scenario import build
+from hystfmu.scenario import Run, build
 from hystfmu.studies.dask_pool import DaskPool
-from hystfmu.studies.failed import is_final, with_limits
-from hystfmu.studies.notebook import distributions, outcome_html
+from hystfmu.studies.figures import distributions, outcome_html
 from hystfmu.studies.pool import Pool
 from hystfmu.studies.report import write_report
 from hystfmu.studies.sampling import sampler
-from hystfmu.studies.spec import LOOP_METRICS, Study
+from hystfmu.studies.spec import LOOP_METRICS, Study, StudySpec
 from hystfmu.studies.store import Store
 from hystfmu.studies.summary import Summary, summarise
 from hystfmu.studies.task import OUTSIDE, Task, fingerprint, identity, row_of
+
+if TYPE_CHECKING:
+    import pandas
+
+_LIMIT_OF = {"timeout": "timeout", "memory": "memory", "killed": "memory"}  # native code without memory crashes
+
+
+def with_limits(row: dict[str, Any], spec: StudySpec) -> dict[str, Any]:
+    """Return a row as it is kept: a failed one states the limits under which it failed."""
+    return row if row["status"] == "ok" else row | {"limits": {"timeout": spec.timeout, "memory": spec.memory}}
+
+
+def is_final(row: dict[str, Any], spec: StudySpec, retry: bool) -> bool:
+    """Return whether a kept row holds under the present limits; with `retry` no failed one does."""
+    if row["status"] == "ok":
+        return True
+    limit = _LIMIT_OF.get(row["status"], "")
+    raised = limit in row.get("limits", {}) and getattr(spec, limit) > row["limits"][limit]
+    return not (retry or raised)
+
 
 Progress = Callable[[int, int, float], None]
 """Called with the number of finished rows, the total number, and the rate of this run (rows/s)."""
@@ -60,6 +79,23 @@ class Outcome:
     def _repr_html_(self) -> str:
         """As a notebook shows it: the answer, percentiles, failed runs, where table and report are."""
         return outcome_html(self.summary, self.failed, [self.table, self.report])
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a data frame with a row for each run: variation, case, parameters, metrics, status, reason.
+
+        Raises
+        ------
+        MissingExtra
+            pandas is not installed.
+        """
+        with extras("to_pandas()"):
+            import pandas
+        rows = [
+            {"variation": r["variation"], "case": r["case"], **r["values"], **r["metrics"]}
+            | {"status": r["status"], "reason": r["reason"]}
+            for r in self.rows
+        ]
+        return pandas.DataFrame(rows, index=pandas.Index([r["index"] for r in self.rows], name="index"))
 
     def plot(self) -> Figure:
         """The distributions of the metrics, those with a limit if there are any.
@@ -133,12 +169,8 @@ def run_study(
     if study.spec.seed == "run":
         study.seed = store.seed()
     begin, order, ran = time.monotonic(), dict[str, int](), 0
-    engine = study.spec.engine
-    pool: Pool | DaskPool
-    if on is not None:
-        pool = DaskPool(on, systems, engine, study.spec.timeout, study.spec.memory, confined)
-    else:
-        pool = Pool(systems, engine, workers, study.spec.timeout, study.spec.memory, confined)
+    run = Run(study.spec.engine, seconds=study.spec.timeout, gigabytes=study.spec.memory, confined=confined)
+    pool = DaskPool(on, systems, run) if on is not None else Pool(systems, run, workers)
     first = there = 0
     try:
         with pool:

@@ -10,8 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.studies.loop_limits import LoopLimits
 from hystfmu.studies.spec import MOST_ROWS, Study
 
@@ -126,13 +125,7 @@ class Asked:
 
 
 def sampler(study: Study) -> Sampler:
-    """Create the sampler of a study.
-
-    Raises
-    ------
-    InputError
-        If the table would have too many rows, or Optuna is not installed.
-    """
+    """Create the sampler of a study; a table with too many rows, or Optuna without Optuna, is refused."""
     spec = study.spec
     if spec.method == "optuna":
         return Asked(study)

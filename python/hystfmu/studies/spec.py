@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NoReturn
 
 import pydantic
 from pydantic import Field
@@ -16,14 +16,12 @@ from hystfmu.graph.tables import STRICT, Name
 from hystfmu.scenario import Scenario
 from hystfmu.scenario.system.case import Case, split_end
 from hystfmu.scenario.system.extends import MOST_BYTES, MOST_FILES
-from hystfmu.scenario.system.inside import inside
+from hystfmu.scenario.system.folders import inside
 from hystfmu.studies.designs import PREFIX, Design
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 MOST_ROWS = 10_000_000
 LOOP_METRICS = ("Ms_db", "radius")  # of the linearised loop, where a study asks for margins
-
-
 Bounds = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 
 
@@ -59,12 +57,8 @@ class ParameterSpec(pydantic.BaseModel):
     """The values of one `unit.parameter`, given by exactly one of `range`, `scale`, `values` and `second_order`."""
 
     model_config = STRICT
-    range: Annotated[list[Finite], Field(min_length=2, max_length=2)] | None = Field(
-        None, description="lowest and highest value"
-    )
-    scale: Annotated[list[Finite], Field(min_length=2, max_length=2)] | None = Field(
-        None, description="lowest and highest factor on the value in the scenario"
-    )
+    range: Bounds | None = Field(None, description="lowest and highest value")
+    scale: Bounds | None = Field(None, description="lowest and highest factor on the value in the scenario")
     values: list[Finite] | None = Field(None, min_length=1, max_length=100_000, description="list of values")
     second_order: SecondOrderSpec | None = Field(
         None, description="of `unit.block`, a transfer function: gain, f_n and zeta are drawn, b and a follow"
@@ -126,7 +120,7 @@ class LoopSpec(pydantic.BaseModel):
     Ms_db: Annotated[float, Field(gt=0, le=60)] = Field(6.0, description="largest peak of the sensitivity (dB)")
     delay: Annotated[float, Field(ge=0, le=100)] = Field(0.0, description="steps beyond the delay of the case")
     corners: list[Name] = Field([], max_length=100, description="cases whose loops must be stable")
-    slopes: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
+    slopes: Bounds = Field(
         [1.0, 1.0], description="local slopes of plant over inverse, without the gain of the dynamics: corners"
     )
     delays: list[Annotated[float, Field(ge=0, le=100)]] = Field(
@@ -148,9 +142,8 @@ class ObjectiveSpec(pydantic.BaseModel):
 
     def score(self, rows: Sequence[dict[str, Any]]) -> float:
         """Return the objective of a variation from its rows, one per case; NaN if a run failed."""
-        values: list[float] = [
-            row["metrics"].get(self.metric, math.nan) / self.targets.get(row["case"], 1.0) for row in rows
-        ]
+        found = (row["metrics"].get(self.metric, math.nan) / self.targets.get(row["case"], 1.0) for row in rows)
+        values: list[float] = list(found)
         if not all(map(math.isfinite, values)):
             return math.nan
         return max(values) if self.over_cases == "max" else sum(values) / len(values)
@@ -189,12 +182,8 @@ class StudySpec(pydantic.BaseModel):
 def read_study(file: Path) -> StudySpec:
     """Read a study file on top of the files that it extends.
 
-    Tables merge key by key; a parameter, and the limits of a case, replace those of the same name.
-
-    Raises
-    ------
-    InputError
-        One line with the file, the key, the rule and the value; a chain that is too long or leaves the folder.
+    Tables merge key by key; a parameter, and the limits of a case, replace those of the same name.  An error is one
+    line with the file, the key, the rule and the value; a chain that is too long or leaves the folder is one.
     """
     path, layers = file, list[dict[str, Any]]()
     while len(layers) < MOST_FILES:
@@ -214,18 +203,7 @@ def read_study(file: Path) -> StudySpec:
 
 
 class Study:
-    """A study file with the cases of its scenario.
-
-    Parameters
-    ----------
-    path : path
-        Study file (`*.study.toml`).
-
-    Raises
-    ------
-    InputError
-        If the file or its scenario is invalid: one line with file, key, rule and value.
-    """
+    """A study file (`*.study.toml`) with the cases of its scenario."""
 
     def __init__(self, path: str | Path) -> None:
         self.file = Path(path)
@@ -233,28 +211,18 @@ class Study:
         scenario = Scenario(self.file.parent / self.spec.scenario)
         have = {c.name: c for c in scenario.cases}
         names = self.spec.cases if self.spec.cases is not None else list(have)
-        for name in names:
-            if name not in have:
-                raise InputError(f"{self.file}: cases: no case {name!r}; there are {', '.join(have)}")
+        self._known("cases", names, have)
         self.cases: tuple[Case, ...] = tuple(have[n] for n in names)
         for key in self.spec.parameters:
             split_end(key, f"{self.file}: parameters")
-        if (self.spec.method == "optuna") != (self.spec.objective is not None):
-            raise InputError(
-                f"{self.file}: objective: must be given for the method 'optuna' only. Got {self.spec.method!r} instead."
-            )
-        if self.spec.objective is not None:
-            metrics = scenario.spec.metrics
-            for name in [self.spec.objective.metric, *self.spec.objective.limits]:
-                if name not in metrics:
-                    raise InputError(f"{self.file}: objective: no metric {name!r}; there are {', '.join(metrics)}")
-            for name in self.spec.objective.targets:
-                if name not in names:
-                    raise InputError(f"{self.file}: objective.targets: no case {name!r}; there are {', '.join(names)}")
-            loop = self.spec.objective.loop
-            for name in (loop.case, *loop.corners) if loop else ():
-                if name not in have:
-                    raise InputError(f"{self.file}: objective.loop: no case {name!r}; there are {', '.join(have)}")
+        objective = self.spec.objective
+        if (self.spec.method == "optuna") != (objective is not None):
+            self._only_optuna("objective")
+        if objective is not None:
+            self._known("objective", [objective.metric, *objective.limits], scenario.spec.metrics, "metric")
+            self._known("objective.targets", objective.targets, names)
+        if objective is not None and (loop := objective.loop):
+            self._known("objective.loop", [loop.case, *loop.corners], have)
         self._check_limits(names, have)
         self._check_start()
         self._check_design(have)
@@ -264,12 +232,21 @@ class Study:
         self.parameters = {k: c for name, p in self.spec.parameters.items() for k, c in p.coordinates(name).items()}
         """Drawn parameters by `unit.parameter`, or `unit.block.f_n`."""
 
+    def _known(self, key: str, names: Iterable[str], have: Iterable[str], what: str = "case") -> None:
+        """Refuse a name that there is not."""
+        for name in (n for n in names if n not in have):
+            raise InputError(f"{self.file}: {key}: no {what} {name!r}; there are {', '.join(have)}")
+
+    def _only_optuna(self, key: str) -> NoReturn:
+        got = self.spec.method
+        raise InputError(f"{self.file}: {key}: must be given for the method 'optuna' only. Got {got!r} instead.")
+
     def _check_start(self) -> None:
         spec, where = self.spec, f"{self.file}: start"
         if not spec.start:
             return
         if spec.method != "optuna":
-            raise InputError(f"{where}: must be given for the method 'optuna' only. Got {spec.method!r} instead.")
+            self._only_optuna("start")
         if spec.start.keys() != spec.parameters.keys():
             odd = sorted(spec.start.keys() ^ spec.parameters.keys())
             raise InputError(f"{where}: must name the parameters, each once. {', '.join(odd)} is in one of them only.")
@@ -285,31 +262,20 @@ class Study:
             if of_design:
                 raise InputError(f"{self.file}: parameters: {of_design[0]!r} needs a table [design]")
             return
-        missing = [k for k in spec.design.reads if k not in spec.parameters]
-        if missing:
-            have_not = f"no parameter {missing[0]!r}; there are {', '.join(spec.parameters)}"
-            raise InputError(f"{self.file}: design: {have_not}")
+        self._known("design", spec.design.reads, spec.parameters, "parameter")
         unread = [k for k in of_design if k not in spec.design.reads]
         if unread:
             raise InputError(f"{self.file}: parameters: {spec.design.method} has no {unread[0]!r}")
-        for name in spec.design.cases:
-            if name not in have:
-                raise InputError(f"{self.file}: design: no case {name!r}; there are {', '.join(have)}")
+        self._known("design", spec.design.cases, have)
 
     def _check_limits(self, names: Sequence[str], have: Mapping[str, Case]) -> None:
         spec = self.spec
-        for name in spec.limits:  # of cases that a study does not run, too: it may extend one that does
-            if name not in have:
-                raise InputError(f"{self.file}: limits: no case {name!r}; there are {', '.join(have)}")
-        if spec.margins is not None and spec.margins not in names:
-            raise InputError(f"{self.file}: margins: no case {spec.margins!r}; there are {', '.join(names)}")
+        self._known("limits", spec.limits, have)  # of cases that are not run, too: it may extend a study that does
+        if spec.margins is not None:
+            self._known("margins", [spec.margins], names)
         for case in self.cases:
             known = [*case.metrics, *(LOOP_METRICS if case.name == spec.margins else ())]
-            for name in spec.limits.get(case.name, {}):
-                if name not in known:
-                    raise InputError(
-                        f"{self.file}: limits.{case.name}: no metric {name!r}; there are {', '.join(known)}"
-                    )
+            self._known(f"limits.{case.name}", spec.limits.get(case.name, {}), known, "metric")
 
     def limits(self, case: Case) -> dict[str, float]:
         """Return the upper limits of the metrics of a case that make a draw good."""

@@ -22,8 +22,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.base.files import check_target, read_bytes, write_bytes
 from hystfmu.base.replacing import own, refuse_existing
 from hystfmu.studies.folder_lock import close_locked, open_locked
@@ -55,11 +54,11 @@ def _sealed(value: Any) -> bytes:
 def _unsealed(path: Path) -> Any:
     """Return the value in a file; a ValueError says that it is damaged."""
     found = json.loads(read_bytes(path))
-    if isinstance(found, dict) and {"crc32", "value"} & set(found):
-        if _sealed(found.get("value")) != json.dumps(found).encode():
-            raise ValueError
-        return found["value"]
-    return found  # written by an older version
+    if not isinstance(found, dict) or not {"crc32", "value"} & set(found):
+        raise InputError(f"{path}: HystFMU before 0.1 wrote this folder. Choose another one for the study.")
+    if _sealed(found.get("value")) != json.dumps(found).encode():
+        raise ValueError
+    return found["value"]
 
 
 def _sync(path: Path) -> None:
@@ -77,22 +76,10 @@ _MADE = ("results.parquet", "report.html", "report.json")  # at the end of a stu
 
 
 class Store:
-    """Rows of a study in a folder.
+    """Rows of a study in a folder, which is created if it is missing and keeps to this study.
 
-    Parameters
-    ----------
-    folder : path
-        Folder of the study; created if it is missing.
-    parameters, metrics : sequence of str
-        Columns in addition to the fixed ones.
-    study : str
-        What the rows belong to; a folder keeps to it.
-
-    Raises
-    ------
-    InputError
-        If the folder holds the table of another study, is in use, is damaged beyond repair or cannot be written, or
-        the extra 'study' is not installed.
+    `parameters` and `metrics` are columns in addition to the fixed ones.  A folder that holds the table of another
+    study, is in use, is damaged beyond repair or cannot be written is refused.
     """
 
     def __init__(self, folder: Path, parameters: Sequence[str], metrics: Sequence[str], study: str = "") -> None:
@@ -166,10 +153,7 @@ class Store:
     def append(self, row: dict[str, Any]) -> None:
         """Add a finished run; `limits` of a failed one are kept too.
 
-        Raises
-        ------
-        InputError
-            If the disk is full.  Earlier rows stay intact, and the study can be resumed.
+        An InputError says that the disk is full.  Earlier rows stay intact, and the study can be resumed.
         """
         line = _line(row)
         at = os.lseek(self._journal, 0, os.SEEK_END)
@@ -226,9 +210,9 @@ class Store:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        content, sum_ = read_bytes(part), part.stem.split("-")[2:]  # an older version wrote no sum
+        content, sum_ = read_bytes(part), part.stem.split("-")[2:]
         with suppress(pa.ArrowException, OSError, KeyError):
-            if sum_ in ([], [f"{zlib.crc32(content):08x}"]):
+            if sum_ == [f"{zlib.crc32(content):08x}"]:
                 return [self._nested(row) for row in pq.read_table(pa.BufferReader(content)).to_pylist()]
         part.rename(part.with_name(f"damaged-{part.name}"))
         return []

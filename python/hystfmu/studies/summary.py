@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.special import betaincinv
 
+from hystfmu.scenario.system.measures import unit_of_metric
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.spec import Study
 
@@ -187,3 +188,10 @@ def save_settings(study: Study, row: Row, folder: Path) -> Path:
 
 def _settings(study: Study, row: Row) -> dict[str, Any]:
     return study.settings(row["values"])
+
+
+def metric_unit(system: System, metric: str) -> str:
+    """Return the unit of measure of a metric of a case, or of its linearised loop; empty for a ratio."""
+    if metric in system.case.metrics:
+        return unit_of_metric(system, system.case.metrics[metric])
+    return "dB" if metric.endswith("_db") else ""

@@ -7,16 +7,17 @@ import json
 from dataclasses import dataclass, replace
 from typing import Any
 
-import hystfmu
+from hystfmu.base import __version__
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.engine.fmu_store import FmuStore
-from hystfmu.scenario.engine.isolated import chunks_isolated
-from hystfmu.scenario.engine.master import Engine, chunks_here
+from hystfmu.scenario.engine.fmu_member import FmuStore
+from hystfmu.scenario.engine.master import chunks_here
 from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.engine.simulation import Run, chunks_isolated
 from hystfmu.scenario.outcome.metrics import Measure
 from hystfmu.scenario.outcome.trace import Stopped
-from hystfmu.scenario.system.delay_setting import sizes
-from hystfmu.scenario.system.system import System, build
+from hystfmu.scenario.system.build import build
+from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.unit_graph import sizes
 from hystfmu.studies.loop_limits import loop_metrics
 
 OUTSIDE = "outside"
@@ -44,7 +45,7 @@ def fingerprint(system: System) -> str:
     """
     case = system.case
     content = {
-        "version": hystfmu.__version__,
+        "version": __version__,
         "units": [[p.name, p.graph.token, p.runs_as, p.period, p.constants, p.substeps, p.hold] for p in system.parts],
         "links": [[n.to, n.input, n.source] for n in system.links],
         "grid": [case.step, case.stop, case.ripple],
@@ -71,28 +72,14 @@ def _varied(system: System, settings: dict[str, Any]) -> System:
 
 
 class Runner:
-    """Run tasks in one process and reuse prepared systems.
+    """Run tasks in one process and reuse prepared systems, the cases of the study, in order.
 
-    Parameters
-    ----------
-    systems : sequence of System
-        The cases of the study, in order.
-    engine : {"native", "fmpy"}
-    folder : path, optional
-        Folder for unpacked FMUs; by default the temporary folder.
-    limits : (float, float, bool), optional
-        Limits of time (s) and memory (GB) for a run with foreign FMUs, which then runs in a child process, and whether
-        that is confined.  Without limits it runs in this process, which the caller has to watch and to confine.
+    FMUs are unpacked in `folder`, by default the temporary one.  A run with foreign FMUs has a child process of its
+    own, or the caller has to watch and to confine this one: `apart`.
     """
 
-    def __init__(
-        self,
-        systems: list[System],
-        engine: Engine,
-        folder: str | None = None,
-        limits: tuple[float, float, bool] | None = None,
-    ) -> None:
-        self._systems, self._engine, self._folder, self._limits = systems, engine, folder, limits
+    def __init__(self, systems: list[System], run: Run, folder: str | None = None, apart: bool = False) -> None:
+        self._systems, self._run, self._folder, self._apart = systems, run, folder, apart
         self._native: dict[tuple[object, ...], Native] = {}
         self._store: FmuStore | None = None
 
@@ -111,19 +98,19 @@ class Runner:
     def _metrics(self, task: Task) -> dict[str, float]:
         system = self._systems[task.case]
         metrics = system.case.metrics
-        apart = self._limits if system.foreign else None
-        if self._engine == "native" and apart is None:
+        apart = self._apart and bool(system.foreign)
+        if self._run.engine == "native" and not apart:
             chunks = self._prepared(task).chunks()
         else:
             varied = _varied(system, task.settings)
             missing = [k for k in task.settings if k not in varied.overridden]
             if missing:
                 raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with this parameter")
-            if apart is not None:
-                chunks = chunks_isolated(varied, self._engine, *apart)
+            if apart:
+                chunks = chunks_isolated(varied, self._run)
             else:
                 self._store = self._store or FmuStore(self._folder)
-                chunks = chunks_here(varied, self._engine, self._store)
+                chunks = chunks_here(varied, self._run.engine, self._store)
         measured = {name: Measure(m) for name, m in metrics.items()}
         for chunk in chunks:
             for m in measured.values():

@@ -72,12 +72,12 @@ def small(path: Path, word: str) -> Path:
 
 def test_a_truncated_binary_is_replaced(cache: Path) -> None:
     bad_fmu(Path("x.fmu"))
-    first = CliRunner().invoke(main, ["run", "x.fmu", *RUN])
+    first = CliRunner().invoke(main, ["simulate", "x.fmu", *RUN])
     assert first.exit_code == 0, first.output
     out = Path("out.csv").read_bytes()
     (binary,) = cache.rglob("bad.so")
     os.truncate(binary, 1000)
-    again = CliRunner().invoke(main, ["run", "x.fmu", *RUN])
+    again = CliRunner().invoke(main, ["simulate", "x.fmu", *RUN])
     assert (again.exit_code, again.output) == (0, first.output)
     assert Path("out.csv").read_bytes() == out
 
@@ -174,7 +174,7 @@ def runs_without(user: User) -> None:
     place.mkdir(mode=0o555)
     variable = "/proc/hystfmu" if user.root else str(place)
     code = "from hystfmu.cli import main; main()"
-    told = user.python("-c", code, "run", "x.fmu", *RUN, HYSTFMU_CACHE=variable)
+    told = user.python("-c", code, "simulate", "x.fmu", *RUN, HYSTFMU_CACHE=variable)
     assert told.returncode == 0, told.stderr
     assert told.stderr == ""
     assert not [p for p in user.folder.iterdir() if p.name.startswith("hystfmu-")]  # where its temporary folders are

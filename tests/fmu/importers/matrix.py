@@ -21,6 +21,7 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(0, str(Path(__file__).parents[2] / "oracles"))
 
 import fmpy
@@ -38,8 +39,8 @@ from hystfmu.graph import Graph
 from hystfmu.graph.sample_time import sample_time
 from hystfmu.identify import METHODS
 from hystfmu.scenario import Scenario
-from hystfmu.scenario.shipped import shipped_scenarios
 from hystfmu.scenario.ssp.write import write_loop, write_ssp
+from hystfmu.scenario.system.folders import shipped_scenarios
 from hystfmu.unit import Unit
 
 ROOT = Path(__file__).parents[3]

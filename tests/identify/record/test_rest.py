@@ -8,7 +8,7 @@ import pytest
 import hystfmu as hy
 from hystfmu.data import signals
 from hystfmu.identify.excitation.rest import remembered, rest
-from hystfmu.papers import drawn_plants
+from papers import drawn_plants
 
 R, W = np.linspace(10.0, 250.0, 10), np.full(10, 0.15)
 

@@ -14,7 +14,7 @@ from hystfmu.identify.methods import preisach
 from hystfmu.identify.methods.preisach import Penalised, dead_zones, knots, lag
 from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.identify.streaming import Stream
-from hystfmu.papers.statements.printed import PrintedRecursive
+from papers.statements.printed import PrintedRecursive
 
 H = 1e-3
 SEED = int(np.random.default_rng().integers(1 << 31))

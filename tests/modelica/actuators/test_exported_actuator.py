@@ -19,7 +19,7 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.modelica.actuator.mechanics import COUPLING, STIFFNESS
+from hystfmu.modelica.actuator.form import COUPLING, PIEZO
 from hystfmu.modelica.actuator.sheet import Sheet
 from hystfmu.modelica.actuator.slot import thinned
 
@@ -132,7 +132,7 @@ def test_what_no_sheet_says_is_that_of_a_soft_ceramic() -> None:
     d33, s33, eps33, k33 = 400e-12, 20.7e-12, 1750 * 8.8542e-12, 0.69
     assert pytest.approx(d33**2 / (s33 * eps33), rel=0.01) == COUPLING
     assert pytest.approx(k33**2, rel=0.06) == COUPLING
-    assert 0.5 < STIFFNESS * s33 * 36e-3 / 25e-6 < 1
+    assert 0.5 < PIEZO.stiffness * s33 * 36e-3 / 25e-6 < 1
     ratio = 38e-6 * 900 / (3.1e-6 * 120**2 * k33**2)
     assert pytest.approx(ratio, rel=0.02) == Sheet().capacitance_ratio
 
@@ -200,7 +200,7 @@ def test_a_model_without_volts_has_no_actuator(tmp_path: Path) -> None:
     model = hy.fit(data, "prandtl_ishlinskii", N=4)
     package = model.export_modelica(tmp_path / "Plain")
     assert not (package / "Actuator.mo").exists()
-    with pytest.raises(InputError, match="must map a voltage"):
+    with pytest.raises(InputError, match="must map a voltage or a current"):
         model.export_modelica(tmp_path / "Plain", sheet=SHEET)
 
 

@@ -11,9 +11,7 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.outcome.trace import Trace
-from hystfmu.scenario.system.spec import TubeSpec
-from hystfmu.scenario.verdict.baseline import (
+from hystfmu.scenario.outcome.baseline import (
     BASELINE_ROWS,
     Baseline,
     Change,
@@ -24,6 +22,8 @@ from hystfmu.scenario.verdict.baseline import (
     compare,
     save_baseline,
 )
+from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.system.spec import TubeSpec
 
 H = 0.25
 ENDS = {"a.y": 0, "b.y": 1}

@@ -1,4 +1,4 @@
-"""Delays as settings and in the budget; files inside the folder of the scenarios; names of older files."""
+"""Delays as settings and in the budget; files inside the folder of the scenarios."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ import pytest
 from engines import ready
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.system.delay_budget import Delay, delay_budget
-from hystfmu.scenario.system.delay_setting import delayed, sizes
-from hystfmu.scenario.system.inside import inside, is_relative, scenario_folders
-from hystfmu.scenario.system.older import renamed_in_baseline, renamed_in_scenario
+from hystfmu.scenario.report.loops import Delay, delay_budget
+from hystfmu.scenario.system.folders import inside, is_relative, scenario_folders
 from hystfmu.scenario.system.spec import UnitSpec
+from hystfmu.scenario.system.unit_graph import delayed, sizes
 
 
 def delay(**more: Any) -> UnitSpec:
@@ -176,30 +175,3 @@ def test_folders_of_a_group_are_sorted(tmp_path: Path) -> None:
     assert scenario_folders(top / "group") == [top / "group" / "three", top / "group" / "two"]
     assert scenario_folders(top / "shared") == [top / "shared"]
     assert scenario_folders(top / "none.toml") == [top / "none.toml"]
-
-
-# ---- older names ---------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("path", "value", "now"),
-    [
-        (("memory",), True, ("final_states", True)),
-        (("coupling", "most_sweeps"), 9, ("max_sweeps", 9)),
-        (("case", "coupling", "most_sweeps"), 9, ("max_sweeps", 9)),
-        (("coupling", "events"), "hit", ("events", "located")),
-        (("case", "coupling", "events"), "hit", ("events", "located")),
-        (("coupling", "events"), "grid", None),
-        (("coupling", "events"), 3, None),
-        (("case", "memory"), True, None),
-        (("coupling", "memory"), True, None),
-        (("units", "most_sweeps"), 9, None),
-        (("events",), "hit", None),
-    ],
-)
-def test_keys_of_older_scenario_files(path: tuple[str, ...], value: object, now: tuple[str, object] | None) -> None:
-    assert renamed_in_scenario(path, value) == now  # type: ignore[arg-type]
-
-
-def test_keys_of_older_baselines() -> None:
-    assert renamed_in_baseline(("case", "nominal", "memory"), {}) == ("final_states", {})
-    for path in [("case", "nominal", "metrics"), ("case", "memory"), ("cases", "nominal", "memory"), ("memory",)]:
-        assert renamed_in_baseline(path, {}) is None

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.outcome import excerpt, trace
-from hystfmu.scenario.outcome.excerpt import Excerpt, Picture, drawn
-from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
+from hystfmu.scenario.outcome import trace
+from hystfmu.scenario.outcome.trace import Excerpt, Picture, Stopped, Sweeps, Trace, drawn
 from hystfmu.scenario.system.spec import MetricSpec
 
 ENDS = {"a.y": 0, "b.y": 1, "c.y": 2}
@@ -110,8 +109,8 @@ def test_the_error_in_percent_is_drawn() -> None:
 
 
 def picture(n: int, monkeypatch: pytest.MonkeyPatch, *metrics: MetricSpec, most: int = 12) -> tuple[Trace, Picture]:
-    monkeypatch.setattr(excerpt, "MOST_ROWS", most)
-    monkeypatch.setattr(excerpt, "SHORTEST_CHUNK", 64)
+    monkeypatch.setattr(trace, "MOST_ROWS", most)
+    monkeypatch.setattr(trace, "SHORTEST_CHUNK", 64)
     return run(n), Picture(SimpleNamespace(n_steps=n - 1, case=case(*metrics)))  # type: ignore[arg-type]
 
 

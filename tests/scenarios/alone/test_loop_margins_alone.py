@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hystfmu.design.period_memory import PeriodMemory
+from hystfmu.design.repetitive import PeriodMemory
 from hystfmu.scenario.loop.held import held
+from hystfmu.scenario.loop.opened import OpenedLoop, _covariance, _turns
 from hystfmu.scenario.loop.plant import PlantSide
-from hystfmu.scenario.loop_margins import OpenedLoop, _covariance, _reached, _turns
+from hystfmu.scenario.system.system import behind
 
 H = 0.01
 TAU = 0.05
@@ -317,11 +318,11 @@ def test_turns_around_zero(n: int) -> None:
 
 def test_what_lies_behind_a_unit() -> None:
     edges = [(0, 1), (1, 2), (2, 1), (3, 0), (4, 4)]
-    assert _reached(edges, 0) == {1, 2}
-    assert _reached(edges, 1) == {1, 2}
-    assert _reached(edges, 4) == {4}
-    assert _reached(edges, 2) == {1, 2}
-    assert _reached([], 0) == set()
+    assert behind(edges, 0) == {1, 2}
+    assert behind(edges, 1) == {1, 2}
+    assert behind(edges, 4) == {4}
+    assert behind(edges, 2) == {1, 2}
+    assert behind([], 0) == set()
 
 
 def test_equal_loops_have_equal_keys() -> None:

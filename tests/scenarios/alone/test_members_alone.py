@@ -6,7 +6,8 @@ Small loops of a few steps: a lag of FMI 2.0 or 3.0 under a law, and a pair of g
 from __future__ import annotations
 
 import copy
-import os
+import json
+import pickle
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -17,14 +18,12 @@ import pytest
 from engines import ready
 from reference_fmus import reference_fmu
 
+from hystfmu.fmu.foreign.instance import Finding
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario.engine import isolated
-from hystfmu.scenario.engine.final_states import n_saved, n_states, state_hash
-from hystfmu.scenario.engine.hold import Lines
-from hystfmu.scenario.engine.isolated import chunks_isolated
-from hystfmu.scenario.engine.master import ENGINES, _relaxation, chunks_here
+from hystfmu.scenario.engine.master import ENGINES, chunks_here
 from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.engine.simulation import ENDED, TASK, main
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.system.system import System
 
@@ -238,128 +237,17 @@ def test_without_saved_states_there_is_no_iteration(write: Any, engine: Any) -> 
 
 
 # ---- in a child ----------------------------------------------------------------------------------------------------
-class Here:
-    """In place of a child process: the task runs here when it is waited for."""
-
-    status, ending, lines, late = 0, "ended with status 0", ["last line"], False
-
-    def __init__(self, *arguments: Any, box: Any = None) -> None:
-        self.folder, type(self).box = Path(arguments[-1]), box
-
-    def finish(self, seconds: float) -> tuple[list[str], bool]:
-        if not self.late:
-            isolated.main(self.folder)
-        return self.lines, not self.late
+def failing(task: Any, file: Any) -> dict[str, Any]:
+    raise task
 
 
-@pytest.fixture
-def here(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(isolated, "Child", Here)
-    monkeypatch.setattr(isolated, "limit_memory", lambda gigabytes: None)
-
-
-@pytest.mark.usefixtures("here")
-def test_chunks_come_back_from_a_child(write: Any, fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    system = foreign(loop("lag", "iterative", {}), write, fmus, "lag", 3)
-    monkeypatch.setattr(System, "chunks", lambda self: iter([(0, 3), (3, 8)]))
-    want = run(system, "native")
-    pieces = list(chunks_isolated(system, "native", 60.0))
-    assert [(p.first, len(p.t)) for p in pieces] == [(0, 3), (3, 5)]
-    assert Trace.joined(pieces, 8).values.tobytes() == want.values.tobytes()
-    assert Trace.joined(pieces, 8).t.tolist() == want.t.tolist()
-    assert (pieces[0].sweeps.all, pieces[1].sweeps) == (0, want.sweeps)
-    assert Here.box is not None
-    list(chunks_isolated(system, "native", 60.0, confined=False))
-    assert Here.box is None
-
-
-@pytest.mark.usefixtures("here")
-def test_every_end_of_a_child_has_a_reason(write: Any, fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    system = foreign(loop("lag", "gauss_seidel", {}), write, fmus, "lag", 3)
-
-    def ends(error: Exception | None) -> Stopped:
-        def chunks(system: Any, engine: Any) -> Any:
-            if error is not None:
-                raise error
-            return iter(())
-
-        monkeypatch.setattr(isolated, "chunks_here", chunks)
-        with pytest.raises(Stopped) as e:
-            list(chunks_isolated(system, "native", 60.0, 3.0))
-        return e.value
-
+def test_every_end_of_a_child_has_a_reason(tmp_path: Path) -> None:
     for error, why, status in [
-        (MemoryError(), "needs more than 3 GB of memory", "memory"),
+        (MemoryError(), "needs more than 1.07374e+09 GB of memory", "memory"),
         (Stopped("a\n b"), "a b", "stopped"),
+        (Finding("why"), "why", "stopped"),
         (ValueError("x"), "ValueError: x", "stopped"),
-        (None, "the process that ran unit ended with status 0 without a result of its own", "killed"),
     ]:
-        found = ends(error)
-        assert (str(found), found.status) == (why, status)
-    monkeypatch.setattr(Here, "late", True)
-    assert ends(None).status == "timeout"
-
-
-@pytest.mark.usefixtures("here")
-def test_values_of_a_child_that_are_no_file_of_its_own(write: Any, fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Foreign code may leave anything behind: what is no file is not read."""
-    system = foreign(loop("lag", "gauss_seidel", {}), write, fmus, "lag", 3)
-    main = isolated.main
-
-    def linked(folder: Path) -> None:
-        main(folder)
-        (folder / isolated.VALUES).rename(folder / "other")
-        os.mkfifo(folder / isolated.VALUES)
-
-    monkeypatch.setattr(isolated, "main", linked)
-    with pytest.raises(Stopped, match=r"ended with status 0 without a result of its own$"):
-        list(chunks_isolated(system, "native", 60.0))
-
-
-# ---- small parts ---------------------------------------------------------------------------------------------------
-def test_lines_through_the_last_two_values() -> None:
-    """Newest value at the end of the step (1), at its beginning (0), or between; constant at first and after a cut."""
-    import ctypes as C
-
-    values = (C.c_double * 3)(1.0, 10.0, 5.0)
-    lines = Lines([0, 2, 1], [1.0, 0.0, 0.5], 4, values)
-    lines.begin()
-    assert lines.at(0) == lines.at(3) == [1.0, 5.0, 10.0]
-    values[:] = [3.0, 14.0, 6.0]
-    lines.save()
-    lines.take()
-    assert lines.at(0) == [3 - 2 * 0.75, 6 + 1 * 0.25, 14 - 4 * 0.25]
-    assert lines.at(3) == [3.0, 7.0, 16.0]
-    lines.restore()
-    assert lines.at(2) == [1.0, 5.0, 10.0]
-    lines.cut()
-    lines.take()
-    assert lines.at(0) == lines.at(3) == [3.0, 6.0, 14.0]
-    values[:] = [4.0, 14.0, 6.0]
-    lines.take()
-    assert lines.at(3) == [4.0, 6.0, 14.0]
-    assert lines.at(1) == [3.5, 6.0, 14.0]
-
-
-def test_relaxation_is_that_of_aitken() -> None:
-    """-last a . (b - a) / |b - a|^2; for one value the secant."""
-    assert _relaxation(1.0, np.array([2.0]), np.array([1.0])) == 2.0
-    assert _relaxation(0.5, np.array([3.0, 4.0]), np.array([1.0, 1.0])) == 0.5 * (3 * 2 + 4 * 3) / 13
-    assert _relaxation(0.5, np.array([3.0]), np.array([3.0])) == 0.5
-
-
-def test_states_of_a_graph_are_hashed_after_the_last_step() -> None:
-    graph = Graph.single(Node("d", "delay", {"n": 3}))
-    n = n_states(graph)
-    assert n >= 3
-    assert n_saved(graph) > n
-    saved = np.arange(40.0)
-    assert state_hash(graph, saved) != state_hash(graph, saved, 1)
-    moved = np.concatenate([[9.0], saved[1:]])
-    assert state_hash(graph, saved) == state_hash(graph, moved)
-    behind = np.concatenate([saved[: 1 + n], saved[1 + n :] + 1])
-    assert state_hash(graph, saved) == state_hash(graph, behind)
-    last = saved.copy()
-    last[n] += 1
-    assert state_hash(graph, saved) != state_hash(graph, last)
-    assert len(state_hash(graph, saved)) == 16
+        (tmp_path / TASK).write_bytes(pickle.dumps((failing, error, 2.0**30)))
+        main(str(tmp_path))
+        assert json.loads((tmp_path / ENDED).read_text()) == {"stopped": why, "status": status}

@@ -140,3 +140,22 @@ def test_rows_on_a_line_go_on_at_the_speed_of_the_last_two_steps() -> None:
         e = np.zeros(8)
         e[k] = 1.0
         assert measure(metric("rms", lines=True), trace(r + e, r)) == (math.sqrt(1 / sum(on)) if straight else 0.0)
+
+
+@pytest.mark.parametrize("kind", ["rms_percent", "max_percent"])
+def test_lines_leave_out_the_turn_arounds(kind: str) -> None:
+    """A scan whose error is 0.3 on the lines and 5 in the turn-arounds; in one piece and in chunks of seven rows."""
+    down = np.arange(40.0, 0, -1)
+    turn = 40 + np.array([0.8, 1.2, 1.2, 0.8])
+    scan = np.concatenate([np.arange(0, 41.0), turn, down])
+    bent = np.abs(np.diff(scan, 2)) > 0.01
+    on = ~np.concatenate([[True, True], bent])  # two steps tell whether a row is on a line
+    whole = trace(scan + np.where(on, 0.3, 5.0), scan)
+    assert measure(metric(kind, lines=True, stroke=100.0), whole) == pytest.approx(0.3)
+    assert measure(metric(kind, stroke=100.0), whole) > 0.5
+    m = metric(kind, lines=True, stroke=100.0)
+    assert chunked(m, whole, 7) == measure(m, whole)
+    bow = np.linspace(0, 60, 1000) ** 2
+    assert measure(metric("rms_percent", lines=True, stroke=1.0), trace(bow, bow)) == np.inf
+    with pytest.raises(ValueError, match="'lines' belongs to"):
+        metric("variation_ratio", lines=True)

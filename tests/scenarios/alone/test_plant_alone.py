@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,13 +13,12 @@ from scipy.optimize import brentq
 from scipy.signal import cont2discrete
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario import loop_figures, loop_margins
+from hystfmu.scenario.loop import limits, opened
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.loop.plant import as_gain, dynamics, for_small_signals, has_memory, plant_side, slopes_of
 from hystfmu.scenario.loop.simulated import _delayed
-from hystfmu.scenario.loop_margins import open_loop
-from hystfmu.scenario.report.loop_tables import delay_table, loop_rows
+from hystfmu.scenario.report.loops import delay_table, loop_rows
 from hystfmu.scenario.system.system import System
-from hystfmu.scenario.verdict.result import LoopFigures
 
 LAG = {"block": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": {"b": [3.0], "a": [0.02, 1.5]}}
 PLAY = {"block": "backlash_sum", "dims": {"n": 1}, "values": {"w0": 0.5, "r": [0.1], "w": [0.4]}}
@@ -235,21 +233,6 @@ def test_controllers_of_several_rates_have_none(write: Any) -> None:
         open_loop(system(write, "play lag reference law slow", units, wires, 4), (1.0, 1.0))
 
 
-def test_figures_of_a_loop(monkeypatch: pytest.MonkeyPatch) -> None:
-    for key, stable in enumerate((True, False)):
-        told = SimpleNamespace(stable=stable, Ms_db=2.0, delay_steps=3.0)
-        opened = SimpleNamespace(inverted=True, key=("figures of a loop", key), margins=lambda told=told: told)
-        monkeypatch.setattr(loop_figures, "open_loop", lambda system, slopes, opened=opened: opened)
-        want = LoopFigures(True, 2.0, 3.0) if stable else LoopFigures(False, None, None)
-        assert loop_figures.loop_figures(None) == want  # type: ignore[arg-type]
-
-    def refuses(system: Any, slopes: Any) -> Any:
-        raise InputError("no loop")
-
-    monkeypatch.setattr(loop_figures, "open_loop", refuses)
-    assert loop_figures.loop_figures(None) is None  # type: ignore[arg-type]
-
-
 def test_a_delay_runs_behind_the_unit_that_it_reads(write: Any) -> None:
     s = system(write, "play lag reference law", CHAIN, WIRES, 4)
     entry = plant_side(s, 1, [0, 3]).entry
@@ -276,7 +259,7 @@ def test_without_an_inverse_the_gain_of_the_plant_counts(write: Any) -> None:
     s = system(write, "play lag reference law", {"law": law, "lag": LAG | FINE, "play": play}, WIRES, 4)
     p, z = np.exp(-0.01 * 1.5 / 0.02), np.exp(1j * np.linspace(1e-4, np.pi, 20000))
     pole = p - Kp * (1 - p)
-    found = loop_figures.loop_figures(s)
+    found = limits.loop_figures(s)
     assert found is not None
     assert found.stable == (abs(pole) < 1)
     if found.stable:
@@ -286,17 +269,17 @@ def test_without_an_inverse_the_gain_of_the_plant_counts(write: Any) -> None:
 
 def test_a_long_case_without_inverse_does_not_run_again(write: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     s = system(write, "play lag reference law", CHAIN, WIRES, 4)
-    assert loop_figures.loop_figures(s) is not None
-    monkeypatch.setattr(loop_figures, "MOST_STEPS", s.n_steps - 1)
-    assert loop_figures.loop_figures(s) is None
+    assert limits.loop_figures(s) is not None
+    monkeypatch.setattr(limits, "MOST_STEPS", s.n_steps - 1)
+    assert limits.loop_figures(s) is None
 
 
 def test_numbers_at_the_ends_of_the_range_end(write: Any) -> None:
     """A plant that overflows in a step has no margins; a pole that rounding keeps below 1 adds noise without end."""
     wild = {"lag": LAG | FINE | {"values": {"b": [1.0], "a": [-1e-6, 1.0]}}}
     s = system(write, "play lag reference law", CHAIN | wild, WIRES, 4)
-    assert loop_figures.loop_figures(s) is None
-    assert not np.isfinite(loop_margins._covariance(np.eye(1), np.eye(1))).any()
+    assert limits.loop_figures(s) is None
+    assert not np.isfinite(opened._covariance(np.eye(1), np.eye(1))).any()
     with pytest.raises(InputError, match=r"stop: must be a multiple of the step 4\.94066e-324 s; got 1$"):
         ready(
             write(
@@ -324,7 +307,7 @@ def test_an_integrating_plant_has_margins(write: Any) -> None:
     wires = {"inverse.y": "law.u", "play.u": "inverse.u", "lag.u": "play.y"}
     s = system(write, "play lag reference law inverse", units, wires, 4)
     z = np.exp(1j * np.linspace(1e-4, np.pi, 20000))
-    found = loop_figures.loop_figures(s)
+    found = limits.loop_figures(s)
     assert found is not None
     assert found.Ms_db == pytest.approx(peak_db(Kp * k * 0.01 / (z - 1)), abs=0.01)
     assert open_loop(s).slopes == pytest.approx((1.0, 1.0), abs=1e-9)
@@ -376,7 +359,7 @@ def test_loops_whose_plant_is_not_held_are_refused(write: Any, unit: str, how: d
     s = system(write, "play lag reference law", units | {unit: units[unit] | how}, WIRES)
     with pytest.raises(InputError, match=f"^s/nominal: {re.escape(said)}$"):
         open_loop(s, (1.0, 1.0))
-    assert loop_figures.loop_figures(s) is None
+    assert limits.loop_figures(s) is None
 
 
 # ---- in rows -------------------------------------------------------------------------------------------------------

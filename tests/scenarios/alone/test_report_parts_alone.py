@@ -13,13 +13,12 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.outcome.trace import Sweeps, Trace
-from hystfmu.scenario.report import compare, junit, machine, matrix, page, worst_and_best
+from hystfmu.scenario.outcome.baseline import CHANGED, Change
+from hystfmu.scenario.outcome.result import LoopFigures, Result, Verdict
+from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.report import cases, compare, machine, page
 from hystfmu.scenario.report.compare import compare_reports
 from hystfmu.scenario.system.spec import MetricSpec
-from hystfmu.scenario.verdict.baseline import CHANGED, Change
-from hystfmu.scenario.verdict.judge import Verdict
-from hystfmu.scenario.verdict.result import LoopFigures, Result
 
 SPECS = {
     "peak": MetricSpec.model_validate({"kind": "peak", "signal": "a.y"}),
@@ -53,13 +52,13 @@ def run(y: Any, r: Any = None) -> Trace:
 # ---- which case comes first ----------------------------------------------------------------------------------------
 def test_the_metric_that_stands_for_a_case() -> None:
     peak, rms = verdict(3.0, "peak"), verdict(0.5)
-    assert worst_and_best.main_verdict(result(peak, rms)) is rms
-    assert worst_and_best.main_verdict(result(peak)) is peak
-    assert worst_and_best.main_verdict(result()) is None
+    assert cases.main_verdict(result(peak, rms)) is rms
+    assert cases.main_verdict(result(peak)) is peak
+    assert cases.main_verdict(result()) is None
 
 
 def test_how_near_a_case_is_to_its_limit() -> None:
-    near = worst_and_best.nearness
+    near = cases.nearness
     assert near(result(verdict(0.5, limit=2.0))) == (False, 0.25)
     assert near(result(verdict(0.5, limit=None))) == (False, 0.5)
     assert near(result(verdict(0.5, limit=0.0), lines=())) == (False, 0.5)
@@ -69,7 +68,7 @@ def test_how_near_a_case_is_to_its_limit() -> None:
 
 
 def test_the_verdict_on_a_case_in_a_word() -> None:
-    word = worst_and_best.word_of
+    word = cases.word_of
     assert word(result(verdict(0.5))) == "ok"
     assert word(result(lines=("x",))) == "stopped"
     assert word(result(verdict(2.0), lines=("x",))) == "failed"
@@ -83,24 +82,24 @@ def test_the_rows_around_the_largest_error() -> None:
     zigzag = np.concatenate([np.arange(5.0) if k % 2 == 0 else 4 - np.arange(5.0) for k in range(10)])
     turns = [k for k in range(1, len(zigzag) - 1) if zigzag[k] != zigzag[k - 1] and zigzag[k] in (0.0, 4.0)]
     for at in (0, 12, 25, 33, 49):
-        found = worst_and_best._around(zigzag, at)
+        found = cases._around(zigzag, at)
         inside = [t for t in range(len(zigzag)) if found.start <= t < found.stop]
         assert at in inside
-    middle = worst_and_best._around(zigzag, 25)
+    middle = cases._around(zigzag, 25)
     assert 0 < middle.start < 25 < middle.stop < len(zigzag)
     assert len([t for t in turns if middle.start <= t < 25]) in (2, 3)
     assert len([t for t in turns if 25 < t < middle.stop]) in (2, 3)
     line = np.arange(9.0)
-    assert worst_and_best._around(line, 4) == slice(0, 9)
+    assert cases._around(line, 4) == slice(0, 9)
     two = np.array([0.0, 1, 2, 1, 0, 1, 2, 1, 0, 1, 2, 1, 0, 1, 2])
     # turns begin with the steps 2, 4, 6, 8, 10, 12; of those before and behind row 7 three each
-    assert worst_and_best._around(two, 7) == slice(2, 13)
-    assert worst_and_best._around(two, 6) == slice(0, 13)
-    assert worst_and_best._around(two, 8) == slice(2, 15)
+    assert cases._around(two, 7) == slice(2, 13)
+    assert cases._around(two, 6) == slice(0, 13)
+    assert cases._around(two, 8) == slice(2, 15)
 
 
 def test_what_is_said_of_a_case() -> None:
-    said = worst_and_best._said
+    said = cases._said
     assert said("Worst case:", result(verdict(0.5))) == (
         '<p><b>Worst case: s/c</b><br/>rms 0.5 % of the stroke, limit 1: <b class="ok">ok</b></p>'
     )
@@ -108,32 +107,32 @@ def test_what_is_said_of_a_case() -> None:
         '<p><b>s/c</b><br/>peak 2: <b class="bad">changed</b></p>'
     )
     assert said("Best case:", result()) == '<p><b>Best case: s/c</b> <b class="bad">stopped</b></p>'
-    assert worst_and_best.worst_and_best([result(verdict(0.5))]) == ""
+    assert cases.worst_and_best([result(verdict(0.5))]) == ""
 
 
 # ---- cells ---------------------------------------------------------------------------------------------------------
 def test_a_cell_links_to_its_case() -> None:
     good, bad = result(verdict(0.51234)), result(verdict(2.0), lines=("x",))
-    assert matrix.linked(good) == '<a class="ok" href="#s/c">0.512 ok</a>'
-    assert matrix.linked(bad) == '<a class="bad" href="#s/c">2 failed</a>'
-    assert matrix.linked(result(lines=("x",))) == '<a class="bad" href="#s/c">stopped</a>'
-    assert matrix.place(result(case="<c>")) == "s/&lt;c&gt;"
+    assert cases.linked(good) == '<a class="ok" href="#s/c">0.512 ok</a>'
+    assert cases.linked(bad) == '<a class="bad" href="#s/c">2 failed</a>'
+    assert cases.linked(result(lines=("x",))) == '<a class="bad" href="#s/c">stopped</a>'
+    assert cases.place(result(case="<c>")) == "s/&lt;c&gt;"
 
 
 def test_the_curve_of_an_error() -> None:
     """From the lowest to the highest error of each piece, scaled to the largest; tenths in the path of a plot."""
-    found = matrix._curve(result(verdict(0.5), trace=run([0.0, 1.0, -2.0, 1.0])))
+    found = cases._curve(result(verdict(0.5), trace=run([0.0, 1.0, -2.0, 1.0])))
     d = "M1 10l23 -4 24 13 23 -13"  # (1, 10), (24, 6), (48, 19), (71, 6): steps in whole points
     assert found == f'<svg viewBox="0 0 72 20" aria-hidden="true"><path d="{d}"/></svg>'
     for trace in (None, run([0.0, 0.0]), run([0.0, np.inf])):
-        assert matrix._curve(result(verdict(0.5), trace=trace)) == ""
-    many = matrix._curve(result(verdict(0.5), trace=run(np.sin(np.arange(1000)))))
+        assert cases._curve(result(verdict(0.5), trace=trace)) == ""
+    many = cases._curve(result(verdict(0.5), trace=run(np.sin(np.arange(1000)))))
     assert many.partition("l")[2].count(" ") < 80
 
 
 def test_value_and_limit_of_a_metric() -> None:
     def cell(v: Any, fails: bool = True) -> str:
-        return matrix._metric(v, fails)
+        return cases._metric(v, fails)
 
     assert cell(None) == "<td></td>"
     assert cell(verdict(0.51234, limit=None)) == "<td>0.5123</td>"
@@ -149,7 +148,7 @@ def test_value_and_limit_of_a_metric() -> None:
 
 
 def test_a_row_of_a_case() -> None:
-    row = matrix._row
+    row = cases._row
     good = result(verdict(0.5), text="why", loop=LoopFigures(True, 2.5, math.inf))
     assert row(good, ["peak", "rms"], False, False, True) == (
         '<tr><th scope="row">c</th><td><span class="ok">ok</span></td><td></td><td>0.5 <small>≤ 1</small></td></tr>'
@@ -167,12 +166,12 @@ def test_a_row_of_a_case() -> None:
 
 def test_the_longer_side_of_a_matrix_goes_downwards() -> None:
     some = [result(verdict(0.5), scenario=s, case=c) for s, c in [("p", "a"), ("q", "a"), ("q", "b"), ("q", "c")]]
-    html = matrix.matrix(some)
+    html = cases.matrix(some)
     assert re.findall(r'<th scope="col">(\w+)</th>', html) == ["case", "q", "p"]
     assert re.findall(r'<th scope="row">(\w+)</th>', html) == ["a", "b", "c"]
     assert html.count("<td></td>") == 2
     assert "rms (RMS in % of the stroke)" in html
-    turned = matrix.matrix(
+    turned = cases.matrix(
         [result(verdict(0.5), scenario=c, case=s) for s, c in [("p", "a"), ("q", "a"), ("q", "b"), ("q", "c")]]
     )
     assert re.findall(r'<th scope="col">(\w+)</th>', turned) == ["scenario", "q", "p"]
@@ -188,91 +187,11 @@ def test_the_title_of_a_page(names: str, title: str) -> None:
     assert page._title([result(scenario=n) for n in names]) == title
 
 
-def test_how_many_cases_passed() -> None:
-    said = page._verdict([result(seconds=1.0), result(seconds=0.5)])
-    assert '<b class="ok">2 of 2 cases passed</b>, 1.5 s of simulation.' in said
-    assert "<ul" not in said
-    bad = [result(lines=tuple(f"line {k}" for k in range(n))) for n in (3, 1)]
-    assert '<b class="bad">0 of 2 cases passed</b>' in page._verdict(bad)
-    assert page._verdict(bad[:1]).count("<li>") == 3
-    assert "more</summary>" not in page._verdict(bad[:1])
-    assert "<summary>1 more</summary><ul><li>line 0</li></ul>" in page._verdict(bad)
-
-
-def test_the_drawings_that_fit_are_of_the_worst_cases(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(page, "case_plots", lambda system, trace: [system.case.title])
-    monkeypatch.setattr(page, "figures", lambda plots: f"<{plots[0]}>")
-    monkeypatch.setattr(page, "LEAST_DRAWN", 9)
-    monkeypatch.setattr(page, "MOST_SHOWN", 0)
-    some = [
-        result(verdict(v), scenario=s, case=c, trace=run([0.0]))
-        for s, c, v in [("p", "a", 0.1), ("p", "b", 0.3), ("q", "a", 0.2), ("q", "b", 0.9)]
-    ]
-    assert list(page._drawings(some)) == ["q/b", "p/b"]  # the worst of each scenario first: five characters each
-    monkeypatch.setattr(page, "LEAST_DRAWN", 11)
-    assert list(page._drawings(some)) == ["q/b", "p/b", "q/a"]
-    monkeypatch.setattr(page, "MOST_SHOWN", 4 * page.PER_CASE + 12)
-    assert list(page._drawings(some)) == ["q/b", "p/b", "q/a"]
-    monkeypatch.setattr(page, "MOST_SHOWN", 4 * page.PER_CASE + 16)
-    assert list(page._drawings(some)) == ["q/b", "p/b", "q/a", "p/a"]
-    assert page._drawings([result(verdict(0.5))]) == {}
-
-
-def test_what_is_to_be_seen_of_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(page, "loop_rows", lambda system: [["order", "a"]])
-    usual = [["order", "a"]]
-    assert page._case(result(verdict(0.5)), "", usual, set()) == ""
-    assert page._case(result(verdict(0.5), text="why"), "<svg/>", usual, set()) == (
-        '<details><summary><b class="ok">c</b> - why</summary><div id="s/c"><svg/></div></details>'
-    )
-    failed = page._case(result(lines=("a < b",)), "", usual, {"s/c"})
-    assert failed == (
-        '<details open="open"><summary><b class="bad">c</b></summary>'
-        '<div id="s/c"><ul><li class="bad">a &lt; b</li></ul></div></details>'
-    )
-    assert page._case(result(lines=("a",)), "", usual, {"s/other"}).startswith("<details><summary>")
-    swept = page._case(result(verdict(0.5), counted=Sweeps(7, 5, 2)), "", usual, set())
-    assert "<p>3.5 sweeps per step, at most 5 (Aitken relaxation)</p>" in swept
-    assert "of this case" in page._case(result(verdict(0.5)), "", [["order", "b"]], set())
-
-
-def test_several_scenarios_have_a_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(page, "matrix", lambda results: "matrix")
-    monkeypatch.setattr(
-        page,
-        "_scenario",
-        lambda group, drawings, unfolded, curves: f"{group[0].scenario} {len(group)} {sorted(unfolded)} {curves}",
-    )
-    p, q = result(verdict(0.5), scenario="p"), result(verdict(0.5), scenario="q")
-    assert page._scenarios([p, p]) == ["p 2 [] True"]
-    assert page._scenarios([p, q, p]) == ["<section><h2>All cases</h2>matrix</section>", "p 2 [] False", "q 1 [] False"]
-    bad = [result(verdict(float(k)), case=f"c{k}", lines=("over",)) for k in (2, 5, 3, 4)]
-    assert page._scenarios([p, *bad])[1:] == [
-        "p 1 ['s/c3', 's/c4', 's/c5'] False",
-        "s 4 ['s/c3', 's/c4', 's/c5'] False",
-    ]
-
-
 # ---- for machines --------------------------------------------------------------------------------------------------
 def test_values_as_json() -> None:
     found = machine._plain({1: (np.float64(0.5), np.int64(2), math.inf, [math.nan]), "a": {"b": None}})
     assert found == {"1": [0.5, 2, "inf", ["nan"]], "a": {"b": None}}
     assert json.dumps(found)
-
-
-def test_some_rows_of_the_recorded_signals(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(machine, "unit_of", lambda system, end: "um" if end == "a.y" else "")
-    monkeypatch.setattr(machine, "MOST_ROWS", 3)
-    found = machine._signals(result(trace=run([1 / 3, 2.0, 3.0, 4.0, 5.0])))
-    assert found == {"signals": {"t": [0.0, 1.0, 2.0], "a.y": [0.3333333, 3.0, 5.0]}, "units": {"a.y": "um"}}
-    assert machine._signals(result()) == {}
-
-
-def test_junit_counts() -> None:
-    some = [
-        result(trace=run([0.0])), result(trace=run([0.0]), lines=("x",), seconds=1.0), result(lines=("y",)),
-    ]  # fmt: skip
-    assert junit._counts(some) == {"tests": "3", "failures": "1", "errors": "1", "time": "1.500"}
 
 
 # ---- two runs ------------------------------------------------------------------------------------------------------
@@ -321,14 +240,6 @@ def test_the_largest_changes_come_first() -> None:
     ordered = compare._largest_first([small, verdicts[0], large, verdicts[1], gone, verdicts[2]])
     assert ordered == [verdicts[2], verdicts[1], verdicts[0], gone, large, small]
     assert compare._largest_first([Change("d", "x", 1.0, math.inf), large])[0].title == "d"
-
-
-def test_the_answer_of_a_comparison() -> None:
-    worse, better, gone = Change("a", "x", 1.0, 2.0), Change("a", "y", 2.0, 1.0), Change("a", "z", 1.0, None)
-    assert compare._answer([worse, better, gone], [worse]) == "3 of 4 figures differ, 1 of them are larger."
-    one = compare._answer([worse, Change("a", "verdict", "failed", "ok")], [])
-    assert one == "1 of 1 figures differ, 1 of them are larger; 1 verdict changed, 0 to failed or missing."
-    assert [compare._cells(c) for c in (worse, gone)] == [[1.0, 2.0, "+100"], [1.0, "", ""]]
 
 
 def test_the_signal_that_changed_most_is_drawn() -> None:

@@ -1,23 +1,20 @@
-"""Every number of a scenario file at its limits, every default, and who passes on that foreign code is confined."""
+"""Every number of a scenario file at its limits, every default, and what is refused before anything runs."""
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
 import math
-from pathlib import Path
-from types import SimpleNamespace
+import pkgutil
 from typing import Any
 
-import numpy as np
 import pydantic
 import pytest
 from engines import ready
 
+import hystfmu.scenario
 from hystfmu.base.errors import InputError
-from hystfmu.scenario import run_case, run_fmu
-from hystfmu.scenario.engine import alone, isolated, simulation
-from hystfmu.scenario.outcome.trace import Stopped, Trace
-from hystfmu.scenario.ssp import run as ssp_run
+from hystfmu.scenario import Run, run_scenarios
 from hystfmu.scenario.system import case as cases
 from hystfmu.scenario.system.spec import (
     CaseSpec,
@@ -29,7 +26,6 @@ from hystfmu.scenario.system.spec import (
     UnitSpec,
 )
 
-run_scenarios = importlib.import_module("hystfmu.scenario.run_scenarios")  # the package has a function of that name
 UNIT: dict[str, Any] = {"block": "pid"}
 METRIC: dict[str, Any] = {"kind": "peak", "signal": "a.y"}
 WHOLE: dict[str, Any] = {
@@ -140,90 +136,22 @@ def test_the_length_of_a_run(loop: Any, write: Any, monkeypatch: pytest.MonkeyPa
     ready(write(loop | {"stop": 0.0101}))
 
 
-# ---- foreign code is confined unless told otherwise ----------------------------------------------------------------
-def told(monkeypatch: pytest.MonkeyPatch, place: Any, name: str, answer: Any = None) -> list[Any]:
-    """Replace a function by one that writes down its arguments."""
-    seen: list[Any] = []
-
-    def instead(*a: Any, **more: Any) -> Any:
-        seen.append((a, more))
-        if isinstance(answer, Exception):
-            raise answer
-        return answer
-
-    monkeypatch.setattr(place, name, instead)
-    return seen
+def test_what_a_record_does_not_take() -> None:
+    for run, more, said in [
+        (Run(), {"overrides": {"a.x": 1}}, "it takes neither --set nor --coupling"),
+        (Run(coupling="jacobi"), {}, "it takes neither --set nor --coupling"),
+        (Run(), {"case": "c"}, "it takes no --case"),
+    ]:
+        with pytest.raises(InputError, match=said):
+            run_scenarios([], run, record=True, **more)  # type: ignore[arg-type]
 
 
-def test_a_run_hands_on_its_limits(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen = told(monkeypatch, isolated, "chunks_isolated", iter(()))
-    system: Any = SimpleNamespace(foreign=(1,), n_steps=0)
-    for more, want in [({}, (600.0, True)), ({"seconds": 5.0, "confined": False}, (5.0, False))]:
-        simulation.chunks(system, **more)
-        (_, _, seconds), kept = seen.pop()
-        assert (seconds, kept["confined"]) == want
-    trace = Trace(np.zeros(1), np.zeros((1, 1)), {"a.y": 0}, 1)
-    seen = told(monkeypatch, simulation, "chunks", [trace])
-    assert simulation.simulate(system) is trace
-    assert seen.pop()[0][1:] == ("fmpy", None, 600.0, True)
-    simulation.simulate(system, "native", None, 1.0, False)
-    assert seen.pop()[0][1:] == ("native", None, 1.0, False)
-
-
-def test_a_case_hands_on_its_limits(monkeypatch: pytest.MonkeyPatch, loop: Any, write: Any) -> None:
-    system = ready(write(loop))
-    seen = told(monkeypatch, run_case, "chunks", Stopped("why"))
-    result, record = run_case.run_case(system, None, "native", None)  # type: ignore[arg-type]
-    assert (result.lines, record, result.trace) == (("loop/nominal: stopped: why",), None, None)
-    assert seen.pop()[0][3:] == (600.0, True)
-    run_case.run_case(system, None, "native", None, seconds=2.0, confined=False)  # type: ignore[arg-type]
-    assert seen.pop()[0][3:] == (2.0, False)
-    seen = told(monkeypatch, run_scenarios, "run_case", (result, None))
-    monkeypatch.setattr(run_scenarios, "loop_figures", lambda system: None)
-    run_scenarios.run_scenarios([write(loop)])
-    _, kept = seen.pop()
-    assert (kept["seconds"], kept["confined"], kept["out"]) == (600.0, True, None)
-    run_scenarios.run_scenarios([write(loop)], seconds=3.0, confined=False)
-    assert (seen[-1][1]["seconds"], seen[-1][1]["confined"]) == (3.0, False)
-
-
-def test_an_fmu_alone_hands_on_its_limits(monkeypatch: pytest.MonkeyPatch) -> None:
-    foreign = SimpleNamespace(ports=(), folder=Path("."))
-    monkeypatch.setattr(run_fmu, "Foreign", SimpleNamespace(load=lambda path: foreign))
-    monkeypatch.setattr(run_fmu, "_task", lambda *a: "task")
-    seen = told(monkeypatch, run_fmu, "run_alone", (np.zeros(1), np.zeros((1, 0)), ""))
-    run_fmu.run_fmu("x.fmu")
-    assert seen.pop()[0] == ("task", 600.0, True)
-    run_fmu.run_fmu("x.fmu", seconds=4.0, confined=False)
-    assert seen.pop()[0] == ("task", 4.0, False)
-    boxes: list[Any] = []
-
-    class Child:
-        def __init__(self, *a: Any, box: Any) -> None:
-            boxes.append(box)
-
-        def finish(self, seconds: float) -> tuple[list[str], bool]:
-            return [], False
-
-    monkeypatch.setattr(alone, "Child", Child)
-    for more in ({}, {"confined": False}):
-        with pytest.raises(Stopped) as e:
-            alone.run_alone(SimpleNamespace(foreign=foreign), 1.0, **more)  # type: ignore[arg-type]
-        assert e.value.status == "timeout"
-    assert [box is None for box in boxes] == [False, True]
-
-
-def test_an_archive_hands_on_its_limits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ssp_run, "_prepared", lambda *a: (SimpleNamespace(signals=()), "case", None))
-    system = SimpleNamespace(columns={"a.y": 0}, n_steps=0)
-    monkeypatch.setattr(ssp_run, "build", lambda case: system)
-    seen = told(monkeypatch, ssp_run, "simulate", "trace")
-    assert ssp_run.run_ssp("x") == ssp_run.SspRun("trace", (), ())  # type: ignore[arg-type]
-    assert seen.pop()[1] == {"seconds": 600.0, "confined": True}
-    seen = told(monkeypatch, ssp_run, "chunks", Stopped("why"))
-    assert ssp_run.run_ssp_file("x", "native", None, None, None, 5.0, None) == (["x: stopped: why"], False)
-    assert seen.pop()[1] == {"seconds": 5.0, "confined": True}
-    trace = Trace(np.zeros(1), np.ones((1, 1)), {"a.y": 0}, 1)
-    told(monkeypatch, ssp_run, "chunks", [trace])
-    said = "x: 1 rows of 1 outputs; no reference to compare with"
-    assert ssp_run.run_ssp_file("x", "native", None, None, None, 5.0, None) == ([said], True)
+def test_values_of_the_package_cannot_be_changed() -> None:
+    """All dataclasses are frozen but the one that counts."""
+    found = {}
+    for info in pkgutil.walk_packages(hystfmu.scenario.__path__, "hystfmu.scenario."):
+        for name, value in vars(importlib.import_module(info.name)).items():
+            if dataclasses.is_dataclass(value) and isinstance(value, type) and value.__module__ == info.name:
+                found[name] = value.__dataclass_params__.frozen  # type: ignore[attr-defined]
+    assert len(found) > 20
+    assert [name for name, frozen in found.items() if not frozen] == ["Sweeps"]

@@ -15,12 +15,9 @@ from drawn_unit import Variable, drawn_fmu
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario.outcome.trace import Stopped, Trace
-from hystfmu.scenario.ssp import coupling
-from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
-from hystfmu.scenario.ssp.parameter_set import SSV, changes
+from hystfmu.scenario.ssp.coupling import as_readers_run
+from hystfmu.scenario.ssp.elements import SSC, SSV, changes
 from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp
-from hystfmu.scenario.ssp.write import SSC, _handed
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, UnitSpec
 
@@ -345,72 +342,7 @@ def test_readers_step_all_at_once_at_the_base_step() -> None:
             as_readers_run(made)
 
 
-def test_differences_are_shares_of_the_span(monkeypatch: pytest.MonkeyPatch) -> None:
-    ends = {"a.y": 0, "b.y": 1}
-
-    def trace(a: Any, b: Any) -> Trace:
-        return Trace(np.arange(len(a)) * 1.0, np.column_stack([a, b]).astype(float), ends, 1)
-
-    def between(a: list[float], b: list[float], got: list[float], record: Any = ("a.y", "b.y")) -> dict[str, float]:
-        own = trace(np.repeat(a, 5)[:-4], np.repeat(b, 5)[:-4])
-        monkeypatch.setattr(coupling, "build", lambda c: c)
-        monkeypatch.setattr(coupling, "simulate", lambda system, engine: own)
-        made = case()
-        made.record = record
-        return differences(made, {"a.y": "a.y", "b.y": "b.y"}, trace(got, b))
-
-    assert between([0, 4, 2], [1, 1, 1], [0, 3.5, 3]) == {"a.y": 25.0, "b.y": 0.0}
-    assert between([2, 2, 2], [1, 1, 1], [2, 3, 2])["a.y"] == 50.0
-    assert between([0, 0, 0], [1, 1, 1], [0, 0.5, 0])["a.y"] == 50.0
-    assert list(between([0, 4, 2], [1, 1, 1], [0, 3.5, 3], ())) == ["a.y", "b.y"]
-    assert list(between([0, 4, 2], [1, 1, 1], [0, 3.5, 3], ("b.y",))) == ["b.y"]
-
-
-def test_initial_values_are_passed_on_until_they_agree(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each pass brings a value one unit further; with three units they agree after three, or never."""
-    from dataclasses import make_dataclass
-
-    seen: list[Any] = []
-
-    def simulate(system: Any, engine: str) -> Any:
-        seen.append((system.case.stop, system.begins))
-        a, b = system.begins or (0.0, 0.0)
-        after = rules[0](a, b)
-        return SimpleNamespace(values=np.array([after, after]))
-
-    system = make_dataclass("System", ["case", "parts", "begins"], namespace={"starts": lambda self: np.zeros(2)})
-    monkeypatch.setattr(coupling, "simulate", simulate)
-    made = system(case(), (1, 2, 3), ())
-
-    def one_further(a: float, b: float) -> tuple[float, float]:
-        return 1.0, a
-
-    rules: list[Any] = [one_further]
-    run_as_readers(made)
-    assert seen == [(0.0, (0.0, 0.0)), (0.0, (1.0, 0.0)), (0.0, (1.0, 1.0)), (1.0, (1.0, 1.0))]
-
-    rules[0] = lambda a, b: (a + 1, b)
-
-    seen.clear()
-    with pytest.raises(InputError, match=r"^w: the initial values of its units do not agree: an algebraic loop$"):
-        run_as_readers(made)
-    assert len(seen) == 4
-
-    def stops(system: Any, engine: str) -> Any:
-        raise Stopped("why")
-
-    monkeypatch.setattr(coupling, "simulate", stops)
-    with pytest.raises(InputError, match=r"^w: with the coupling of SSP readers \(Jacobi\): why; one FMU"):
-        run_as_readers(made)
-
-
 # ---- as it is written ----------------------------------------------------------------------------------------------
-def test_what_connected_inputs_are_handed() -> None:
-    parts = [SimpleNamespace(name="a", inputs=("u", "v")), SimpleNamespace(name="b", inputs=("w",))]
-    links = [SimpleNamespace(to=0, input=1, source=2), SimpleNamespace(to=1, input=0, source=0)]
-    system: Any = SimpleNamespace(parts=parts, links=links, columns={"a.y": 0, "a.z": 1, "b.y": 2})
-    trace = Trace(np.arange(2.0), np.array([[5.0, 6.0, 7.0], [1.0, 2.0, 3.0]]), system.columns, 1)
-    assert _handed(system, trace) == {("a", "v"): 7.0, ("b", "w"): 5.0}
 
 
 def test_values_that_a_foreign_unit_is_given() -> None:

@@ -11,8 +11,8 @@ import pytest
 from engines import ready
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.shipped import here_or_shipped, shipped_scenarios
 from hystfmu.scenario.system import system as module
+from hystfmu.scenario.system.folders import here_or_shipped, shipped_scenarios
 from hystfmu.scenario.system.fused import fuse, segments, to_graph
 from hystfmu.scenario.system.measures import label, unit_of, unit_of_metric
 from hystfmu.scenario.system.system import System
@@ -134,47 +134,6 @@ def test_feed_through_to_outputs_that_are_read(loop: Any, write: Any) -> None:
     assert s.feeds_through(s.parts[0], 0)
     assert s.feeds_through(s.parts[2], s.parts[2].inputs.index("y"))
     assert (reference.inputs, pid.name) == ((), "pid")
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"plant.u": "pid.x"}, "connections: no output 'pid.x' for 'plant.u'; there are ['pid.u'"),
-        ({"plant.u": "x.y"}, "connections: no output 'x.y' for 'plant.u'; there are ['plant', 'reference', 'pid']"),
-        ({"x.u": "pid.u"}, "connections: no unit 'x'; there are ['plant', 'reference', 'pid']"),
-        ({"plant.x": "pid.u"}, "connections: no input 'plant.x'; plant has ['u']"),
-        ({"pid.u_ff": "plant.y"}, "connections: 'pid.u_ff' is connected and has a constant value as well"),
-        (
-            {"plant.u": None},
-            "connections: nothing is connected to 'plant.u'; connect it or give it a constant value in "
-            "units.plant.inputs",
-        ),
-    ],
-)
-def test_a_wrong_connection_is_named(loop: Any, write: Any, change: dict[str, Any], said: str) -> None:
-    wires = {k: v for k, v in (loop["connections"] | change).items() if v is not None}
-    loop["connections"] = wires
-    with pytest.raises(InputError) as e:
-        ready(write(loop))
-    assert f"scenario.toml: case nominal: {said}" in str(e.value)
-
-
-def test_an_unknown_input_with_a_constant(loop: Any, write: Any) -> None:
-    loop["units"]["plant"]["inputs"] = {"w": 1.0}
-    with pytest.raises(InputError, match=r"case nominal: units\.plant\.inputs: no input 'w'; there are \['u'\]$"):
-        ready(write(loop))
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "where"),
-    [("record", ["plant.z"], "record"), ("loops", [["pid.u", "plant.z"]], "loops")],
-)
-def test_signals_that_do_not_exist(loop: Any, write: Any, key: str, value: Any, where: str) -> None:
-    loop[key] = value
-    with pytest.raises(
-        InputError, match=rf"case nominal: {where}: no output 'plant\.z'; there are plant\.y, plant\.v$"
-    ):
-        ready(write(loop))
 
 
 def test_a_first_order_hold_needs_sources_that_step_as_often(loop: Any, write: Any) -> None:

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
+from hystfmu.scenario.outcome.baseline import CHANGED, Change
 from hystfmu.scenario.outcome.metrics import Measure
+from hystfmu.scenario.outcome.result import LoopFigures, Result, Verdict, judge
 from hystfmu.scenario.report import terminal
 from hystfmu.scenario.system.spec import MetricSpec
-from hystfmu.scenario.verdict.baseline import CHANGED, Change
-from hystfmu.scenario.verdict.judge import Verdict, judge
-from hystfmu.scenario.verdict.result import LoopFigures, Result
 
 
 def cells(line: str) -> list[str]:

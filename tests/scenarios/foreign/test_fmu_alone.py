@@ -16,7 +16,7 @@ from scipy.linalg import expm
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.run_fmu import run_fmu
 
 
@@ -187,6 +187,57 @@ def test_a_value_that_cannot_be_carried_is_refused(tmp_path: Path, cell: str, me
 
 
 @pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a,b\n1,2\n2,3\n", "a column of time is needed, named t or time; there are 'a', 'b'"),
+        ("t [m],v\n1,2\n2,3\n", "the time must be in s, "),
+        ("t,z\n1,2\n2,3\n", "'z' is no input of {}; there are v, u_1, u_2"),
+        ("t,u_1\n1,2\n2,3\n", "the input 'u' needs columns for all elements; 'u_2' is missing"),
+        ("t,v\n1,2\n0.5,3\n", "the times must not decrease, and there must be a row"),
+    ],
+)
+def test_a_table_that_does_not_fit(pair: Path, text: str, said: str) -> None:
+    table = pair.with_name("u.csv")
+    table.write_text(text)
+    with pytest.raises(InputError) as e:
+        run_fmu(pair, table)
+    assert str(e.value).startswith(f"{table}: {said.format(pair)}")
+
+
+@pytest.fixture
+def pair(tmp_path: Path) -> Path:
+    """Two inputs u, doubled and negated, and a gain of an input v; an array in FMI 3.0."""
+    nodes = [Node("pair", "scaling", {"n": 2}, {"gain": [2.0, -1.0]}), Node("one", "scaling", {"n": 1})]
+    inputs, outputs = [Input("v", ("one.u",)), Input("u", ("pair.u",))], [Output("y", "pair.y"), Output("z", "one.y")]
+    return export_fmu(Graph(nodes, [], inputs, outputs).with_step(0.5), tmp_path / "pair.fmu", fmi=3, stop=2.0)
+
+
+def test_columns_become_inputs_in_the_order_of_their_elements(pair: Path) -> None:
+    """Times in ms; what a row says at a communication point holds in the step that begins there."""
+    table = pair.with_name("u.csv")
+    table.write_text("u_2,t [ms],v,u_1\n1,0,10,4\n2,500,20,5\n3,2000,50,8\n")
+    run = run_fmu(pair, table, step=0.5)
+    assert run.t.tolist() == [0.0, 0.5, 1.0, 1.5, 2.0]
+    assert run.values["z"].tolist() == [10, 10, 20, 30, 40]
+    assert run.values["y_1"].tolist() == [8, 8, 10, 12, 14]
+    assert run.values["y_2"].tolist() == [-1, -1, -2, *(-np.interp([1.0, 1.5], [0.5, 2], [2, 3])).tolist()]
+
+
+@pytest.mark.parametrize(
+    ("given", "want"),
+    [
+        ({}, (0.5, 2.0)),
+        ({"stop": 3.0}, (0.5, 3.0)),
+        ({"step": 0.25}, (0.25, 2.0)),
+        ({"step": 1.0, "stop": 4.0}, (1.0, 4.0)),
+    ],
+)
+def test_times_and_steps(pair: Path, given: dict[str, float], want: tuple[float, float]) -> None:
+    run = run_fmu(pair, None, None, **given)  # type: ignore[arg-type]
+    assert (run.t[1], run.t[-1]) == want
+
+
+@pytest.mark.parametrize(
     ("more", "message"),
     [
         ({"stop": -1.0}, "the stop time must be finite and after the start at 0 s; got -1"),
@@ -214,7 +265,7 @@ def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
     (tmp_path / "in.csv").write_text("t,u\n0,0\n1,1\n")
     out = tmp_path / "out.csv"
     command = [
-        "run",
+        "simulate",
         str(tmp_path / "gain.fmu"),
         "--input",
         str(tmp_path / "in.csv"),
@@ -227,6 +278,6 @@ def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert out.read_text() == "t,y\n0.0,0.0\n0.25,0.0\n0.5,-0.75\n0.75,-1.5\n1.0,-2.25\n"
     assert "5 rows, 0 to 1 s\ny  min -2.25  max 0  end -2.25" in done.output
-    done = CliRunner().invoke(main, [*command, "--case", "x"])
+    done = CliRunner().invoke(main, [*command, "--coupling", "jacobi"])
     assert done.exit_code == 2
-    assert "an FMU runs alone: it takes no --case" in done.output
+    assert "gain.fmu: --coupling is an option of .ssp files." in done.output

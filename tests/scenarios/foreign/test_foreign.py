@@ -16,7 +16,7 @@ from engines import ready
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario import simulate
+from hystfmu.scenario import Run, simulate
 from hystfmu.scenario.engine.master import ENGINES, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
@@ -90,7 +90,7 @@ def test_what_foreign_code_does_stays_in_its_process(
     loop["connections"]["bad.u"] = "reference.r"
     system = ready(write(loop))
     with pytest.raises(Stopped, match=message):
-        simulate(system, engine, seconds=1.0 if "finished" in message else 60.0)  # type: ignore[arg-type]
+        simulate(system, run=Run(engine, seconds=1.0 if "finished" in message else 60.0))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,6 @@ import pytest
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.run_fmu import run_fmu
 from hystfmu.scenario.system.foreign import Foreign
 
@@ -98,5 +97,5 @@ def test_description_that_cannot_be_read(tmp_path: Path, old: str, new: str, mes
 
 def test_what_the_fmu_says_when_it_makes_no_instance(tmp_path: Path) -> None:
     path = edited(tmp_path, described('guid="', 'guid="another'))
-    with pytest.raises(Stopped, match=r"cannot be instantiated: .*The token 'another.* does not belong"):
+    with pytest.raises(InputError, match=r"cannot be instantiated: .*The token 'another.* does not belong"):
         run_fmu(path)

@@ -18,7 +18,7 @@ from hystfmu.scenario import simulate
 from hystfmu.scenario.engine.adapted_member import AdaptedMember
 from hystfmu.scenario.engine.fmu_member import FmuMember
 from hystfmu.scenario.engine.master import ENGINES
-from hystfmu.scenario.engine.stepped_member import SteppedMember
+from hystfmu.scenario.engine.member import SteppedMember
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
 

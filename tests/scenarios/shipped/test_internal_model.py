@@ -12,8 +12,9 @@ import tuned
 from hystfmu.design import repetitive_filters
 from hystfmu.scenario import Scenario, build
 from hystfmu.scenario.engine.native import Native
-from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
-from hystfmu.scenario.verdict.baseline import Baseline
+from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
+from hystfmu.scenario.outcome.baseline import Baseline
 
 ROOT = Path(__file__).parents[3] / "scenarios"
 SLOPES = (0.68, 1.64)  # of plant over inverse in the corners

@@ -14,11 +14,11 @@ from click.testing import CliRunner
 from hystfmu.cli import main
 from hystfmu.data import Dataset
 from hystfmu.data.signals import decaying_sine
-from hystfmu.data.synthetic_ipmc import RATE, STROKE, sensor
 from hystfmu.identify import fit
 from hystfmu.model import Model
-from hystfmu.scenario import Scenario, build, run_scenarios
-from hystfmu.scenario.verdict.baseline import Baseline
+from hystfmu.scenario import Run, Scenario, build, run_scenarios
+from hystfmu.scenario.outcome.baseline import Baseline
+from papers.ipmc_sensor import RATE, STROKE, sensor
 
 ROOT = Path(__file__).parents[3] / "scenarios"
 FOLDERS = sorted(p.parent for p in ROOT.glob("*/scenario.toml"))
@@ -178,7 +178,7 @@ def test_they_pass_on_real_fmus(tmp_path: Path, names: tuple[str, ...], case: st
 @pytest.mark.parametrize("case", ["up_400_two_steps_100", pytest.param(None, marks=pytest.mark.stress)])
 def test_the_loops_at_10_khz_pass_in_the_core(case: str | None) -> None:
     """Against limits and baselines, without FMUs, which give the same bits."""
-    results = run_scenarios([ROOT / name for name in TUNED_10_KHZ], engine="native", case=case)
+    results = run_scenarios([ROOT / name for name in TUNED_10_KHZ], Run("native"), case=case)
     assert {r.scenario for r in results} == set(TUNED_10_KHZ)
     assert [line for r in results for line in r.failures()] == []
 

@@ -11,10 +11,10 @@ import pytest
 from scipy.stats import spearmanr
 
 from hystfmu.report.page import Section
-from hystfmu.studies import figures, report, study_case
+from hystfmu.studies import figures, report
 from hystfmu.studies.effects import Effects
+from hystfmu.studies.report import sensitivity
 from hystfmu.studies.spec import ObjectiveSpec, ParameterSpec
-from hystfmu.studies.study_case import StudyCase, sensitivity
 from hystfmu.studies.summary import Spread, Summary, interval
 
 PERCENT = (1.0, 2.0, 3.0, 4.0)
@@ -193,65 +193,6 @@ def test_three_hundred_of_many_draws() -> None:
 
 
 # ---- a case of the page ---------------------------------------------------------------------------------------------
-@pytest.fixture
-def page(monkeypatch: Any, tmp_path: Any) -> Any:
-    monkeypatch.setattr(study_case, "unit_of_metric", lambda system, metric: "um")
-    monkeypatch.setattr(study_case, "command", lambda study, row: f"run {row['index']}")
-    monkeypatch.setattr(
-        study_case, "save_settings", lambda study, row, folder: folder / "worst" / f"{row['index']}.json"
-    )
-    return tmp_path
-
-
-def rows_of_two() -> list[dict[str, Any]]:
-    rng = np.random.default_rng(5)
-    rows = []
-    for k in range(30):
-        p, q = 10 * rng.random(2)
-        rows.append({**row(k, 0.0, p=p, q=q), "metrics": {"m": p, "n": 3 * q, "Ms_db": 4.0}})
-    return rows
-
-
-def test_the_limit_that_fewest_meet_is_the_main_one(page: Any) -> None:
-    rows = rows_of_two()
-    made = StudyCase(study({"a": {"m": 9.5, "n": 12.0}}), LABELS, case(), rows, rows[:2])
-    assert made.main == 1
-    share = np.mean([r["metrics"]["n"] <= 12.0 for r in rows])
-    assert made.share() == pytest.approx(share)
-    assert made.decides().bars[0].name == "q"  # type: ignore[union-attr]
-    assert list(made.by_effect(LABELS)) == ["p", "q"]
-    assert made.x.tolist() == [[r["values"]["p"], r["values"]["q"]] for r in rows]
-    assert made.y.tolist() == [list(r["metrics"].values()) for r in rows]
-    other = StudyCase(study({"a": {"m": 0.1, "n": 12.0}}), LABELS, case(), rows, rows)
-    assert other.main == 0
-    assert list(other.by_effect(LABELS)) == ["q", "p"]
-    free = StudyCase(study(), LABELS, case(), rows, rows)
-    assert (free.main, free.share()) == (0, 1.0)
-
-
-def test_plots_and_tables_of_a_case(page: Any) -> None:
-    rows = rows_of_two()
-    system = case()
-    system.case.metrics = {"m": 1, "n": 1}
-    made = StudyCase(study({"a": {"n": 12.0}}), LABELS, system, rows, rows[4:6])
-    told = summary(spread("n", 0.5), spread("m", None), spread("x", 0.5, "b"))
-    section = made.section(told, page)
-    assert section.title == "Case a"
-    titles = [p.title for p in section.plots]
-    assert titles[0] == "n over q"
-    assert titles[-2:] == ["distribution of m", "distribution of n"]  # Ms_db does not vary
-    spreads, first, total, correlation, worst, again = section.folded
-    assert [r[0] for r in spreads.rows] == ["n", "m"]
-    assert spreads.rows[0] == ["n", *PERCENT, 5.0, 2.0]
-    assert spreads.rows[1][-1] == "-"
-    assert first.rows[0] == ["p (V)", pytest.approx(1.0, abs=1e-3), 0.0, 0.0]
-    assert first.rows[2][1:] == pytest.approx([1.0, 1.0, 0.0], abs=1e-3)
-    assert len(total.rows) == len(correlation.rows) == 2
-    assert correlation.rows[0][1] == pytest.approx(1.0)
-    assert worst.head == ["row", "p (V)", "q", "m in um", "n in um", "Ms_db in dB"]
-    assert worst.rows[0][:2] == [4, rows[4]["values"]["p"]]
-    assert [r[1:] for r in again.rows] == [[f"run {k}", f"worst/{k}.json"] for k in (4, 5)]
-    assert len(made.section(None, page).folded) == 5
 
 
 def test_rank_correlations_with_ties_are_spearmans() -> None:
@@ -281,22 +222,6 @@ def test_scores_of_variations_within_all_limits() -> None:
     assert report.best_variation(study(), rows) is None
 
 
-@pytest.mark.parametrize(("worst", "best"), [(0.0, 3), (1e-9, 0)])
-def test_the_best_meets_every_limit_of_the_loop(monkeypatch: Any, worst: float, best: int) -> None:
-    class Loop:
-        def __init__(self, study: Any, loop: Any) -> None:
-            pass
-
-        def excess(self, settings: Any) -> dict[str, float]:
-            return {"Ms_db": -1.0, "radius": worst if settings["p"] == 3.0 else -1.0}
-
-    monkeypatch.setattr(report, "LoopLimits", Loop)
-    of = study(objective=objective().model_copy(update={"loop": object()}))
-    found = report.best_variation(of, [row(0, 2.0), row(1, 4.0), row(3, 1.0)])
-    assert found is not None
-    assert found["variation"] == best
-
-
 def test_the_answer_comes_first() -> None:
     rows = [row(0, 2.0), row(1, 1.0), row(2, 1.0, status="timeout"), row(3, 1.0, status="outside")]
     rows += [row(k, 1.0, status="refused") for k in range(4, 16)]
@@ -314,44 +239,6 @@ def test_the_answer_comes_first() -> None:
     assert tuned.folded[1].rows == [["p (V)", 1.0], ["q", 1.0]]
     assert tuned.folded[0].caption == "2 runs by random, seed 3; 0 failed"
     assert len(tuned.plots) == 1
-
-
-def test_the_page_of_a_study(monkeypatch: Any, page: Any) -> None:
-    pages: list[Any] = []
-    monkeypatch.setattr(report, "write_page", lambda *given: (pages.append(given), page / "report.html")[1])
-    monkeypatch.setattr(report, "unit_of", lambda system, parameter: {"p": "V"}.get(parameter, ""))
-    monkeypatch.setattr(report, "loop_explorer", lambda systems: None)
-    of = study({"a": {"m": 5.0}, "b": {"m": 1.0}}, name="s")
-    of.cases = [SimpleNamespace(scenario="loop")]
-    rows = [{**row(k, k / 3, c), "variation": k, "index": k} for k in range(15) for c in "ab"]
-    rows += [{**row(15, 1e100), "index": 30}, {**row(16, 1.0, status="timeout"), "index": 31}]
-    rows += [{**row(17, 0.99e100), "index": 32}]
-    path = report.write_report(of, [case(), case("b"), case("empty")], rows, None, page)
-    assert path == page / "report.html"
-    (_, folder, sections, title, *_) = pages[0]
-    assert (folder, title) == (page, "Study s of loop")
-    answer, draws, first, second = sections
-    assert answer.plots[0].title.startswith("what decides b: m")  # the case with the limit that fewest meet
-    assert draws.title == "All draws"
-    assert [axis.name for axis in draws.plots[0].axes[:2]] == ["q", "p in V"]
-    assert (first.title, second.title) == ("Case a", "Case b")
-    worst = first.folded[3]
-    assert len(worst.rows) == 10
-    assert [r[0] for r in worst.rows[:4]] == [31, 30, 32, 14]  # a failed run, one that diverged, the largest
-    assert max(line.y.max() for line in first.plots[0].lines) == 0.99e100
-    assert max(line.y.max() for line in second.plots[0].lines) == pytest.approx(14 / 3)
-
-
-def test_labels_of_parameters(monkeypatch: Any) -> None:
-    monkeypatch.setattr(report, "unit_of", lambda system, parameter: {"second": "N"}.get(system, ""))
-    of = study()
-    of.spec.parameters = {"p": 1, "q": 1, "lag.g": 1}
-    of.parameters["q"] = ParameterSpec.model_validate({"scale": [0.5, 2.0]})
-    systems: Any = ["first", "second"]
-    assert report._label(of, systems, "p") == "p in N"
-    assert report._label(of, systems, "q") == "q as a factor"
-    assert report._label(of, systems, "lag.g.f_n") == "lag.g.f_n in Hz"
-    assert report._label(of, systems, "lag.g.zeta") == "lag.g.zeta"
 
 
 def test_percentiles_for_the_terminal() -> None:

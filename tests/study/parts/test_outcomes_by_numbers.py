@@ -9,10 +9,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.stats import binom
 
 from hystfmu.studies import effects, summary
-from hystfmu.studies.effects import Effects
 from hystfmu.studies.summary import Spread, Summary
 
 
@@ -106,17 +104,6 @@ def test_the_spread_of_a_metric():
     m, n = summary._spreads("a", {}, rows)
     assert (m.worst, m.percentiles[3], m.limit, m.within) == (math.inf, math.inf, None, None)
     assert n.percentiles == (math.inf,) * 4
-
-
-@pytest.mark.parametrize(("inside", "draws"), [(0, 20), (20, 20), (7, 20), (999, 1000)])
-def test_the_tails_of_the_interval_hold_a_fortieth(inside, draws):
-    lo, hi = summary.interval(inside, draws)
-    assert (lo == 0.0) is (inside == 0)
-    assert (hi == 1.0) is (inside == draws)
-    if inside:
-        assert binom.sf(inside - 1, draws, lo) == pytest.approx(0.025)
-    if inside < draws:
-        assert binom.cdf(inside, draws, hi) == pytest.approx(0.025)
 
 
 LIMITED = (Spread("a", "m", (1.0, 2.0, 3.0, 4.0), 5.0, 3.0, 0.6),)
@@ -221,12 +208,6 @@ def test_polynomials_of_up_to_64_levels_are_orthonormal_over_them(levels, exact)
     two = effects._orthonormal(np.array([0.0, 1.0, 1.0, 0.0]))
     assert two.shape == (4, 2)
     assert two.T @ two / 4 == pytest.approx(np.eye(2))
-
-
-def test_the_degrees_of_the_terms():
-    assert effects._powers([2, 1], 2).tolist() == [[0, 0], [0, 1], [1, 0], [1, 1], [2, 0]]
-    assert effects._powers([3, 3], 1).tolist() == [[0, 0], [0, 1], [1, 0]]
-    assert isinstance(effects.effects(draws(9, 1), draws(9, 1)), Effects)
 
 
 def test_a_parameter_that_stays_needs_no_runs():

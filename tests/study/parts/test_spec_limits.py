@@ -8,7 +8,6 @@ from typing import Any
 import pydantic
 import pytest
 
-from hystfmu.studies import designs, spec
 from hystfmu.studies.designs import LearntLoops, LoopShapingDesign, RepetitiveDesign, Weight
 from hystfmu.studies.spec import LoopSpec, ObjectiveSpec, ParameterSpec, SecondOrderSpec, StudySpec
 
@@ -171,12 +170,9 @@ def test_a_weight_has_one_gain(given: dict[str, str]) -> None:
         Weight.model_validate(given)
 
 
-def test_names_and_counts_of_the_format() -> None:
-    assert spec.MOST_ROWS == 10_000_000
-    assert spec.LOOP_METRICS == ("Ms_db", "radius")
+def test_what_a_design_reads() -> None:
     assert RepetitiveDesign.model_validate(REPETITIVE).reads == ("design.cutoff", "design.gain")
     assert RepetitiveDesign.model_validate(REPETITIVE).cases == ("c",)
     shaping = LoopShapingDesign.model_validate({**SHAPING, "weight": {"K": "a", "T_p": "b"}})
     assert shaping.reads == ("a", "b")
     assert shaping.cases == ("c",)
-    assert designs.PREFIX == "design."

@@ -106,25 +106,6 @@ def test_a_full_journal_becomes_a_part(made: Any, tmp_path: Path, before: int) -
         assert "limits" not in by_id(s.rows())["id1"]
 
 
-def test_a_damaged_part_is_renamed(made: Any, tmp_path: Path) -> None:
-    s, folder = made(), tmp_path / "out"
-    s.append(row(0))
-    s._roll()
-    s.append(row(1))
-    s._roll()
-    first, second = sorted(folder.glob("part-*.parquet"))
-    first.write_bytes(first.read_bytes()[:-1] + b"x")
-    assert set(by_id(s.rows())) == {"id1"}
-    assert not first.exists()
-    assert (folder / f"damaged-{first.name}").exists()
-    old = second.with_name("part-000007.parquet")  # an older version wrote no sum
-    second.rename(old)
-    assert set(by_id(s.rows())) == {"id1"}
-    s.append(row(2))
-    s._roll()
-    assert [p.name[:11] for p in sorted(folder.glob("part-*.parquet"))] == ["part-000007", "part-000008"]
-
-
 def test_the_final_table_has_typed_columns(made: Any) -> None:
     path = made().finish([row(0), row(1, metrics={}, values={})])
     table = pq.read_table(path)
@@ -147,10 +128,6 @@ def test_columns_and_seed_are_kept_twice(made: Any, tmp_path: Path) -> None:
     (folder / "seed.copy.json").unlink()
     assert made().seed() == seed
     assert (folder / "seed.copy.json").exists()
-    for name in ("seed.json", "seed.copy.json"):
-        (folder / name).write_text("77")  # of an older version
-    assert made().seed() == 77
-    assert json.loads((folder / "seed.json").read_bytes())["value"] == 77
     for name in ("seed.json", "seed.copy.json"):
         (folder / name).write_text('{"value": 5}')
     with pytest.raises(InputError, match=r"seed\.json: The file and its copy are damaged\. Remove them"):
@@ -177,17 +154,6 @@ def test_a_disk_that_fills_up_keeps_the_earlier_rows(made: Any, tmp_path: Path, 
     monkeypatch.setattr(store, "write_bytes", full)
     with pytest.raises(InputError, match="full; 1 rows are safe"):
         s._roll()
-
-
-def test_rows_are_synchronised_every_quarter_of_a_second(made: Any, monkeypatch: Any) -> None:
-    s, synced, now = made(), [], [100.0]
-    monkeypatch.setattr(store.time, "monotonic", lambda: now[0])
-    monkeypatch.setattr(store.os, "fsync", synced.append)
-    s._synced = 100.0
-    for at, count in ((100.25, 0), (100.26, 1), (100.5, 1), (100.52, 2)):
-        now[0] = at
-        s.append(row(0))
-        assert len(synced) == count
 
 
 def test_a_file_and_a_folder_are_synchronised_and_closed(tmp_path: Path, monkeypatch: Any) -> None:

@@ -1,4 +1,4 @@
-"""Cells of a line: separators, quotes, and which cells are numbers, with a decimal point or a decimal comma."""
+"""Cells of a line: separators, quotes, which are numbers, and their decimal sign: a point, a comma, or ambiguous."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import re
 SEPARATORS: tuple[str | None, ...] = ("\t", ";", ",", None)  # None: blanks
 COMMENTS = ("#", "%", "//", "!")
 _DIGITS = r"\d+(?:[.,]\d*)?|[.,]\d+"
-_PARTED = r"\d{1,3}(?:\.\d{3})+,\d*|\d{1,3}(?:,\d{3})+(?:\.\d*)?|\d{1,3}(?:\.\d{3}){2,}"
-_NUMBER = re.compile(rf"[+-]?(?:(?:{_PARTED}|{_DIGITS})(?:[eE][+-]?\d+)?|nan|inf(?:inity)?)", re.IGNORECASE)
+_THOUSANDS = r"\d{1,3}(?:\.\d{3})+,\d*|\d{1,3}(?:,\d{3})+(?:\.\d*)?|\d{1,3}(?:\.\d{3}){2,}"
+_NUMBER = re.compile(rf"[+-]?(?:(?:{_THOUSANDS}|{_DIGITS})(?:[eE][+-]?\d+)?|nan|inf(?:inity)?)", re.IGNORECASE)
 _BLANKS = re.compile(r'"[^"]*"|\S+')
 
 
@@ -41,3 +41,59 @@ def is_comment(line: str) -> bool:
 def shown(separator: str | None) -> str:
     """Name a separator for a message."""
     return {"\t": "tabs", None: "blanks"}.get(separator, f"{separator!r}")
+
+
+POINT, COMMA = ".", ","
+
+
+def _evidence(sign: str) -> re.Pattern[str]:
+    """A number whose `sign` cannot part thousands: not three digits behind it, or none, a zero or four before it."""
+    s = re.escape(sign)
+    before = rf"(?<![\d.,'])(?:0\d*|\d{{4,}}|(?<![\w]))?{s}\d"
+    behind = rf"(?<![\d.,'])\d+{s}(?:\d{{1,2}}|\d{{4,}})(?![\d.,'])"
+    power = rf"(?<![\d.,'])\d+{s}\d+[eE][+-]?\d"
+    return re.compile(f"{before}|{behind}|{power}")
+
+
+_DECIMAL = {sign: _evidence(sign) for sign in (POINT, COMMA)}
+_PARTED = {  # thousands are parted: twice, or before the other sign
+    sign: re.compile(
+        rf"(?<![\d.,])\d{{1,3}}{re.escape(sign)}\d{{3}}(?:{re.escape(sign)}\d{{3}}(?!\d)|{re.escape(other)}\d)"
+    )
+    for sign, other in ((POINT, COMMA), (COMMA, POINT))
+}
+_SIGNED = {sign: re.compile(rf"\d{re.escape(sign)}\d") for sign in (POINT, COMMA)}
+
+
+def decimal_sign(text: str) -> str | None:
+    """Find the decimal sign of the numbers in a text.
+
+    Returns
+    -------
+    str or None
+        The sign; None if a comma may part thousands as well as be the decimal sign, or if both signs are decimal.
+    """
+    if COMMA not in text or not (_SIGNED[COMMA].search(text) or _DECIMAL[COMMA].search(text)):
+        return POINT
+    if POINT not in text and _DECIMAL[COMMA].search(text):
+        return COMMA  # a cell such as 1,234,567 beside it is no number
+    comma = bool(_DECIMAL[COMMA].search(text)) or bool(_PARTED[POINT].search(text))
+    point = bool(_DECIMAL[POINT].search(text)) or bool(_PARTED[COMMA].search(text))
+    return None if comma == point else COMMA if comma else POINT
+
+
+def column_sign(text: str) -> str | None:
+    """Find the decimal sign of a column in a file whose other columns have both; None if it is not clear."""
+    sign = decimal_sign(text)
+    if sign == POINT and POINT in text and not (_DECIMAL[POINT].search(text) or _PARTED[COMMA].search(text)):
+        return None
+    return sign
+
+
+def plain(cell: str, sign: str) -> str:
+    """Write a number with a decimal point and without parted thousands."""
+    other = COMMA if sign == POINT else POINT
+    whole, mark, rest = cell.partition(sign)
+    if other in whole and re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(other)}\d{{3}})+", whole):
+        whole = whole.replace(other, "")
+    return f"{whole}.{rest}" if mark else whole

@@ -13,11 +13,10 @@ import numpy as np
 
 from hystfmu.base.child import Child
 from hystfmu.base.confine import Box
-from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.errors import InputError, extras
 from hystfmu.data.reader.arrays import Named, table_of
 from hystfmu.data.reader.delimited import delimited
-from hystfmu.data.reader.measures import spelling
+from hystfmu.data.reader.headings import spelling
 from hystfmu.data.reader.table import Table
 
 SECONDS = 120.0  # time limit of the parser
@@ -29,10 +28,10 @@ _OLD = b"\xd0\xcf\x11\xe0"
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of file: its name, the module of `formats` that parses it, and the package that this needs."""
+    """A kind of file: its name, the function of `formats` that parses it, and the package that this needs."""
 
     name: str
-    module: str
+    parser: str
     package: str
 
 
@@ -133,12 +132,14 @@ def _parsed(
     _Damaged
         The parser refuses the file, crashes or does not end, or its result is none.
     """
-    program = Path(__file__).parent / "formats" / f"{form.module}.py"
+    program = str(Path(__file__).with_name("formats.py"))
     with tempfile.TemporaryDirectory(prefix="hystfmu-read-") as folder:
         source, result = Path(folder, "source"), Path(folder, "result")
         source.write_bytes(content)
         with result.open("x+b") as out:  # read through this handle: whatever the parser puts in its place is not
-            parser = Child(str(program), str(source), str(result), str(most), asked, box=Box.of(folder), told=False)
+            parser = Child(
+                program, form.parser, *map(str, (source, result, most)), asked, box=Box.of(folder), told=False
+            )
             lines, in_time = parser.finish(SECONDS)
             if not in_time:
                 raise _Damaged(f"one that the parser does not finish within {SECONDS:g} s")

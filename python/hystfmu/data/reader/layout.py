@@ -15,8 +15,8 @@ from pathlib import Path
 
 from hystfmu.base.errors import InputError
 from hystfmu.data.reader.cells import SEPARATORS, is_comment, is_number, split
-from hystfmu.data.reader.measures import is_unit
-from hystfmu.data.reader.stamps import is_stamp
+from hystfmu.data.reader.clock import is_stamp
+from hystfmu.data.reader.headings import is_unit
 from hystfmu.data.reader.table import Kind
 
 LOOK = 400  # lines that are looked at, comments and empty lines not counted

@@ -19,7 +19,7 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.data.reader.arrays import Named, table_of
-from hystfmu.data.reader.header import stated_step
+from hystfmu.data.reader.headings import stated_step
 from hystfmu.data.reader.table import Table
 
 HEADER, TAG = 128, 8
@@ -230,11 +230,8 @@ def _text(array: _Array) -> str:
     if not array.parts or array.parts[0][0] not in (1, 2, 4, 16, 17):
         return ""
     stored, content = array.parts[0]
-    codes = {
-        4: "utf-16-le" if array.order == "<" else "utf-16-be",
-        17: "utf-16-le" if array.order == "<" else "utf-16-be",
-    }
-    return bytes(content).decode(codes.get(stored, "utf-8"), "replace").strip()
+    wide = "utf-16-le" if array.order == "<" else "utf-16-be"
+    return bytes(content).decode(wide if stored in (4, 17) else "utf-8", "replace").strip()
 
 
 def _integers(elements: Iterator[tuple[int, memoryview]], order: str) -> tuple[int, ...]:

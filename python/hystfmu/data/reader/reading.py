@@ -16,18 +16,17 @@ from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.data.covariates import Covariates, identifier
 from hystfmu.data.dataset import Dataset
+from hystfmu.data.reader.arrays import NAME, Frame, frame, is_frame
 from hystfmu.data.reader.clock import Clock, clock_of
 from hystfmu.data.reader.confined import confined, format_of
-from hystfmu.data.reader.delimited import delimited
-from hystfmu.data.reader.frames import NAME, Frame, frame, is_frame
+from hystfmu.data.reader.delimited import content_of, delimited
+from hystfmu.data.reader.headings import split_name
 from hystfmu.data.reader.matlab import is_matlab, matlab
-from hystfmu.data.reader.measures import split_name
 from hystfmu.data.reader.roles import Roles, chosen
 from hystfmu.data.reader.table import Table
-from hystfmu.data.reader.text import content_of
-from hystfmu.data.record_rows import LEAST_ROWS, check_finite, line_of, row_of, train_rows
-from hystfmu.data.resampling import resample_rows, unevenness
-from hystfmu.data.time_grid import check_time
+from hystfmu.data.record_rows import LEAST_ROWS, check_finite, check_time, line_of, row_of, train_rows
+from hystfmu.data.resampling import resample as resampled
+from hystfmu.data.resampling import unevenness
 
 MOST_BYTES = 256 * 2**20
 MOST_TITLE = 80  # characters of a heading that a model keeps
@@ -233,7 +232,7 @@ def _dataset(
                 to, mended = uneven.rate, True
                 said = f"{said}, {uneven}"
         if resample is not None or mended:
-            even, u, y, rows = resample_rows(t, u, y, rows, to, table.path, place)
+            even, u, y, rows = resampled(t, u, y, to, table.path, place, rows)
             t, beside = even, beside.at(even, t)
     unit_u = table.columns[roles.input].unit
     unit_y = "" if roles.output is None else table.columns[roles.output].unit

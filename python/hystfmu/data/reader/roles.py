@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from hystfmu.base.errors import InputError
 from hystfmu.data.covariates import identifier
-from hystfmu.data.reader.measures import DRIVES, LENGTHS, TIME
+from hystfmu.data.reader.headings import DRIVES, LENGTHS, TIME
 from hystfmu.data.reader.table import Column, Table
 
 NAMES = {  # in small letters, best first
@@ -41,7 +41,6 @@ QUANTITIES = {  # a sensor has them the other way round: see `chosen`
         "déplacement",
     ),
 }
-
 
 _MATRIX = re.compile(r"|.*\(:,\d+\)")  # columns without names
 _NUMBERED = re.compile(

@@ -14,10 +14,9 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.data.reader.cells import is_comment, shown, split
-from hystfmu.data.reader.decimals import COMMA, POINT, column_sign, decimal_sign, plain
+from hystfmu.data.reader.cells import COMMA, POINT, column_sign, decimal_sign, is_comment, plain, shown, split
+from hystfmu.data.reader.clock import stamps
 from hystfmu.data.reader.layout import Layout
-from hystfmu.data.reader.stamps import stamps
 from hystfmu.data.reader.table import Stamps
 from hystfmu.data.record_rows import line_of
 

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple, Protocol
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.printable import printable
-from hystfmu.data.reader.measures import split_name
+from hystfmu.data.reader.headings import split_name
 
 Kind = Literal["number", "clock", "text", "empty"]
 """Content of the cells of a column; a clock is a time of day, with or without a date."""

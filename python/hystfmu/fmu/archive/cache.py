@@ -1,26 +1,29 @@
 """Cache of unpacked FMUs and SSPs, keyed by the hash of the archive: all runs and processes share one copy.
 
 An entry is checked whenever it is used; a damaged one is unpacked anew.  It gets its name by an atomic rename, so that
-two processes that unpack the same archive never see a partial copy.  The cache may be deleted between runs.  A process
-that cannot write it has one in a temporary folder, for as long as it runs.
+two processes that unpack the same archive never see a partial copy.  The cache may be deleted between runs: unused
+entries go by themselves, and the oldest ones if it is too large.  A process that cannot write it has one in a temporary
+folder, for as long as it runs.
 """
 
 from __future__ import annotations
 
 import hashlib
 import io
+import json
 import os
+import re
 import shutil
 import tempfile
+import time
 import zipfile
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
+from hystfmu.base.child import open_result, read_result
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes
-from hystfmu.fmu.archive.entry import CONTENT, is_intact, write_hashes
-from hystfmu.fmu.archive.prune import PARTIAL, prune
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED, XML, archive_problems, unpack, xml_problems
 
 _NEW = "new"
@@ -109,3 +112,80 @@ def _put(made: Path, entry: Path) -> None:
         if not is_intact(entry):
             os.rename(entry, made / "old")
             os.rename(made / _NEW, entry)
+
+
+CONTENT = "content"
+_HASHES = "hashes.json"
+_MOST_HASHES = 2**24  # bytes
+
+
+def write_hashes(entry: Path) -> None:
+    """Write down the hash of each file of the content."""
+    (entry / _HASHES).write_text(json.dumps(_hashes(entry / CONTENT)))
+
+
+def is_intact(entry: Path) -> bool:
+    """Return whether the content has the files that it had when it was unpacked, and no other ones."""
+    try:
+        return bool(json.loads(read_result(entry / _HASHES, _MOST_HASHES)) == _hashes(entry / CONTENT))
+    except (OSError, InputError, ValueError, RecursionError):
+        return False
+
+
+def _hashes(content: Path) -> dict[str, str]:
+    """Return SHA-256 by name.
+
+    Raises
+    ------
+    OSError, InputError
+        A file cannot be read, or is a link.
+    """
+    found = {}
+    for above, folders, names in os.walk(content):  # which follows no links
+        for name in [*names, *(f for f in folders if os.path.islink(os.path.join(above, f)))]:
+            path = Path(above, name)
+            with open_result(path) as f:  # which refuses them
+                found[path.relative_to(content).as_posix()] = hashlib.file_digest(f, "sha256").hexdigest()
+    return found
+
+
+PARTIAL = ".unpack-"
+_DAY = 86400.0  # s
+_LONG = 30 * _DAY
+_IN_USE = _DAY  # a run may still need what was used since
+_MOST = 4 * 2**30  # bytes
+_ENTRY = re.compile(r"[0-9a-f]{64}")
+
+
+def prune(within: Path) -> None:
+    """Remove entries, and what a killed process left.  Other files of the folder stay."""
+    with suppress(OSError):
+        now = time.time()
+        unused = {p: now - p.lstat().st_mtime for p in within.iterdir() if p.is_dir() and not p.is_symlink()}
+        for path in [p for p in unused if p.name.startswith(PARTIAL) and unused[p] > _IN_USE]:
+            shutil.rmtree(path, ignore_errors=True)
+        entries = sorted((p for p in unused if _ENTRY.fullmatch(p.name)), key=lambda p: unused[p], reverse=True)
+        sizes = {p: _size(p) for p in entries}
+        total = sum(sizes.values())
+        for path in entries:
+            if unused[path] > (_LONG if total <= _MOST else _IN_USE):
+                _remove(path)
+                total -= sizes[path]
+
+
+def _size(folder: Path) -> int:
+    size = 0
+    for above, _, names in os.walk(folder):
+        for name in names:
+            with suppress(OSError):
+                size += os.lstat(os.path.join(above, name)).st_size
+    return size
+
+
+def _remove(entry: Path) -> None:
+    """Remove an entry: at once it has no name, so that no process finds a part of it."""
+    with suppress(OSError):
+        made = tempfile.mkdtemp(prefix=PARTIAL, dir=entry.parent)
+        with suppress(OSError):
+            os.rename(entry, os.path.join(made, entry.name))
+        shutil.rmtree(made, ignore_errors=True)

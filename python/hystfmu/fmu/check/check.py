@@ -14,11 +14,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from hystfmu.base.child import Child
+from hystfmu.base.child import Child, read_result
 from hystfmu.base.confine import Box
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check_source
-from hystfmu.base.results import read_result
 from hystfmu.fmu.archive.unpack import archive_problems, unpack, xml_problems
 from hystfmu.fmu.check.findings import MOST_CHECKS, Check, Findings, Place, checks_of
 from hystfmu.fmu.check.foreign_library import STEPS

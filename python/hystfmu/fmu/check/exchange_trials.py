@@ -11,11 +11,9 @@ import struct
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from hystfmu.fmu.check.foreign_library import ForeignFmu, tangent_differs
-from hystfmu.fmu.check.trial import MADE, Trial, making
-from hystfmu.fmu.foreign.continuous import Continuous
-from hystfmu.fmu.foreign.finding import Finding
-from hystfmu.fmu.foreign.instance import Instance, Values, count
+from hystfmu.fmu.check.foreign_library import MADE, ForeignFmu, Trial, making, tangent_differs
+from hystfmu.fmu.foreign.exchange import Continuous
+from hystfmu.fmu.foreign.instance import Finding, Instance, Values, count
 
 _STEPS, _PARTS = 40, 8  # steps of the default experiment; substeps of each if there are continuous states
 _TOO_LARGE = 1e12

@@ -1,4 +1,4 @@
-"""A foreign FMU under check: model description, instances, and runs in Co-Simulation with varying inputs.
+"""A foreign FMU under check: model description, instances, runs in Co-Simulation with varying inputs, and trials of it.
 
 Only the child process of `check_fmu` uses this module, because the FMU executes foreign native code.
 """
@@ -10,11 +10,11 @@ import struct
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hystfmu.fmu.foreign.carried import numbers
-from hystfmu.fmu.foreign.instance import CARRIED, REAL, Instance, Interface, Values, count, version
+from hystfmu.fmu.foreign.instance import CARRIED, REAL, Instance, Interface, Values, count, numbers, version
 
 STEPS = 100
 _NEAR = 1e-4  # relative tolerance of a directional derivative
@@ -175,3 +175,40 @@ class ForeignFmu:
                 if struct.pack("d", x) != struct.pack("d", y):
                     return f"{name} is {y!r} instead of {x!r} after step {first + k + 1}"
         return "" if len(want) == len(got) else f"it ends after {first + len(got)} steps instead of {first + len(want)}"
+
+
+MADE: dict[Interface, str] = {
+    "CoSimulation": "making an instance",
+    "ModelExchange": "making an instance for Model Exchange",
+    "ScheduledExecution": "making an instance for Scheduled Execution",
+}
+"""Names of the trials that all others of an interface need."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One property.
+
+    Attributes
+    ----------
+    name : str
+        What is done.
+    find : callable
+        Yields the problems of an FMU as sentences.  A `Finding` that it raises says that the thing cannot be done.
+    needs : str
+        Name of the trial without which this one would repeat a problem.
+    """
+
+    name: str
+    find: Callable[[ForeignFmu], Iterator[str]]
+    needs: str
+
+
+def making(interface: Interface) -> Trial:
+    """Return the trial that makes an instance, enters Initialization Mode and frees it."""
+
+    def find(fmu: ForeignFmu) -> Iterator[str]:
+        with fmu.instance(interface):
+            yield from ()
+
+    return Trial(MADE[interface], find, "")

@@ -6,8 +6,7 @@ import ctypes as C
 from collections.abc import Iterator
 from typing import Any
 
-from hystfmu.fmu.check.foreign_library import ForeignFmu
-from hystfmu.fmu.check.trial import MADE, Trial, making
+from hystfmu.fmu.check.foreign_library import MADE, ForeignFmu, Trial, making
 from hystfmu.fmu.foreign.instance import Instance, Values
 
 _TICKS = 20

@@ -6,11 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hystfmu.fmu.foreign.carried import carried
-from hystfmu.fmu.foreign.continuous import Continuous
-from hystfmu.fmu.foreign.finding import Ended
-from hystfmu.fmu.foreign.instance import Instance
-from hystfmu.fmu.foreign.integrate import Integrator
+from hystfmu.fmu.foreign.exchange import Continuous, Integrator
+from hystfmu.fmu.foreign.instance import Ended, Instance, carried
 
 
 class Simulated:

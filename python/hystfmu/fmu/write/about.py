@@ -1,15 +1,21 @@
-"""Origin of an FMU: the name and the description that tell it from the FMU of another device.
+"""Facts of an FMU from the fitted model in it: name, description, and the ranges and sizes of its ports.
 
-Both come from the model and the record that it was fitted to, so that equal models give equal bytes.
+All comes from the model and the record that it was fitted to, so that equal models give equal bytes.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.graph import Port
 from hystfmu.model import Model
+from hystfmu.model.trained_range import COVARIATES, KEY
 
 _DIGITS = 8  # of a hash, for a reader
 _MOST = 60  # characters of the name of a record: that of many joined ones has no end
@@ -63,3 +69,66 @@ def _range(span: Any, unit: str) -> str:
 def _error(percent: Any) -> str:
     known = isinstance(percent, int | float) and math.isfinite(percent)
     return f"RMS error {percent:.2g} % of the span of the output" if known else ""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Of one port; None and "" where nothing is known.
+
+    Parameters
+    ----------
+    low, high : float or None
+        Least and largest value of the training rows, the start value included.
+    nominal : float or None
+        Size of its values.
+    text : str
+        Description.
+    """
+
+    low: float | None = None
+    high: float | None = None
+    nominal: float | None = None
+    text: str = ""
+
+
+def _size(x: float) -> float | None:
+    """Return a size with two digits; None if it is no nominal value."""
+    return float(f"{x:.2g}") if math.isfinite(x) and x > 0 else None
+
+
+def _of_input(port: Port, span: object) -> Facts:
+    if not (isinstance(span, list | tuple) and len(span) == 2 and all(math.isfinite(x) for x in span)):
+        return Facts()
+    low, high = min(span[0], *port.start), max(span[1], *port.start)
+    return Facts(max(low, port.var.lo), min(high, port.var.hi), _size(max(abs(span[0]), abs(span[1]))))
+
+
+def facts_of(model: Model, y: Array) -> Mapping[str, Facts]:
+    """Return what a model knows of its real ports, by their names.
+
+    Inputs have the range of the training rows.  Outputs have the size that the reference run reaches; they have no
+    range, because a model may leave that of the training rows on its way.
+
+    Parameters
+    ----------
+    model : Model
+    y : array, shape (n, n_outputs)
+        Outputs of its reference run.
+    """
+    found: dict[str, Facts] = {}
+    spans = {**model.provenance.get(COVARIATES, {})}
+    if model.graph.inputs and KEY in model.provenance:
+        spans[model.graph.inputs[0].name] = model.provenance[KEY]
+    at = 0
+    for p in model.graph.ports:
+        if p.kind == "input" and p.var.type == "real":
+            found[p.name] = _of_input(p, spans.get(p.name))
+        elif p.kind == "output":
+            columns = y[:, at : at + p.size]
+            at += p.size
+            if p.var.type == "real":
+                sizes = np.abs(columns[np.isfinite(columns)])
+                own = next((o.text for o in model.graph.outputs if o.name == p.name), "")
+                what = f"output of the model {model.key}" + (f", in {p.unit}" if p.unit else "")
+                found[p.name] = Facts(nominal=_size(float(sizes.max(initial=0.0))), text="" if own else what)
+    return found

@@ -11,26 +11,20 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal
 
-import hystfmu
+from hystfmu.base import __version__
 from hystfmu.core.library import Var
-from hystfmu.fmu.archive.xml_file import xml_file
+from hystfmu.fmu.archive.writing import xml_file
+from hystfmu.fmu.write.about import Facts
 from hystfmu.fmu.write.measures import rate_unit, unit_definitions
-from hystfmu.fmu.write.trained import Facts
 from hystfmu.graph import Graph, Port
 from hystfmu.graph.dependencies import Knowns, dependencies
-from hystfmu.graph.rate_classes import is_hysteretic, is_sampled, needs_step
-from hystfmu.graph.sample_time import sample_time, suitable_step
+from hystfmu.graph.sample_time import is_hysteretic, is_sampled, needs_step, sample_time, suitable_step
 
 Fmi = Literal[2, 3]
 
 
-def variable_type(v: Var) -> str:
-    """Return the type of a variable: `"real"`, `"int"`, `"bool"` or `"enumeration"`."""
-    return "enumeration" if v.choices else v.type
-
-
 def _number(v: Var, x: float) -> str:
-    if variable_type(v) == "bool":
+    if v.type == "bool":
         return "true" if x else "false"
     return repr(float(x)) if v.type == "real" else str(int(x))
 
@@ -48,7 +42,7 @@ def _type_name(graph: Graph, p: Port) -> str:
 
 def _limits(v: Var, facts: Facts) -> dict[str, str]:
     """Return the limits of the block, or the narrower ones of a training record, and the nominal value."""
-    if variable_type(v) not in ("real", "int"):
+    if v.type not in ("real", "int"):
         return {}
     low, high = (own if known is None else known for own, known in ((v.lo, facts.low), (v.hi, facts.high)))
     bounds = {"min": low, "max": high}
@@ -56,10 +50,14 @@ def _limits(v: Var, facts: Facts) -> dict[str, str]:
     return found | ({"nominal": repr(facts.nominal)} if facts.nominal is not None and v.type == "real" else {})
 
 
-def _causality(p: Port) -> dict[str, str]:
+def _attributes(p: Port, name: str, reference: int, facts: Facts) -> dict[str, str]:
+    """Return the attributes that a variable has in both standards."""
+    found = {"name": name, "valueReference": str(reference), "description": facts.text or p.text}
     if p.is_parameter:
-        return {"causality": "parameter", "variability": "tunable" if p.kind == "param" else "fixed"}
-    return {"causality": p.kind, "variability": "continuous" if p.var.type == "real" else "discrete"}
+        found |= {"causality": "parameter", "variability": "tunable" if p.kind == "param" else "fixed"}
+    else:
+        found |= {"causality": p.kind, "variability": "continuous" if p.var.type == "real" else "discrete"}
+    return found if p.kind == "input" else found | {"initial": "calculated" if p.kind == "output" else "exact"}
 
 
 def _types(graph: Graph, fmi: Fmi) -> ET.Element | None:
@@ -110,16 +108,12 @@ def _continuous(graph: Graph) -> Iterator[tuple[dict[str, str], str, int | None]
 
 
 def _variables2(graph: Graph, known: Mapping[str, Facts]) -> ET.Element:
-    tags = {"real": "Real", "int": "Integer", "bool": "Boolean", "enumeration": "Enumeration"}
+    tags = {"real": "Real", "int": "Integer", "bool": "Boolean"}
     variables = ET.Element("ModelVariables")
     for p, i, name in _scalars(graph):
         facts = known.get(p.name, Facts())
-        text = facts.text or p.text
-        attributes = {"name": name, "valueReference": str(p.reference + i), "description": text, **_causality(p)}
-        if p.kind != "input":
-            attributes["initial"] = "calculated" if p.kind == "output" else "exact"
-        scalar = ET.SubElement(variables, "ScalarVariable", attributes)
-        kind = ET.SubElement(scalar, tags[variable_type(p.var)])
+        scalar = ET.SubElement(variables, "ScalarVariable", _attributes(p, name, p.reference + i, facts))
+        kind = ET.SubElement(scalar, tags.get(p.var.type, "Enumeration"))
         if p.var.choices:
             kind.set("declaredType", _type_name(graph, p))
         if p.var.type == "real" and p.unit:
@@ -136,14 +130,11 @@ def _variables2(graph: Graph, known: Mapping[str, Facts]) -> ET.Element:
 
 
 def _variables3(graph: Graph, known: Mapping[str, Facts]) -> ET.Element:
-    tags = {"real": "Float64", "int": "Int32", "bool": "Boolean", "enumeration": "Enumeration"}
+    tags = {"real": "Float64", "int": "Int32", "bool": "Boolean"}
     variables = ET.Element("ModelVariables")
     for p in graph.ports:
         facts = known.get(p.name, Facts())
-        text = facts.text or p.text
-        attributes = {"name": p.name, "valueReference": str(p.reference), "description": text, **_causality(p)}
-        if p.kind != "input":
-            attributes["initial"] = "calculated" if p.kind == "output" else "exact"
+        attributes = _attributes(p, p.name, p.reference, facts)
         if p.var.choices:
             attributes["declaredType"] = _type_name(graph, p)
         if p.kind == "input" and p.var.type == "real":
@@ -153,7 +144,7 @@ def _variables3(graph: Graph, known: Mapping[str, Facts]) -> ET.Element:
         attributes.update(_limits(p.var, facts))
         if p.kind != "output":
             attributes["start"] = " ".join(_number(p.var, x) for x in p.start)
-        variable = ET.SubElement(variables, tags[variable_type(p.var)], attributes)
+        variable = ET.SubElement(variables, tags.get(p.var.type, "Enumeration"), attributes)
         if p.size > 1:
             ET.SubElement(variable, "Dimension", start=str(p.size))
     name, taken = "time", {p.name for p in graph.ports} | {x.name for x in graph.continuous_states}
@@ -230,24 +221,17 @@ def _interfaces(graph: Graph, fmi: Fmi, identifier: str) -> list[ET.Element]:
         common["canNotUseMemoryManagementFunctions"] = "true"  # the binary does not use the allocator of the importer
     # a memory takes its input at an accepted step; continuous states ask there for an event where an input jumps
     steps = is_hysteretic(graph) or bool(graph.continuous_states and graph.inputs)
-    exchange = (
-        {"completedIntegratorStepNotNeeded": str(not steps)}
-        if fmi == 2
-        else {"needsCompletedIntegratorStep": str(steps)}
-    )
-    exchange = {k: v.lower() for k, v in exchange.items()}
-    fixed = sample_time(graph)
     simulation = {"canHandleVariableCommunicationStepSize": str(not needs_step(graph)).lower()}
-    simulation |= {"fixedInternalStepSize": _without_dust(fixed)} if fixed is not None and fmi == 3 else {}
-    simulation |= (
-        {"canInterpolateInputs": "true"} if fmi == 2 else {"hasEventMode": "true", "providesIntermediateUpdate": "true"}
-    )
-    flags = (
-        ["providesDirectionalDerivative"]
-        if fmi == 2
-        else ["providesDirectionalDerivatives", "providesAdjointDerivatives"]
-    )
-    derivatives = dict.fromkeys(flags, "true")
+    if fmi == 2:
+        exchange = {"completedIntegratorStepNotNeeded": str(not steps).lower()}
+        simulation["canInterpolateInputs"] = "true"
+        derivatives = {"providesDirectionalDerivative": "true"}
+    else:
+        exchange = {"needsCompletedIntegratorStep": str(steps).lower()}
+        if (fixed := sample_time(graph)) is not None:
+            simulation["fixedInternalStepSize"] = _without_dust(fixed)
+        simulation |= {"hasEventMode": "true", "providesIntermediateUpdate": "true"}
+        derivatives = {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
     exchange |= derivatives
     simulation |= {} if is_sampled(graph) else derivatives  # sampled blocks respond in steps only
     listed = [ET.Element("CoSimulation", {**common, **simulation})]
@@ -296,7 +280,7 @@ def model_description(
     head["guid" if fmi == 2 else "instantiationToken"] = graph.token
     if text:
         head["description"] = text
-    head |= {"generationTool": f"HystFMU {hystfmu.__version__}", "variableNamingConvention": "flat"}
+    head |= {"generationTool": f"HystFMU {__version__}", "variableNamingConvention": "flat"}
     if fmi == 2:
         head["numberOfEventIndicators"] = "0"  # reversals need no event indicators, see fmu_build/README.md
     root = ET.Element("fmiModelDescription", head)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from hystfmu import __version__
+from hystfmu.base import __version__
 from hystfmu.base.printable import escape
 from hystfmu.fmu.write.description import Fmi
 from hystfmu.fmu.write.reference import FOLDER, Reference
@@ -18,25 +18,11 @@ from hystfmu.graph.sample_time import sample_time
 from hystfmu.model import Model
 from hystfmu.model.explored import HUGE
 from hystfmu.report.explorer import Explorer
-from hystfmu.report.page import Section, page, section
+from hystfmu.report.page import Section, hero, page, section
 from hystfmu.report.plot import Line, Plot
-from hystfmu.report.policy import policy
 
 EXPLORED = "The model of this FMU runs in this page. Grey: one rise and fall of its input."
 _MOST_VALUES = 6  # of an array in the table; modelDescription.xml has all
-_STYLE = """
-:root{--bg:#fff;--fg:#1b2733;--soft:#5d6b78;--line:#d9e0e6;--c0:#0b63b5;color-scheme:light dark}
-@media screen and (prefers-color-scheme:dark){
-:root{--bg:#12181e;--fg:#e4e9ee;--soft:#9aa8b5;--line:#2c3742;--c0:#62aef2}}
-body{max-width:60rem;margin:0 auto;padding:1rem;font:16px/1.5 system-ui,sans-serif;color:var(--fg);background:var(--bg)}
-h1{font-size:1.5rem;overflow-wrap:anywhere}h2{font-size:1.15rem;margin-top:2rem;border-bottom:1px solid var(--line)}
-table{border-collapse:collapse;font-size:.88rem}th,td{text-align:left;padding:.2rem .8rem .2rem 0;vertical-align:top;
-border-bottom:1px solid var(--line)}th,figcaption,.soft{color:var(--soft)}code{font-size:.9em}a{color:var(--c0)}
-.wide{overflow-x:auto}figure{margin:0;max-width:36rem}svg{width:100%;height:auto}
-.grid{stroke:var(--line);fill:none}.frame{stroke:var(--soft);fill:none}.tick{fill:var(--soft);font-size:12px}
-@media(max-width:640px){td{min-width:6rem}}
-.line{vector-effect:non-scaling-stroke;fill:none;stroke-width:1.4;stroke-linejoin:round}.c0{stroke:var(--c0)}
-"""
 _AHEAD: dict[Fmi, str] = {
     2: "or set those of t and their derivatives (<code>fmi2SetRealInputDerivatives</code>), which hold for one step.",
     3: "or name them in <code>requiredIntermediateVariables</code> and set them in the callback of the step.",
@@ -103,8 +89,7 @@ def _picture(reference: Reference) -> str:
 
     x, y = reference.curve
     x_label = label(inputs[0]) if inputs else "t (s)"
-    plot = Plot(f"{label(outputs[0])} over {x_label}", x_label, label(outputs[0]), [Line(outputs[0].name, x, y)])
-    return f"<figure>{plot.svg()}<figcaption>Reference experiment (see below).</figcaption></figure>\n"
+    return hero(Plot("reference experiment (see below)", x_label, label(outputs[0]), [Line(outputs[0].name, x, y)]))
 
 
 def history(model: Model | None) -> str:
@@ -184,7 +169,7 @@ def documentation(
     source : bool
         Whether the archive has a sources directory.
     explorer : Explorer, optional
-        The model in the page, with the style and the scripts of a report.
+        The model in the page, instead of the plot.
 
     Returns
     -------
@@ -199,7 +184,7 @@ def documentation(
     body = f"""<h1>{escape(name)}</h1>
 <p>{escape((model.text if model else "") or text)}</p>
 {_picture(reference) if explorer is None else section(Section("", EXPLORED, explorer=explorer))}
-<p class="soft">FMI {fmi}.0, written by HystFMU {__version__}, token <code>{graph.token}</code>.</p>
+<p class="lead">FMI {fmi}.0, written by HystFMU {__version__}, token <code>{graph.token}</code>.</p>
 <h2>Variables</h2>
 {variables}<h2>Equations</h2>
 {_equations(graph)}<h2>Provenance of the values</h2>
@@ -220,11 +205,4 @@ the rounding of the time.</li>
 need only the C library; the sources also need the headers of the FMI standard. The values of the model belong to its
 author.</p>
 """
-    if explorer is not None:
-        return page(name, [body]).encode()
-    return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">{policy([_STYLE])}'
-        f"<title>{escape(name)}</title>"
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<style>{_STYLE}</style></head><body><main>\n{body}</main></body></html>\n"
-    ).encode()
+    return page(name, [body]).encode()

@@ -10,16 +10,14 @@ from typing import Literal
 from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_bytes
-from hystfmu.fmu.archive.zip_file import Deflated, zip_file
-from hystfmu.fmu.write.about import description_of, name_of
+from hystfmu.fmu.archive.writing import Deflated, zip_file
+from hystfmu.fmu.write.about import description_of, facts_of, name_of
 from hystfmu.fmu.write.description import Fmi, model_description
 from hystfmu.fmu.write.documentation import documentation
-from hystfmu.fmu.write.icon import png, svg
 from hystfmu.fmu.write.platforms import binaries
 from hystfmu.fmu.write.reference import Reference
 from hystfmu.fmu.write.sources import build_description, source_file
-from hystfmu.fmu.write.terminals import terminals_and_icons
-from hystfmu.fmu.write.trained import facts_of
+from hystfmu.fmu.write.terminals import png, svg, terminals_and_icons
 from hystfmu.graph import Graph
 from hystfmu.model import Model
 from hystfmu.report.explorer import Explorer
@@ -107,7 +105,7 @@ def export_fmu(
     source : bool
         Also pack the source: one C file, which needs the headers of the FMI standard and the C library.
     explorer : Explorer, optional
-        The model in the page of the documentation, which is then some 60 kB larger.
+        The model in the page of the documentation, instead of the picture of the reference experiment.
     stop : float, optional
         End (s) of the default experiment; by default 1000 steps.
     text : str, optional

@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.fmu.archive.xml_file import xml_file
+from hystfmu.fmu.archive.writing import xml_file
 from hystfmu.fmu.write.description import Fmi
 from hystfmu.graph import Graph, Port
 from hystfmu.graph.sample_time import suitable_step

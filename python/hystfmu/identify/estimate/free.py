@@ -23,9 +23,8 @@ import numpy as np
 from pydantic import Field
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base.errors import InputError, meant
 from hystfmu.base.files import check, check_format, load_toml
-from hystfmu.base.near import meant
 from hystfmu.core.library import Var
 from hystfmu.graph import Graph
 from hystfmu.graph.tables import GraphTable

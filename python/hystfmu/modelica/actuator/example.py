@@ -9,6 +9,7 @@ from hystfmu.modelica.layout import placed
 from hystfmu.modelica.literals import number
 
 RESONANCE = 3000.0  # Hz, about, of the load on an actuator without a mass
+BANDWIDTH, MARGIN = 1e4, 4.0  # of a current drive: rad/s; its voltage over that of the command
 FREQUENCY = 50.0  # Hz of the command, at most a tenth of the resonance
 
 
@@ -25,8 +26,8 @@ def actuator_example(a: Made, name: str, within: str, of: str) -> str:
     p = a.mechanics
     middle, half = (a.high + a.low) / 2, (a.high - a.low) / 2
     frequency = min(FREQUENCY, (p.f_n or RESONANCE) / 10)
-    limits = f"gain = 1, v_min = {number(a.low)}, v_max = {number(a.high)}, v_start = {number(a.v_start)}"
     signal = f"amplitude = {number(half)}, offset = {number(middle)}, frequency = {frequency}, decay = {frequency / 2}"
+    drive = _drive(a, frequency)
     w = 2 * np.pi * RESONANCE
     if p.m is None:
         load = f"m = {number(p.k / w**2)}, c = {number(0.2 * p.k / w)}, k = {number(0.02 * p.k)}, fixedStart = true"
@@ -37,7 +38,7 @@ def actuator_example(a: Made, name: str, within: str, of: str) -> str:
     period = f"StopTime = {number(2 / frequency)}, Interval = {number(0.01 / frequency)}"
     lines = [
         f"  HystFMU.Sources.DecayingSine command({signal}) annotation ({placed(-90, 0)});",
-        f"  HystFMU.Actuators.VoltageDrive drive({limits}) annotation ({placed(-50, 0)});",
+        f"  HystFMU.Actuators.{drive} annotation ({placed(-50, 0)});",
         f"  {of} actuator annotation ({placed(20, 0)});",
         f"  HystFMU.Plants.Ground ground annotation ({placed(-10, -60)});",
         f"  HystFMU.Plants.Fixed fixed annotation ({placed(-50, -80)});",
@@ -45,13 +46,24 @@ def actuator_example(a: Made, name: str, within: str, of: str) -> str:
         "equation",
         *(_joined(*row) for row in _JOINED),
         f'  annotation (experiment({period}, Tolerance = 1e-9), Documentation(info = "<html>',
-        f"<p>A voltage drive, the actuator, and a mass on a spring. {moved}</p>",
+        f"<p>A drive, the actuator, and a mass on a spring. {moved}</p>",
         f'<p><b>See also:</b> <a href=\\"modelica://{within}.{of}\\">{of}</a>.</p>',
         '</html>"));',
         f"end {name};\n",
     ]
     text = "The actuator moves a mass on a spring"
     return "\n".join([f"within {within};", f'model {name} "{text}"', "  extends HystFMU.Icons.Example;", *lines])
+
+
+def _drive(a: Made, frequency: float) -> str:
+    """Class, name and values of the drive: over the range of the data, or fast and strong enough for it."""
+    p = a.mechanics
+    if a.form.unit == "V":
+        limits = f"v_min = {number(a.low)}, v_max = {number(a.high)}, v_start = {number(a.start)}"
+        return f"VoltageDrive drive(gain = 1, {limits})"
+    impedance = p.resistance + 2 * np.pi * frequency * p.C
+    values = {"v_max": MARGIN * impedance * max(abs(a.low), abs(a.high)), "K": BANDWIDTH * p.C}
+    return f"CurrentDrive drive(gain = 1, {', '.join(f'{k} = {number(v)}' for k, v in values.items())})"
 
 
 _BLUE, _GREEN, _NAVY = "{0, 0, 255}", "{0, 127, 0}", "{0, 0, 127}"

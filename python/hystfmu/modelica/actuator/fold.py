@@ -5,6 +5,7 @@ from __future__ import annotations
 from hystfmu.graph import Graph
 from hystfmu.modelica import classes
 from hystfmu.modelica.actuator.chain import chain
+from hystfmu.modelica.actuator.magnetic import magnetic
 from hystfmu.modelica.actuator.networks import network
 from hystfmu.modelica.actuator.operators import operator
 from hystfmu.modelica.actuator.parallel import bouc_wen, preisach
@@ -25,7 +26,7 @@ def fold(graph: Graph, h: float) -> Slot | None:
         Its step (s).
     """
     beside = preisach(graph, h) or bouc_wen(graph, h)
-    return beside or next((found for of in (warm, chain, operator, network) if (found := of(graph))), None)
+    return beside or next((found for of in (warm, chain, operator, magnetic, network) if (found := of(graph))), None)
 
 
 def why_not(graph: Graph) -> str:

@@ -10,6 +10,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 from hystfmu.modelica.actuator.fold import fold, why_not
+from hystfmu.modelica.actuator.form import FORMS, Form
 from hystfmu.modelica.actuator.mechanics import Mechanics, Mode, mechanics
 from hystfmu.modelica.actuator.sheet import Sheet
 from hystfmu.modelica.actuator.slot import Slot
@@ -24,19 +25,23 @@ FOREVER = 1e9
 
 @dataclass(frozen=True)
 class Made:
-    """An actuator in SI units: its slot, its mechanics, the voltages of its data."""
+    """An actuator in SI units: its form, its slot, its mechanics, the range of voltage or current of its data.
 
+    `unit` and `metre` are the units of the data in SI units.
+    """
+
+    form: Form
     slot: Slot
-    volt: float
+    unit: float
     metre: float
     low: float
     high: float
     mechanics: Mechanics
 
     @property
-    def v_start(self) -> float:
-        """Voltage at which the memory rests."""
-        return (self.slot.rest - self.slot.shift) / self.slot.gain * self.volt
+    def start(self) -> float:
+        """Voltage or current at which the memory rests."""
+        return (self.slot.rest - self.slot.shift) / self.slot.gain * self.unit
 
 
 def refusal(model: Model) -> str:
@@ -45,9 +50,12 @@ def refusal(model: Model) -> str:
     if not temperatures(graph) or len(graph.outputs) != 1:
         return "the model must have one input and one output, and no covariate but one temperature in K or degC"
     units = graph.inputs[0].unit, graph.outputs[0].unit
-    if tuple(si(u)[0] for u in units) != ("V", "m"):
+    if si(units[0])[0] not in FORMS or si(units[1])[0] != "m":
         got = " to ".join(u or "none" for u in units) if any(units) else "no units of measure"
-        wanted = "map a voltage to a length by the units of measure of its data, such as columns 'u [V]' and 'y [um]'"
+        wanted = (
+            "map a voltage or a current to a length by the units of measure of its data, such as columns 'u [V]' and "
+            "'y [um]'"
+        )
         return f"the model must {wanted}. Got {got} instead"
     found = fold(graph, model.step or 1.0)
     if found is not None and found.least_slope <= 0:
@@ -64,7 +72,7 @@ def made(model: Model, sheet: Sheet) -> Made:
     """Fold a model that `refusal` does not refuse."""
     found = fold(model.graph, model.step or 1.0)
     assert found is not None
-    volt, metre = si(model.graph.inputs[0].unit)[1], si(model.graph.outputs[0].unit)[1]
+    (name, unit), metre = si(model.graph.inputs[0].unit), si(model.graph.outputs[0].unit)[1]
     low, high = span(model) or (-1.0, 1.0)
     ramp = np.concatenate([np.full(HELD, low), np.linspace(low, high, ROWS), np.full(HELD, high)])
     static, h = _static(model.graph), model.step or 1.0
@@ -73,10 +81,10 @@ def made(model: Model, sheet: Sheet) -> Made:
     rest = (found.rest - found.shift) / found.gain
     swing = rest + SMALL * (high - low) * np.array([0.0, 1.0, -1.0, 1.0, -1.0])
     y = _held(static).run(_beside(model, swing), h)
-    slope = float(y[-2] - y[-1]) * metre / (2 * SMALL * (high - low) * volt)
+    slope = float(y[-2] - y[-1]) * metre / (2 * SMALL * (high - low) * unit)
     mode = Mode.of(model.fit if _dynamics(model.graph) else {})
-    parts = mechanics(sheet, (high - low) * volt, stroke, max(slope, 0.0), mode)
-    return Made(found, volt, metre, low * volt, high * volt, parts)
+    parts = mechanics(FORMS[name], sheet, (high - low) * unit, stroke, max(slope, 0.0), mode)
+    return Made(FORMS[name], found, unit, metre, low * unit, high * unit, parts)
 
 
 def _beside(model: Model, u: Array) -> Array:

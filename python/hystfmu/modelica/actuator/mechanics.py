@@ -7,7 +7,7 @@ linear response
     K(s) x = F,   K = k/(1 + k sigma d/(1 + s tau + R sigma s/(d (1 + s R C0)))),
 
 sigma (m/V) the slope, d (m/C) the stroke of a charge, C0 the capacitance that does not move.  m s^2 + c s + K(s) = 0 at
-the poles of the mode gives m and c.
+the poles of the mode gives m and c.  For a rod sigma is in m/A, d in m/Wb, and R = 0, because the current is held.
 """
 
 from __future__ import annotations
@@ -21,14 +21,11 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.errors import InputError
+from hystfmu.modelica.actuator.form import COUPLING, Form
 from hystfmu.modelica.actuator.sheet import Sheet
 
-# Where no sheet says them.  Square of the coupling factor: d33^2/(s33 eps33), IEEE Std 176-1987, of the soft ceramic
-# PIC255 (PI Ceramic, Piezo Material Data: 400e-12 m/V, 20.7e-12 m2/N, 1750 eps0; its measured k33 of 0.69 gives 0.48).
-# Stiffness in short circuit, N/m: of the size of a stack of 5 x 5 x 36 mm; A/(s33 L) is 3.4e7 for the bare ceramic.
-STIFFNESS, COUPLING, DAMPING = 2e7, 0.5, 0.02
+DAMPING = 0.02  # where no sheet says it
 KNOWN = 0.1  # greatest relative standard error of a frequency or damping ratio that counts
-RESISTANCE, TAU = 1.0, 1e-5  # ohm, s: leads and relaxation, the defaults of the class
 SETTLING = 1e4  # Hz: without a mass, the damping of the ceramic settles within some 0.1 ms
 
 
@@ -63,16 +60,24 @@ class Mode:
         damped = float(found.get("zeta_se", math.inf)) / zeta < KNOWN
         return cls(f_n, zeta if damped else None, f"f_n = {f_n:.4g} Hz, standard error {100 * error:.2g} %")
 
+    @property
+    def lag(self) -> float | None:
+        """Time constant (s) of the slower of two real poles; None where the poles are complex or not known."""
+        if self.f_n is None or self.zeta is None or self.zeta < 1:
+            return None
+        return (self.zeta + math.sqrt(self.zeta**2 - 1)) / (2 * math.pi * self.f_n)
+
 
 @dataclass(frozen=True)
 class Mechanics:
-    """Parameters of `HystFMU.Actuators.BaseClasses.Piezo`, in SI units, and where each comes from.
+    """Parameters of the base class of a form, in SI units, and where each comes from.
 
-    `m` and `f_n` are None without a moving mass; `lowest` (Hz) is the resonance where the polarisation follows the
-    force as it follows the voltage over the whole range.
+    `most` is the range of voltage or current, `C` the capacitance or inductance.  `m` and `f_n` are None without a
+    moving mass; `lowest` (Hz) is the resonance where the material follows the force as it follows the input over the
+    whole range.
     """
 
-    v_max: float
+    most: float
     stroke: float
     C: float
     k: float
@@ -86,83 +91,103 @@ class Mechanics:
     told: tuple[str, ...]
 
 
-def mechanics(sheet: Sheet, v_max: float, stroke: float, slope: float, mode: Mode) -> Mechanics:
+def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float, mode: Mode) -> Mechanics:
     """Return the parameters of an actuator.
 
     Parameters
     ----------
+    form : Form
     sheet : Sheet
         Data sheet; its resonance comes before an identified one.
-    v_max, stroke : float
-        Range of voltage (V) of the identified model, and its stroke (m) over it.
+    most, stroke : float
+        Range of the input (V or A) of the identified model, and its stroke (m) over it.
     slope : float
-        Its slope (m/V) for small vibrations about the voltage at the start.
+        Its slope (m/V or m/A) for small vibrations about the input at the start.
     mode : Mode
         Identified mode.
 
     Raises
     ------
     InputError
-        The stack would give more work than it takes.
+        The actuator would give more work than it takes, or the sheet has a value of the other form.
     """
     told = []
+    for name, why in (("capacitance", "A"), ("inductance", "V"), ("resistance", "V")):
+        if form.unit == why and getattr(sheet, name) is not None:
+            raise InputError(f"The data sheet of an actuator that is driven by {why} has no value {name!r}.")
     if sheet.stroke is None or sheet.blocking_force is None:
-        k_short = STIFFNESS
-        told.append(
-            f"stiffness assumed, {k_short:g} N/m in short circuit, of the size of a stack of 5 x 5 x 36 mm: give "
-            "stroke and blocking_force of its data sheet"
-        )
+        k_held = form.stiffness
+        told.append(f"stiffness assumed, {k_held:g} N/m {form.size}: give stroke and blocking_force of its data sheet")
     else:
-        k_short = sheet.blocking_force / sheet.stroke
-        told.append(f"stiffness from the data sheet, {k_short:.3g} N/m in short circuit")
-    work = stroke**2 * k_short / v_max**2  # F; a coupling of 1 if it were the capacitance
-    if sheet.capacitance is None:
+        k_held = sheet.blocking_force / sheet.stroke
+        told.append(f"stiffness from the data sheet, {k_held:.3g} N/m {form.size.split(',')[0]}")
+    work = stroke**2 * k_held / most**2  # F or H; a coupling of 1 if it were the capacitance or inductance
+    given = sheet.inductance
+    if sheet.capacitance is not None:
+        given = sheet.capacitance * sheet.capacitance_ratio
+    if given is None:
         C = work / COUPLING
         told.append(
-            f"capacitance assumed, {C:.2g} F, which makes the square of the coupling factor {COUPLING}, as d33, s33 "
-            "and eps33 of PIC255 do: give capacitance of its data sheet"
+            f"{form.store} assumed, {C:.2g} {form.store_unit}, which makes the square of the coupling factor "
+            f"{COUPLING}, {form.coupled}: give {form.store} of its data sheet"
         )
     else:
-        C = sheet.capacitance * sheet.capacitance_ratio
-        told.append(f"capacitance from the data sheet, {C:.3g} F as the mean over the range")
+        C = given
+        told.append(f"{form.store} from the data sheet, {C:.3g} {form.store_unit} as the mean over the range")
     coupling = work / C
     if not coupling < 1:
         raise InputError(
-            f"The capacitance of the data sheet times capacitance_ratio must exceed {work:.3g} F, else stroke and "
-            f"blocking force are more work than the voltage supplies. Got {C:.3g} F instead."
+            f"The {form.store} of the data sheet, its mean over the range, must exceed {work:.3g} {form.store_unit}, "
+            f"else stroke and blocking force are more work than the input supplies. Got {C:.3g} {form.store_unit} "
+            "instead."
         )
     share = 0.9 + 0.1 * coupling
-    k = k_short / (1 - coupling / share)
+    resistance = sheet.resistance or form.resistance
+    if form.unit == "A" and sheet.resistance is None:
+        told.append(f"resistance of the coil assumed, {resistance:g} ohm: give resistance of its data sheet")
+    k = k_held / (1 - coupling / share)
+    tau = form.tau
+    if mode.lag is not None and not form.leads:
+        tau = mode.lag
+        told.append(f"lag of the eddy currents from the identified poles, {tau:.3g} s")
+        mode = Mode(None, None, "the poles of the model are real, those of the eddy currents")
     f_n = sheet.resonance or mode.f_n
     if f_n is None:
         told.insert(0, f"no mass, because {mode.why}: give resonance of its data sheet")
         w = 2 * math.pi * SETTLING
-        c = 2 * DAMPING * k_short / w
-        return Mechanics(v_max, stroke, C, k, None, c, share, RESISTANCE, TAU, None, None, tuple(told))
+        c = 2 * DAMPING * k_held / w
+        return Mechanics(most, stroke, C, k, None, c, share, resistance, tau, None, None, tuple(told))
     zeta = sheet.damping or (None if sheet.resonance else mode.zeta)
     source = f"the data sheet, resonance {f_n:.4g} Hz" if sheet.resonance else f"the identified mode, {mode.why}"
     damped = f"damping ratio {zeta:.3g}" if zeta else f"damping ratio assumed, {DAMPING:g}"
-    c0, small = (1 - share) * C, _Small(k, slope, stroke / (share * C * v_max))
-    m, c, speed = small.mass(f_n, zeta or DAMPING, c0)
+    leads = resistance if form.leads else 0.0
+    small = _Small(k, slope, stroke / (share * C * most), leads, tau, (1 - share) * C)
+    m, c, speed = small.mass(f_n, zeta or DAMPING)
     told.insert(0, f"mass {m:.3g} kg and damping from {source}, {damped}")
-    lowest = math.sqrt(k_short / m) / (2 * math.pi)
-    return Mechanics(v_max, stroke, C, k, m, c, share, RESISTANCE / speed, TAU / speed, f_n, lowest, tuple(told))
+    lowest = math.sqrt(k_held / m) / (2 * math.pi)
+    if form.leads:
+        resistance /= speed
+    return Mechanics(most, stroke, C, k, m, c, share, resistance, tau / speed, f_n, lowest, tuple(told))
 
 
 @dataclass(frozen=True)
 class _Small:
-    """An element that vibrates a little: stiffness k (N/m), slope (m/V), stroke d (m/C) of a charge."""
+    """An element that vibrates a little: stiffness k (N/m), slope (m/V), stroke d (m/C) of a charge, circuit."""
 
     k: float
     slope: float
     d: float
+    resistance: float
+    tau: float
+    c0: float
 
-    def stiffness(self, s: complex, resistance: float, tau: float, c0: float) -> complex:
-        """Force of a unit of position, at the complex frequency s (1/s)."""
-        leads = resistance * self.slope * s / (self.d * (1 + s * resistance * c0))
-        return self.k / (1 + self.k * self.slope * self.d / (1 + s * tau + leads))
+    def stiffness(self, s: complex, speed: float) -> complex:
+        """Force of a unit of position, at the complex frequency s (1/s), with a circuit that many times faster."""
+        resistance = self.resistance / speed
+        leads = resistance * self.slope * s / (self.d * (1 + s * resistance * self.c0))
+        return self.k / (1 + self.k * self.slope * self.d / (1 + s * self.tau / speed + leads))
 
-    def mass(self, f_n: float, zeta: float, c0: float) -> tuple[float, float, float]:
+    def mass(self, f_n: float, zeta: float) -> tuple[float, float, float]:
         """Mass, damping, and how many times faster than its default the circuit must be to leave damping to set."""
         w = 2 * math.pi * f_n
         root = cmath.sqrt(zeta**2 - 1)
@@ -170,7 +195,7 @@ class _Small:
         speed = 1.0
         while True:
             rows = np.array([[s * s, s] for s in poles])
-            right = [-self.stiffness(s, RESISTANCE / speed, TAU / speed, c0) for s in poles]
+            right = [-self.stiffness(s, speed) for s in poles]
             m, c = (float(x.real) for x in np.linalg.solve(rows, np.array(right)))
             if c > zeta * m * w or speed > 1e6:
                 return m, c, speed

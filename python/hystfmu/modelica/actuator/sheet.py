@@ -24,6 +24,10 @@ class Sheet:
     capacitance_ratio : float
         Mean capacitance over the range in parts of the small-signal one. A stack of 38 um, 900 N and 3.1 uF at 120 V,
         the default of the class DataSheet, has the coupling of its ceramic, 0.69 squared, with the default of 1.6.
+    inductance : float or None
+        Inductance (H) of the coil of a current-driven actuator without load, mean over the range.
+    resistance : float or None
+        Resistance (ohm) of this coil.
     resonance : float or None
         Resonance (Hz) without load, one end held.
     damping : float or None
@@ -34,6 +38,8 @@ class Sheet:
     blocking_force: float | None = None
     capacitance: float | None = None
     capacitance_ratio: float = 1.6
+    inductance: float | None = None
+    resistance: float | None = None
     resonance: float | None = None
     damping: float | None = None
 

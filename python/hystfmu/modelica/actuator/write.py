@@ -63,25 +63,25 @@ def actuator(model: Model, a: Made, name: str, within: str, history: str = "") -
     history : str
         Fit quality and provenance as HTML.
     """
-    s, p = a.slot, a.mechanics
+    s, p, form = a.slot, a.mechanics, a.form
     scaling = {
-        "gain": s.gain / a.volt,
+        "gain": s.gain / a.unit,
         "shift": s.shift,
         "scale": s.scale * a.metre,
         "offset": s.offset * a.metre,
     }
     own = [f"{k} = {v}" for k, v in s.values.items()] + [f"{k} = {number(v)}" for k, v in scaling.items()]
-    rows = ("v_max", "stroke", "C", "k", "c", "share", "resistance", "tau")
-    values = {k: number(getattr(p, k)) for k in rows}
+    values = {form.limit: number(p.most), form.symbol: number(p.C)}
+    values |= {k: number(getattr(p, k)) for k in ("stroke", "k", "c", "share", "resistance", "tau")}
     values |= {"withMass": "false"} if p.m is None else {"m": number(p.m)}
-    values["v_start"] = number(a.v_start)
+    values[form.start] = number(a.start)
     given = [f"{k} = {v}" for k, v in values.items()]
-    own.insert(0, f"u_start = {values['v_start']}")
+    own.insert(0, f"u_start = {values[form.start]}")
     given.append(f"redeclare HystFMU.Actuators.Hysteresis.{s.name} hysteresis({', '.join(own)})")
     modifiers = ",\n    ".join(given)
     return f"""within {within};
-model {name} "Piezo actuator with the identified hysteresis, in SI units"
-  extends HystFMU.Actuators.BaseClasses.Piezo(
+model {name} "{form.text} with the identified hysteresis, in SI units"
+  extends HystFMU.Actuators.BaseClasses.{form.base}(
     {modifiers});
   annotation (Documentation(info = {string(_documentation(model, a, within, history))}));
 end {name};
@@ -89,23 +89,23 @@ end {name};
 
 
 def _documentation(model: Model, a: Made, within: str, history: str) -> str:
-    p = a.mechanics
-    limits = [f"identified from {a.low:g} to {a.high:g} V"]
+    p, form = a.mechanics, a.form
+    limits = [f"identified from {a.low:g} to {a.high:g} {form.unit}"]
     limits += [f"{text} is left out" for text in a.slot.left_out]
     if len(model.graph.inputs) > 1:
-        limits.append("follows the temperature of the heat port, else T_fixed, within the range of its training")
+        limits.append(f"follows {form.warmed}, within the range of its training")
     limits += p.told
     if p.f_n is not None and p.lowest is not None:
         limits.append(
-            f"the resonance is {p.f_n:.4g} Hz for small vibrations about {a.v_start:.4g} V, and falls towards "
-            f"{p.lowest:.4g} Hz over the whole range, where the polarisation follows the force"
+            f"the resonance is {p.f_n:.4g} Hz for small vibrations about {a.start:.4g} {form.unit}, and falls "
+            f"towards {p.lowest:.4g} Hz over the whole range, where the material follows the force"
         )
+    base = f"HystFMU.Actuators.BaseClasses.{form.base}"
     return (
-        f"<html><p><b>Equation:</b> that of HystFMU.Actuators.BaseClasses.Piezo; in its slot "
+        f"<html><p><b>Equation:</b> that of {base}; in its slot "
         f"HystFMU.Actuators.Hysteresis.{a.slot.name}.</p>{history}"
         f"<p><b>Source:</b> a model of kind {escape(model.key)}; the rest as the limitations say.</p>"
         f"<p><b>Limitations:</b> {'; '.join(limits)}.</p>"
         f'<p><b>Example:</b> <a href="modelica://{within}.ActuatorExample">ActuatorExample</a>.</p>'
-        f'<p><b>See also:</b> <a href="modelica://HystFMU.Actuators.BaseClasses.Piezo">HystFMU.Actuators.BaseClasses.Piezo'
-        f"</a>.</p></html>"
+        f'<p><b>See also:</b> <a href="modelica://{base}">{base}</a>.</p></html>'
     )

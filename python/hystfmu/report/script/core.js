@@ -28,6 +28,7 @@ function graph(core, {file, u, y}) {
     restart: () => row = 0,
     rest: () => check(core.rest(g)),
     state: node => numbers(core.state(g, node)),
+    values: (reference, size) => Array.from({length: size}, (_, k) => numbers(core.value(g, reference + k))[0]),
     // the output for the next input, with the times of a run: row 0 starts, row k steps to (k - 1) h + h
     next(value, h) {
       check(core.set(g, u, value));

@@ -159,7 +159,8 @@ async function explorer(place) {
   // parameters from 0 to twice their values, covariates over their range
   const tuning = row(), amount = element('output');
   const called = (m, s) => several ? `${m.name}: ${s.name}` : s.name;
-  const movable = models.flatMap(m => m.sliders.map(s => [called(m, s), {...s, model: m}]));
+  const movable = models.flatMap(m => m.sliders.map(s =>
+    [called(m, s), {...s, model: m, values: m.plant.values(s.reference, s.size)}]));
   if (movable.length) {
     let of = movable[0][1];
     const share = slider(0, 2, 1, () => {

@@ -79,7 +79,8 @@ function drawPlane(canvas, m, label) {
 }
 
 function drawPlays(canvas, m) {
-  const {values, node, place, block} = m.memory, z = [...m.plant.state(node).subarray(place, place + values.length)];
+  const {widths, size, node, place, block} = m.memory, values = m.plant.values(widths, size);
+  const z = [...m.plant.state(node).subarray(place, place + size)];
   const r = most(values, 0), ys = pad([least(z, -r), most(z, r)]);
   const {curve, dot} = axes(canvas, pad([0, r]), ys, 'half-width r', 'state z of the play');
   curve(k => values[k], z, `c${m.colour}`, 0, 1.5);

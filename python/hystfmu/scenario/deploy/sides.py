@@ -22,22 +22,11 @@ NOISE = {"noise", "disturbance"}
 
 @dataclass(frozen=True)
 class ControlSide:
-    """The units of a controller and where it ends.
+    """The units of a controller in the order of the scenario, as places, and where it ends.
 
-    Attributes
-    ----------
-    units : tuple of int
-        Places of its units, in the order of the scenario.
-    command : int
-        Place of the value that is the command.
-    actuated : tuple of int
-        Units between command and plant, the plant first.
-    measured : int or None
-        Place of the value that is the measured output; None without feedback.
-    sensed : frozenset of int
-        The plant and the units that measure it.
-    early : bool
-        Whether the controller stands before the plant, so that it reads the measured output of the last step.
+    `command` and `measured` are places of values (None without feedback), `actuated` the units between command and
+    plant, the plant first, `sensed` the plant and the units that measure it.  `early`: the controller stands before the
+    plant, so that it reads the measured output of the last step.
     """
 
     units: tuple[int, ...]
@@ -69,8 +58,7 @@ def control_side(system: System) -> ControlSide:
 class _Sides:
     def __init__(self, system: System) -> None:
         self.system, self.where = system, f"{system.case.where}: controller"
-        self.owner = {p.first + i: k for k, p in enumerate(system.parts) for i in range(len(p.outputs))}
-        self.names = {place: end for end, place in system.columns.items()}
+        self.owner, self.names = system.owners, system.names
         self.into: dict[int, list[Link]] = {k: [] for k in range(len(system.parts))}
         for link in system.links:
             self.into[link.to].append(link)

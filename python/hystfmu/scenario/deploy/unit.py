@@ -1,4 +1,4 @@
-"""The controller of a loop as one graph with the ports r, y and u.
+"""The controller of a loop as one graph with the ports r, y and u, as an FMU, and as C files for a target.
 
 Inputs are the outputs of sources and the measured output that the controller reads: `r`, `r_ahead`, `r_dot`, `r_ddot`
 of the reference, `y`, and `unit_output` of any other source.  `u_present` starts a hand-over, see `bumpless_transfer`;
@@ -7,16 +7,22 @@ as long as it is not given, the output has the bits of the command in the scenar
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.files import write_bytes
+from hystfmu.base.replacing import together
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.scenario.deploy.sides import ControlSide, boundary, control_side, is_noise, is_source, types
+from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.fused import fuse
 from hystfmu.scenario.system.measures import unit_of
-from hystfmu.scenario.system.system import Part, System, build
+from hystfmu.scenario.system.system import Part, System
 
 NOT_GIVEN = 1e300  # of u_present: as limits without a bound
 HANDOVER_STEPS = 1000  # default length of a hand-over
@@ -93,8 +99,8 @@ class _Source:
 def _graph(system: System, side: ControlSide, step: float) -> tuple[Graph, dict[str, str]]:
     fused, outside = fuse(system, side.units)
     by_input = {(n.to, n.input): n.source for n in boundary(system, side)}
-    names = {place: end for end, place in system.columns.items()}
-    sources = _sources(system, side, names)
+    names = system.names
+    sources = _sources(system, side)
     inputs: list[Input] = []
     taken: dict[str, list[str]] = {}
     for at, port in zip(outside, fused.inputs, strict=True):
@@ -128,10 +134,10 @@ def _plant_unit(system: System, side: ControlSide) -> str:
     return unit_of(system, f"{last.name}.{last.inputs[link.input]}")
 
 
-def _sources(system: System, side: ControlSide, names: dict[int, str]) -> dict[int, _Source]:
+def _sources(system: System, side: ControlSide) -> dict[int, _Source]:
     """Return the inputs of the controller by the places of the values that they stand for, r and y first."""
     read = sorted({n.source for n in boundary(system, side)})
-    owner = {p.first + i: p for p in system.parts for i in range(len(p.outputs))}
+    owner, names = {place: system.parts[k] for place, k in system.owners.items()}, system.names
     tracked = next(m for m in system.case.metrics.values() if m.against is not None)
     measure = unit_of(system, names[side.measured]) if side.measured is not None else ""
     measure = measure or unit_of(system, tracked.signal)
@@ -225,3 +231,49 @@ def _shorter(graph: Graph, parts: list[Part]) -> Graph:
     inputs = [replace(i, to=tuple(map(renamed, i.to))) for i in graph.inputs]
     outputs = [replace(o, source=renamed(o.source)) for o in graph.outputs]
     return Graph(nodes, wires, inputs, outputs, sort=False)
+
+
+@dataclass(frozen=True)
+class Written:
+    """A controller that was written to `path`."""
+
+    path: Path
+    controller: Controller
+
+
+def write_controller(
+    case: Case,
+    path: str | Path,
+    fmi: Literal[2, 3] = 2,
+    name: str | None = None,
+    platforms: Literal["host", "all"] = "host",
+    source: bool = False,
+) -> Written:
+    """Write the controller of a case as an FMU, which an importer calls at each sample.
+
+    The other arguments are those of `Model.export`.  Raise an InputError if the controller cannot be cut out of the
+    case, or the file cannot be written.
+    """
+    from hystfmu.fmu.write.export import export_fmu
+
+    found = controller(case)
+    return Written(export_fmu(found.model, path, fmi, name, platforms, source), found)
+
+
+def write_target(case: Case, folder: str | Path, name: str | None = None) -> tuple[list[Path], Controller]:
+    """Write the controller of a case as a header and one C file, without FMI and without allocation.
+
+    `name`, by default that of the scenario, is that of the files and begins every public symbol.  Raise an InputError
+    if the controller cannot be cut out of the case, the name is none of C, or a file cannot be written.
+    """
+    from hystfmu.fmu.write.sources import target_files
+
+    found, name = controller(case), case.scenario if name is None else name
+    if not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):
+        raise InputError(f"The name must be a letter followed by letters, digits or _. Got {name!r} instead.")
+    assert found.model.step is not None
+    files = target_files(found.model.graph, name, found.model.step, found.model.text)
+    with together():
+        for file, content in files.items():
+            write_bytes(Path(folder) / file, content)
+    return [Path(folder) / file for file in files], found

@@ -9,11 +9,10 @@ import ctypes as C
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from hystfmu.fmu.foreign.finding import Finding
+from hystfmu.fmu.foreign.instance import Finding
 from hystfmu.fmu.foreign.simulated import Simulated
-from hystfmu.scenario.engine.fmu_member import FmuMember
-from hystfmu.scenario.engine.fmu_store import FmuStore
-from hystfmu.scenario.engine.stepped_member import Calls, Slot, SteppedMember
+from hystfmu.scenario.engine.fmu_member import FmuMember, FmuStore
+from hystfmu.scenario.engine.member import Calls, Slot, SteppedMember
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import Part, System

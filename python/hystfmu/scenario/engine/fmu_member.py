@@ -1,4 +1,4 @@
-"""An FMU as a member of a run, called through fmpy: bound functions, buffers that live as long as the run.
+"""An FMU as a member of a run: exported and unpacked once, called through fmpy, its final states hashed.
 
 An output buffer of a member is a window into the values of the system, an input costs one copy, and the functions of
 the binary are called without a wrapper in between.
@@ -7,18 +7,77 @@ the binary are called without a wrapper in between.
 from __future__ import annotations
 
 import ctypes as C
+import hashlib
+import shutil
+import tempfile
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
+from types import TracebackType
 from typing import Any, Literal
 
 import numpy as np
 
-from hystfmu.scenario.engine.final_states import n_saved, state_hash
-from hystfmu.scenario.engine.fmu_store import FmuStore
-from hystfmu.scenario.engine.stepped_member import Calls, SteppedMember
+from hystfmu.base.arrays import Array
+from hystfmu.graph import Graph
+from hystfmu.scenario.engine.member import Calls, SteppedMember
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import Part, System
+
+
+def n_states(graph: Graph) -> int:
+    """Return the number of states of the blocks of a graph."""
+    return sum(n.sizes[v.name] for n in graph.nodes for v in n.block.of("cstate", "state"))
+
+
+def n_saved(graph: Graph) -> int:
+    """Return the number of values of a saved state of the core: last step, states, and what else a run changes."""
+    return len(graph.executor().state)
+
+
+def state_hash(graph: Graph, saved: Array, skip: int = 0) -> str:
+    """Return the hash of the states of a graph in a `saved` state (n,) of the core, after `skip` states of others."""
+    return hashlib.sha256(saved[1 + skip : 1 + skip + n_states(graph)].tobytes()).hexdigest()[:16]
+
+
+class FmuStore:
+    """Exported and unpacked FMUs in a folder of their own (`within`: where) that is gone at the end of the `with`."""
+
+    def __init__(self, within: str | None = None) -> None:
+        self.folder = Path(tempfile.mkdtemp(prefix="hystfmu_run_", dir=within))
+        self._known: dict[tuple[str, int], tuple[Path, Any]] = {}
+
+    def __enter__(self) -> FmuStore:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, e: BaseException | None, tb: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Remove everything."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def get(self, graph: Graph, fmi: Literal[2, 3]) -> tuple[Path, Any]:
+        """Folder and model description of the graph as an FMU; exported on first use.
+
+        It has no sample time: the scenario decides on its steps, and cuts them at discontinuities.
+        """
+        graph = graph.with_step(0.0)
+        key = (graph.token, fmi)
+        if key not in self._known:
+            import fmpy
+
+            from hystfmu.fmu.write.export import export_fmu
+
+            archive = self.folder / f"unit_{len(self._known)}.fmu"
+            export_fmu(graph, archive, fmi=fmi)
+            folder = self.folder / archive.stem
+            fmpy.extract(str(archive), str(folder))
+            archive.unlink()
+            self._known[key] = (folder, fmpy.read_model_description(str(folder), validate=False))
+        return self._known[key]
+
 
 _ERROR = 3
 

@@ -1,7 +1,8 @@
 """Run a case: the master loop over FMUs by fmpy, or the whole loop in the C core.
 
 Both engines step the same grid with the same coupling and the same values, so their results have the same bits, which
-tests compare.  The FMUs are the reference.
+tests compare.  The FMUs are the reference.  The matrix of Newton's method and its updates are those of
+`fmu_build/master/newton.c`, and tangents pass through the units as in `master.c`.
 """
 
 from __future__ import annotations
@@ -17,34 +18,86 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.core.library import library
 from hystfmu.scenario.engine.adapted_member import fmu_member
-from hystfmu.scenario.engine.fmu_member import FmuMember
-from hystfmu.scenario.engine.fmu_store import FmuStore
+from hystfmu.scenario.engine.fmu_member import FmuMember, FmuStore
 from hystfmu.scenario.engine.member import Member
-from hystfmu.scenario.engine.newton import Newton
 from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.system.events import cuts
 from hystfmu.scenario.system.system import System
+
+
+class Newton:
+    """Newton steps of the guess in one step of the units that are due; `values` are all of the system."""
+
+    def __init__(self, system: System, due: Sequence[Member], values: Array) -> None:
+        self._values, self._early = values, system.early()
+        n = len(self._early)
+        loops = {system.parts[k].name for k in system.loops()}
+        width = {p.name: (p.first, len(p.outputs)) for p in system.parts}
+        # whoever is in a loop has tangents, or there would be no Newton: an adapted FMU is never asked
+        inside = [m if isinstance(m, FmuMember) and m.name in loops else None for m in due]
+        own = [slice(width[m.name][0], sum(width[m.name])) for m in due]
+        self._due = list(zip(due, inside, own, strict=True))
+        names = {m.name for m in due}
+        self._steps = [system.parts[k].name in names for k in system.makers().tolist()]
+        self._J, self._H, self._change, self._room = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(2 * n)
+        self._lib, self._n = library(), C.c_int64(n)
+
+    def start(self, begin: Array, guess: Array) -> bool:
+        """Factor the matrix after the first sweep from `begin` with `guess`.
+
+        Returns False if a tangent is not finite or the loop gain is one.
+        """
+        for c, steps in enumerate(self._steps):
+            d, read = np.zeros_like(self._values), begin.copy()
+            read[self._early] = guess
+            d[self._early[c]] = float(steps)  # a unit that is not due holds its outputs
+            for m, inside, own in self._due:
+                if not self._follow(m, inside, own, begin, read, d):
+                    return False
+                read[own] = self._values[own]
+            self._J[:, c] = d[self._early]
+        return not self._lib.newton_start(self._n, _at(self._J), _at(self._H))
+
+    @staticmethod
+    def _follow(m: Member, inside: FmuMember | None, own: slice, begin: Array, read: Array, d: Array) -> bool:
+        """Write the tangent of a unit's outputs into `d`, on the branch on which its inputs moved."""
+        du = [float(d[j]) if j >= 0 else 0.0 for j in m.sources]
+        along = 0.0
+        for j, v in zip(m.sources, du, strict=True):
+            along += v * float(read[j] - begin[j]) if v else 0.0
+        d[own] = 0.0
+        if inside is None or not any(du) or own.start == own.stop:
+            return True
+        dy = inside.tangent([-v for v in du] if along < 0 else du)
+        if dy is None:
+            return False
+        d[own] = [-v for v in dy] if along < 0 else dy
+        return True
+
+    def step(self, residual: Array) -> Array:
+        """Return the change of the guess."""
+        self._lib.newton_step(self._n, _at(self._H), _at(residual), _at(self._change))
+        return self._change
+
+    def learn(self, before: Array, now: Array) -> None:
+        """Update the matrix by what the last change has made of the residual (Broyden)."""
+        self._lib.newton_learn(self._n, *[_at(a) for a in (self._H, self._change, before, now, self._room)])
+
+
+def _at(a: Array) -> C.c_void_p:
+    return C.c_void_p(a.ctypes.data)
+
 
 Engine = Literal["fmpy", "native"]
 ENGINES: tuple[Engine, ...] = get_args(Engine)
 
 
 def chunks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Iterator[Trace]:
-    """Run a case in this process in chunks of rows, foreign FMUs included.
+    """Run a case in this process in chunks of rows, foreign FMUs included; a temporary store by default.
 
-    Parameters
-    ----------
-    system : System
-    engine : {"fmpy", "native"}
-        As `hystfmu.scenario.simulate`.
-    store : FmuStore, optional
-        Where FMUs are unpacked; a temporary one by default.
-
-    Raises
-    ------
-    Stopped
-        A unit refused an input or a step, or the sweeps of an iterative coupling do not agree.
+    A unit that refuses an input or a step is Stopped, and so are sweeps of an iterative coupling that do not agree.
     """
     if engine not in ENGINES:
         raise InputError(f"engine: must be one of {', '.join(ENGINES)}. Got {engine!r} instead.")

@@ -1,11 +1,69 @@
-"""The interface between the master and a unit that it steps."""
+"""Common parts of the FMUs in a run: sources of inputs, substeps, first-order hold, order of calls.
+
+The hold lays a line through the last two values of a source.  It interpolates where the source precedes the reader in
+the order, and extrapolates where it follows.
+"""
 
 from __future__ import annotations
 
+import ctypes as C
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Literal, Protocol
 
+from hystfmu.graph.ports import Port
 from hystfmu.scenario.outcome.trace import Stopped
+from hystfmu.scenario.system.foreign import ForeignPort
+from hystfmu.scenario.system.system import Link, Part, System
+
+
+def weights(system: System, links: Sequence[Link]) -> list[float]:
+    """Return where in the reader's step the newest value of each source lies: 1 at its end, 0 at its beginning.
+
+    The value of a source that steps more often and follows in the order is one of its own steps old.
+    """
+    late = [system.maker(link).period / system.parts[link.to].period for link in links]
+    return [1.0 if system.fresh(link) else 1.0 - part for link, part in zip(links, late, strict=True)]
+
+
+class Lines:
+    """The first-order hold of one unit, which reads the values at `sources`; `ahead` as `weights` gives it."""
+
+    def __init__(
+        self, sources: Sequence[int], ahead: Sequence[float], substeps: int, values: C.Array[C.c_double]
+    ) -> None:
+        self._sources, self._ahead, self._substeps, self._values = sources, ahead, substeps, values
+
+    def begin(self) -> None:
+        """Begin with constant lines at the first outputs."""
+        self._now = self._before = [self._values[j] for j in self._sources]
+        self._anew = False
+
+    def cut(self) -> None:
+        """Begin the next line anew, constant: the length of the step changes."""
+        self._anew = True
+
+    def save(self) -> None:
+        """Save the present lines."""
+        self._saved = self._now, self._before, self._anew
+
+    def restore(self) -> None:
+        """Restore the lines that were saved last."""
+        self._now, self._before, self._anew = self._saved
+
+    def take(self) -> None:
+        """Read the newest values of the sources."""
+        now = [self._values[j] for j in self._sources]
+        self._before, self._now = now if self._anew else self._now, now
+        self._anew = False
+
+    def at(self, i: int) -> list[float]:
+        """Return the inputs of substep i, at its end."""
+        end = (i + 1) / self._substeps
+        both = zip(self._now, self._before, self._ahead, strict=True)
+        return [now + (now - before) * (end - ahead) for now, before, ahead in both]
 
 
 class Member(Protocol):
@@ -58,3 +116,163 @@ def whole_turn(member: Member) -> int:
     member.advance()
     member.take()
     return 0
+
+
+Slot = tuple[str, tuple[str, ...]]
+
+
+def slots(port: Port | ForeignPort, fmi: int) -> list[Slot]:
+    """The variables of an FMU that a port is, each with the names of its elements."""
+    return [(port.name, port.scalar_names)] if fmi == 3 else [(n, (n,)) for n in port.scalar_names]
+
+
+def _window(values: C.Array[C.c_double], first: int, n: int) -> C.Array[C.c_double]:
+    return (C.c_double * n).from_buffer(values, 8 * first)
+
+
+def _nothing() -> int:
+    return 0
+
+
+@dataclass(frozen=True)
+class Calls:
+    """Function pointers of an FMU: set, step, get; save and restore where states are needed; tangent in a loop.
+
+    `source` says for every element of its inputs which value it reads; -1: it keeps what stands in `inputs`.
+    """
+
+    fmi3: bool
+    functions: list[int | None]
+    tangent: int | None
+    component: int
+    source: list[int]
+    inputs: list[float]
+    vr_in: Any
+    vr_out: Any
+    rollback: bool
+
+
+class SteppedMember(ABC):
+    """An FMU between its inputs and its outputs; a subclass says how it is called.
+
+    Its window `y` into the values of the system takes the outputs; `linked` and `fixed` are the inputs that are set in
+    every step and once.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        part: Part,
+        sources: Sequence[tuple[int, int]],
+        values: C.Array[C.c_double],
+        clock: C.c_double,
+        fmi: Literal[1, 2, 3],
+    ) -> None:
+        self.name, self.period, self._graph, self._substeps = part.name, part.period, part.graph, part.substeps
+        self.any_step, self._length = part.any_step, system.length(part)
+        self._h = C.c_double(self._length / part.substeps)
+        self._fmi, self._t = fmi, clock
+        self._said: list[str] = []  # what the FMU logs belongs into the verdict, not onto the terminal
+        # What is connected is set in every step, what is constant once.  FMI 3.0 has arrays: one reference for all the
+        # elements, set as a whole; their values lie side by side as ours do.
+        ports = {k: [p for p in part.graph.ports if p.kind == k] for k in ("input", "output")}
+        source = {part.inputs[i]: j for i, j in sources}
+        inputs = [slot for p in ports["input"] for slot in slots(p, fmi)]
+        self.linked = [slot for slot in inputs if any(n in source for n in slot[1])]
+        self.fixed = [slot for slot in inputs if slot not in self.linked]
+        self.read_back = [slot for p in ports["output"] for slot in slots(p, fmi)]
+        read = [n for _, names in self.linked for n in names]
+        self._u, self._values = (C.c_double * len(read))(*[part.constants.get(n, 0.0) for n in read]), values
+        self._copies = [(k, source[n]) for k, n in enumerate(read) if n in source]
+        links = {link.source: link for link in system.links if link.to == system.parts.index(part)}
+        places = [j for _, j in self._copies]
+        self._lines: Lines | None = None
+        if part.hold == "first":
+            self._lines = Lines(places, weights(system, [links[j] for j in places]), part.substeps, values)
+        elif len(read) == 1:  # reads the output of its source where it stands
+            self._u, self._copies = _window(values, source[read[0]], 1), []
+        self._y = _window(values, part.first, len(part.outputs))
+        self.sources = [source.get(n, -1) for n in read]
+        self._rollback = system.case.coupling.scheme == "iterative"  # states before the present point are restored
+
+    def _call(self, part: Part, put: Callable[[], int], do: Callable[[], int], get: Callable[[], int]) -> None:
+        """Take the calls that set the inputs, make a step and get the outputs; a status above 1 is a failure."""
+        self._put, self._do = put if len(self._u) else _nothing, do
+        self._get = get if part.outputs else _nothing
+        self.turn: Sequence[Callable[[], int]] = [partial(whole_turn, self)]
+        if part.substeps > 1 or self._lines is not None:
+            return
+        wanted: list[tuple[object, Callable[[], int]]] = [(self._copies, self._copy), (len(self._u), put), (do, do)]
+        wanted.append((part.outputs, get))
+        self.turn = [call for needed, call in wanted if needed]
+
+    def _copy(self) -> int:
+        u, values = self._u, self._values
+        for i, j in self._copies:
+            u[i] = values[j]
+        return 0
+
+    def begin(self) -> None:
+        if self._lines is not None:
+            self._lines.begin()
+
+    def stretch(self, h: float | None) -> None:
+        self._h.value = (self._length if h is None else h) / self._substeps
+        if self._lines is not None:
+            self._lines.cut()
+
+    def copy(self) -> None:
+        if self._lines is not None:
+            self._lines.take()
+            return
+        self._copy()
+        if self._put() > 1:
+            raise self.stopped()
+
+    def advance(self) -> None:
+        begin = self._t.value  # the clock is that of all units with this period
+        for i in range(self._substeps):
+            if self._lines is not None:
+                for (k, _), value in zip(self._copies, self._lines.at(i), strict=True):
+                    self._u[k] = value
+            self._t.value = begin + i * self._h.value
+            if (self._lines is not None and self._put() > 1) or self._do() > 1:
+                raise self.stopped()
+        self._t.value = begin
+
+    def take(self) -> None:
+        if self._get() > 1:
+            raise self.stopped()
+
+    @property
+    def said(self) -> str:
+        """Last log message of the FMU."""
+        return self._said[-1] if self._said else "without a word"
+
+    def stopped(self) -> Stopped:
+        why = self._said[-1] if self._said else f"inputs {list(self._u)}"
+        return Stopped(f"{self.name} refuses the step from t = {self._t.value:g} s: {why}")
+
+    @abstractmethod
+    def start(self, t0: float) -> None:
+        """Initialise at `t0` (s) with the present values and write the first outputs."""
+
+    @abstractmethod
+    def save(self) -> None:
+        """Save the present state."""
+
+    @abstractmethod
+    def restore(self) -> None:
+        """Restore the state that was saved last."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Free what the FMU holds."""
+
+    @abstractmethod
+    def calls(self) -> Calls:
+        """Return what the master in C needs to call this FMU."""
+
+    @abstractmethod
+    def free_state(self, state: int) -> None:
+        """Free a state that the master in C saved."""

@@ -77,15 +77,9 @@ def _run() -> Any:
 
 
 class Native:
-    """A case that is ready to run in C, any number of times.
+    """A case that is ready to run in C, any number of times; it records the outputs `columns`, all by default.
 
-    Parameters
-    ----------
-    system : System
-    columns : sequence of str, optional
-        Outputs (`unit.output`) that are recorded; all by default.
-    cut : bool
-        Keep units whose steps may be cut apart from the others; by default where a run has cuts.
+    `cut` keeps units whose steps may be cut apart from the others; by default where a run has cuts.
     """
 
     def __init__(self, system: System, columns: Sequence[str] | None = None, cut: bool = False) -> None:
@@ -104,17 +98,10 @@ class Native:
         self._columns = np.array([system.columns[c] for c in self._names], dtype=np.int64)
 
     def set(self, values: Mapping[str, Any]) -> None:
-        """Parameters for the next runs, instead of those of the last call; all others are those of the scenario.
+        """Parameters for the next runs, ``{"unit.parameter": value}``, instead of those of the last call.
 
-        Parameters
-        ----------
-        values : mapping
-            ``{"unit.parameter": value}`` with the values that a scenario's `set` takes; ``"*1.2"`` scales.
-
-        Raises
-        ------
-        InputError
-            No such unit or parameter, value out of range.
+        All others are those of the scenario.  Values are what its `set` takes; ``"*1.2"`` scales.  An unknown unit or
+        parameter and a value out of range are refused.
         """
         for m in self._members.values():
             m.executor.defaults()
@@ -165,15 +152,7 @@ class Native:
         return Trace.joined(self.chunks(), self._system.n_steps + 1)
 
     def chunks(self) -> Iterator[Trace]:
-        """From t = 0 to the end, in chunks of rows.
-
-        Raises
-        ------
-        InputError
-            More events than steps may be.
-        Stopped
-            As `simulate`.
-        """
+        """From t = 0 to the end, in chunks of rows; more events than steps may be are an InputError."""
         system = self._system
         cut = cuts(system, self._present)
         if len(cut[0]) and not self._cut:

@@ -11,8 +11,8 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.executor import Executor
 from hystfmu.scenario.engine.adapted_member import fmu_member
-from hystfmu.scenario.engine.final_states import n_states, state_hash
-from hystfmu.scenario.engine.hold import weights
+from hystfmu.scenario.engine.fmu_member import n_states, state_hash
+from hystfmu.scenario.engine.member import weights
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.fused import fuse
 from hystfmu.scenario.system.system import System

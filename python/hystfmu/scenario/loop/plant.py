@@ -20,7 +20,7 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.held import ramp_of
 from hystfmu.scenario.outcome.trace import Stopped
-from hystfmu.scenario.system.system import Link, Part, System
+from hystfmu.scenario.system.system import Link, Part, System, behind
 
 MEMORY = ("operators", "inverses", "networks")  # families of the blocks that the slope stands for
 DELAY, LEVELS = "delay", "quantiser"
@@ -55,13 +55,7 @@ class PlantSide:
 
 
 def plant_side(system: System, plant: int, around: Sequence[int]) -> PlantSide:
-    """Find the units at the rate of the plant, and the steps by which they delay the command.
-
-    Raises
-    ------
-    InputError
-        They are not in series.
-    """
+    """Find the units at the rate of the plant, which must be in series, and their delay of the command in steps."""
     case, owner = system.case, {p.name: k for k, p in enumerate(system.parts)}
     within = {plant, *around}
     fine = {k for k in within if system.parts[k].period < case.ripple} | {plant}
@@ -87,15 +81,12 @@ def plant_side(system: System, plant: int, around: Sequence[int]) -> PlantSide:
 def _delay(system: System, part: Part) -> int:
     """Return the steps by which a unit delays its input.
 
-    Raises
-    ------
-    InputError
-        It has several delays that are not in series, such as one that chooses among them.
+    Several delays that are not in series, such as a unit that chooses among them, are refused.
     """
     delays = [n for n in part.own.nodes if n.type == DELAY]
     edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in part.own.wires]
     for a, b in combinations([n.name for n in delays], 2):
-        if b not in _reached(edges, {a}) and a not in _reached(edges, {b}):
+        if b not in behind(edges, a) and a not in behind(edges, b):
             raise InputError(
                 f"{system.case.title}: The delays of {part.name} must be in series to have margins. Got others."
             )
@@ -212,15 +203,9 @@ def command_of(system: System, side: PlantSide, between: Sequence[int]) -> Link:
 
 
 def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[float, float]:
-    """Run the case and return the sector of slopes of plant over inverse along its path.
-
-    Raises
-    ------
-    InputError
-        The case stops.
-    """
+    """Run the case and return the sector of slopes of plant over inverse along its path; a case must not stop."""
     first = command_of(system, side, between)
-    column = next(name for name, place in system.columns.items() if place == first.source)
+    column = system.names[first.source]
     try:
         v = Native(system, [column]).run()[column][:: system.case.ripple]
     except Stopped as e:
@@ -252,7 +237,7 @@ def _undone(system: System, between: Collection[int]) -> set[str]:
         edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in graph.wires]
         found |= {n.block.inverts for n in graph.nodes if n.block.inverts}
         for tried in (n.name for n in graph.nodes if n.block.trial):
-            ring = _reached(edges, {tried}) & _reached([(b, a) for a, b in edges], {tried})
+            ring = behind(edges, tried) & behind([(b, a) for a, b in edges], tried)
             found |= {n.type for n in graph.nodes if n.name in ring}
     return {t for t in found if block_types()[t].rate == CONTINUOUS}
 
@@ -270,27 +255,20 @@ def _output(system: System, link: Link, side: PlantSide) -> int:
 def _on_the_way(graph: Graph) -> list[Node]:
     """Return the dynamics between the driven input of a unit and the output that goes on."""
     edges, ends, last = _ways(graph)
-    after, before = _reached(edges, ends), _reached([(b, a) for a, b in edges], {last})
+    after, before = behind(edges, *ends) | ends, behind([(b, a) for a, b in edges], last) | {last}
     return [n for n in graph.nodes if n.block.rate == CONTINUOUS and n.name in after & before]
 
 
 def _parallel(graph: Graph, way: Sequence[Node]) -> bool:
     """Return whether the driven input of a unit also reaches its output beside some of these dynamics."""
     edges, ends, last = _ways(graph)
-    return any(last in _reached([e for e in edges if n.name not in e], ends - {n.name}) for n in way)
+    return any(last in behind([e for e in edges if n.name not in e], *ends) | ends for n in way if n.name != last)
 
 
 def _ways(graph: Graph) -> tuple[list[tuple[str, str]], set[str], str]:
     """Return the connections of blocks, those that the first input drives, and the one of the first output."""
     edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in graph.wires]
     return edges, {end.partition(".")[0] for end in graph.inputs[0].to}, graph.outputs[0].source.partition(".")[0]
-
-
-def _reached(edges: Sequence[tuple[str, str]], first: set[str]) -> set[str]:
-    found = set(first)
-    while more := {b for a, b in edges if a in found} - found:
-        found |= more
-    return found
 
 
 def _at_rest(graph: Graph, undone: Collection[str]) -> Graph:

@@ -12,8 +12,9 @@ import numpy as np
 
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Stopped
+from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.spec import UnitSpec
-from hystfmu.scenario.system.system import Link, System, build
+from hystfmu.scenario.system.system import Link, System
 
 MOST = 4  # steps
 GROWTH = 1.5  # references whose errors differ from half to half
@@ -24,15 +25,9 @@ NAME = "further_delay"
 def simulated_delay(system: System, entry: Link, growth: float = GROWTH, far: float = FAR) -> float:
     """Return the largest further delay with which a case holds, in steps, up to `MOST`; NaN if it does not without.
 
-    Parameters
-    ----------
-    system : System
-    entry : Link
-        Connection that brings the command to the units at the rate of the plant.
-    growth : float
-        Growth of the largest error, from the first half of the window of the metric to the second, that still holds.
-    far : float
-        Largest error that still holds, above that without a further delay, of the stroke.
+    `entry` brings the command to the units at the rate of the plant.  The largest error may grow by the factor `growth`
+    from the first half of the window of the metric to the second, and be `far` above that without a further delay, of
+    the stroke.
     """
     ripple = system.case.ripple
     first = _errors(system)

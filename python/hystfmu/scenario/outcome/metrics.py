@@ -219,12 +219,7 @@ class _Lines:
 
 
 class Measure:
-    """One metric of a run that comes in chunks.
-
-    Parameters
-    ----------
-    m : MetricSpec
-    """
+    """One metric of a run that comes in chunks."""
 
     def __init__(self, m: MetricSpec) -> None:
         self._m, self._of, self._span = m, _KINDS[m.kind](), _Span()
@@ -247,13 +242,7 @@ class Measure:
             self._of.add(_Rows(chunk.t[skip:][on], signal[on], against[on], sample, chunk.ripple))
 
     def value(self) -> float:
-        """Of the rows that came.
-
-        Raises
-        ------
-        InputError
-            The stroke is zero.
-        """
+        """Of the rows that came; an InputError if the stroke is zero."""
         value, m = self._of.value(), self._m
         if m.kind == "loop_area_percent":
             return 100 * value
@@ -266,13 +255,7 @@ class Measure:
 
 
 def measure(m: MetricSpec, trace: Trace) -> float:
-    """One metric of a whole run.
-
-    Raises
-    ------
-    InputError
-        If the stroke is zero.
-    """
+    """One metric of a whole run; an InputError if the stroke is zero."""
     found = Measure(m)
     found.add(trace)
     return found.value()

@@ -1,17 +1,28 @@
-"""The outputs of a run on the fine grid, or the reason why it stopped.
+"""The outputs of a run on the fine grid, or the reason why it stopped, and the rows of it that are kept or written.
 
 A run comes in chunks of consecutive rows, each a `Trace`; without keeping them, memory does not grow with the run.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.base.files import written
+from hystfmu.data.csv_file import csv_head, csv_rows
+from hystfmu.scenario.system.case import Case
+from hystfmu.scenario.system.spec import MetricSpec
+from hystfmu.scenario.system.system import SHORTEST_CHUNK, Rows, System, signals
+
+if TYPE_CHECKING:
+    import pandas
 
 MOST_VALUES = 50_000_000  # doubles of a trace in memory
 
@@ -104,5 +115,110 @@ class Trace:
         names = [*list(self.columns)[:4], *(["..."] if len(self.columns) > 4 else [])]
         return f"Trace({len(self.t)} rows to t = {self.t[-1]:g} s, {', '.join(names)})"
 
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a data frame: index ``t [s]``, a column for each output ``unit.output``.
+
+        Raises
+        ------
+        MissingExtra
+            pandas is not installed.
+        """
+        from hystfmu.base.errors import extras
+
+        with extras("to_pandas()"):
+            import pandas
+        frame = pandas.DataFrame(self.values, index=pandas.Index(self.t, name="t [s]"))
+        return frame.set_axis(sorted(self.columns, key=self.columns.__getitem__), axis="columns")
+
     def __getitem__(self, end: str) -> Array:
         return self.values[:, self.columns[end]]
+
+
+MOST_ROWS = 1 << 17  # of a picture: a run of as many rows is kept as a whole
+
+
+class Excerpt:
+    """Stated rows of some signals.
+
+    Parameters
+    ----------
+    ends : iterable of str
+        Outputs (`unit.output`).
+    rows : array of int, shape (n,)
+        Fine steps, increasing.
+    """
+
+    def __init__(self, ends: Iterable[str], rows: Rows) -> None:
+        self._ends, self._rows = list(dict.fromkeys(ends)), rows
+        self._pieces: list[Trace] = []
+
+    def add(self, chunk: Trace) -> None:
+        """Take the next rows of the run."""
+        places = self._places(chunk)
+        if not len(places) and self._pieces:  # nothing may grow with the number of chunks
+            return
+        columns = [chunk.columns[e] for e in self._ends]
+        values = chunk.values[places[:, None], columns]
+        names = {e: k for k, e in enumerate(self._ends)}
+        self._pieces.append(Trace(chunk.t[places], values, names, chunk.ripple, chunk.final_states, chunk.first))
+
+    def _places(self, chunk: Trace) -> Rows:
+        begin, end = np.searchsorted(self._rows, [chunk.first, chunk.first + len(chunk.t)]).tolist()
+        return np.asarray(self._rows[begin:end] - chunk.first)
+
+    def trace(self) -> Trace:
+        """The rows that were kept."""
+        if len(self._pieces) > 1:
+            t, values = (np.concatenate([getattr(p, of) for p in self._pieces]) for of in ("t", "values"))
+            last = self._pieces[-1]
+            self._pieces = [Trace(t, values, last.columns, last.ripple, last.final_states)]
+        return self._pieces[0]
+
+
+class Picture(Excerpt):
+    """The signals that a case names: all rows of a run of at most MOST_ROWS.
+
+    Of a longer one every 2nd, 4th, ... row, and of the rows between them those with the lowest and the highest error of
+    the metric that is drawn.
+    """
+
+    def __init__(self, system: System) -> None:
+        end, self._stride = system.n_steps + 1, 1
+        while self._stride < SHORTEST_CHUNK and end > MOST_ROWS // (1 if self._stride == 1 else 3) * self._stride:
+            self._stride *= 2
+        rows = np.union1d(np.arange(0, end, self._stride), [end - 1])
+        super().__init__((e for _, ends in signals(system.case) for e in ends), rows)
+        self._drawn = drawn(system.case)
+
+    def _places(self, chunk: Trace) -> Rows:
+        places, k = super()._places(chunk), self._stride
+        if k == 1 or self._drawn is None or self._drawn.against is None:
+            return places
+        e = chunk[self._drawn.signal] - chunk[self._drawn.against]
+        found = [places]
+        whole = len(e) // k * k  # a chunk begins where a piece does; the last one may be shorter
+        for begin, pieces in ((0, e[:whole].reshape(-1, k)), (whole, e[None, whole:])):
+            if pieces.size:
+                at = begin + k * np.arange(len(pieces))
+                found += [at + pieces.argmin(axis=1), at + pieces.argmax(axis=1)]
+        return np.unique(np.concatenate(found))
+
+
+def drawn(case: Case) -> MetricSpec | None:
+    """The metric whose error is drawn."""
+    return next((m for m in case.metrics.values() if m.against is not None and m.kind.endswith("_percent")), None)
+
+
+@contextmanager
+def row_file(path: str | Path, system: System) -> Iterator[Callable[[Trace], None]]:
+    """Write columns t (s) and every output of the system; yield what takes the chunks of rows in turn.
+
+    The file appears when the run has come to its end.
+    """
+    with written(path) as file:
+        file.write(csv_head(["t", *system.columns]).encode())
+
+        def add(chunk: Trace) -> None:
+            file.write(csv_rows([chunk.t, *chunk.values.T]).encode())
+
+        yield add

@@ -17,8 +17,8 @@ from hystfmu.base.files import read_bytes, write_text
 from hystfmu.base.printable import escape
 from hystfmu.report.page import Section, Table, figure, page, section, table
 from hystfmu.report.plot import Line, Plot
+from hystfmu.scenario.outcome.baseline import Change
 from hystfmu.scenario.system.measures import label
-from hystfmu.scenario.verdict.baseline import Change
 
 MOST_BYTES = 2**28
 MOST_CASES, MOST_FIRST = 12, 8  # whose signals are drawn; changes beside the first figure
@@ -79,24 +79,10 @@ def _read(path: str | Path) -> tuple[str, dict[str, _Case]]:
 
 
 def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> list[Change]:
-    """Write a page that compares two reports.
+    """Write a page that compares two reports, each a report.json or its folder.
 
-    Parameters
-    ----------
-    before, after : path
-        The report.json of each run, or the folder that it is in.
-    out : path
-        HTML page to write.
-
-    Returns
-    -------
-    list of Change
-        Metrics and verdicts that differ, and cases that only one report has.
-
-    Raises
-    ------
-    InputError
-        If a file is not a report of ``hystfmu run --report``.
+    Return metrics and verdicts that differ, and cases that only one report has; refuse what is no report of ``hystfmu
+    run --report``.
     """
     (old_version, old), (new_version, new) = _read(before), _read(after)
     found: list[Change] = []

@@ -1,20 +1,22 @@
-"""The results of scenarios as data: what report.json holds."""
+"""Results of scenarios for machines: what report.json holds, and JUnit XML for continuous integration servers."""
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from hystfmu import __version__
+from hystfmu.base import __version__
+from hystfmu.base.files import write_bytes
+from hystfmu.fmu.archive.writing import xml_file
 from hystfmu.report.page import Section
-from hystfmu.scenario.system.delay_budget import delay_budget
+from hystfmu.scenario.outcome.result import Result
+from hystfmu.scenario.report.loops import delay_budget
 from hystfmu.scenario.system.measures import unit_of
 from hystfmu.scenario.system.system import System
-
-if TYPE_CHECKING:
-    from hystfmu.scenario.verdict.result import Result
 
 MOST_ROWS = 400  # rows per signal
 
@@ -69,4 +71,32 @@ def _loop_facts(system: System) -> dict[str, Any]:
         "periods": {p.name: system.length(p) for p in system.parts},
         "delays": [vars(d) for d in delay_budget(system)],
         "note": case.delay,
+    }
+
+
+def write_junit(results: Sequence[Result], path: str | Path) -> None:
+    """Write results as JUnit XML: one suite per scenario, one test per case."""
+    root = ET.Element("testsuites", _counts(results))
+    for name in dict.fromkeys(r.scenario for r in results):
+        own = [r for r in results if r.scenario == name]
+        suite = ET.SubElement(root, "testsuite", {"name": name, **_counts(own)})
+        for r in own:
+            test = ET.SubElement(suite, "testcase", {"classname": name, "name": r.case, "time": f"{r.seconds:.3f}"})
+            if r.trace is None:
+                ET.SubElement(test, "error", message=r.lines[0]).text = "\n".join(r.lines)
+            elif not r.passed:
+                ET.SubElement(test, "failure", message=r.lines[0]).text = "\n".join(r.lines)
+            ET.SubElement(test, "system-out").text = "\n".join(f"{v.metric} = {v.value!r}" for v in r.verdicts)
+    write_bytes(path, xml_file(root))
+
+
+def _counts(results: Sequence[Result]) -> dict[str, str]:
+    errors = sum(r.trace is None for r in results)
+    failures = sum(not r.passed for r in results) - errors
+    seconds = sum(r.seconds for r in results)
+    return {
+        "tests": str(len(results)),
+        "failures": str(failures),
+        "errors": str(errors),
+        "time": f"{seconds:.3f}",
     }

@@ -11,20 +11,17 @@ from collections.abc import Mapping, Sequence, Set
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hystfmu import __version__
+from hystfmu.base import __version__
 from hystfmu.base.files import write_text
 from hystfmu.base.printable import escape
 from hystfmu.report.page import Section, Table, figures, page, section, table
-from hystfmu.scenario.outcome.plots import case_plots
-from hystfmu.scenario.report.loop_explorer import loop_explorer
-from hystfmu.scenario.report.loop_tables import delay_table, loop_rows
+from hystfmu.scenario.outcome.baseline import CHANGED
+from hystfmu.scenario.report.cases import case_plots, case_table, matrix, nearness, place, worst_and_best
+from hystfmu.scenario.report.loops import delay_table, loop_explorer, loop_rows
 from hystfmu.scenario.report.machine import machine_form
-from hystfmu.scenario.report.matrix import case_table, matrix, place
-from hystfmu.scenario.report.worst_and_best import nearness, worst_and_best
-from hystfmu.scenario.verdict.baseline import CHANGED
 
 if TYPE_CHECKING:
-    from hystfmu.scenario.verdict.result import Result
+    from hystfmu.scenario.outcome.result import Result
 
 OPEN = ' open="open"'
 METHODS = {"newton": "Newton", "relaxation": "Aitken relaxation"}
@@ -40,27 +37,10 @@ def write_report(
     lead: str = "",
     more: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write report.html and report.json.
+    """Write report.html, whose path is returned, and report.json.
 
-    Parameters
-    ----------
-    results : sequence of Result
-        Results of `run_scenarios`.
-    directory : path
-        Folder to write into; created if it does not exist.
-    extra_sections : sequence of Section
-        Sections placed before the scenarios.
-    title : str
-        Title of the page; by default the names of the scenarios.
-    lead : str
-        The answer in a sentence, below the title.
-    more : mapping, optional
-        Further entries of report.json.
-
-    Returns
-    -------
-    Path
-        Path of report.html.
+    Sections stand before the scenarios, `lead`, the answer in a sentence, below the title (by default the names of the
+    scenarios); `more` are further entries of report.json.
     """
     directory = Path(directory)
     title = title or _title(results)

@@ -6,9 +6,8 @@ import math
 from collections.abc import Sequence
 
 from hystfmu.report.terminal import table
-from hystfmu.scenario.verdict.baseline import CHANGED, Change
-from hystfmu.scenario.verdict.judge import Verdict
-from hystfmu.scenario.verdict.result import Result
+from hystfmu.scenario.outcome.baseline import CHANGED, Change
+from hystfmu.scenario.outcome.result import Result, Verdict
 
 LOOP = ("Ms dB", "delay margin, steps")
 DECISIVE = ("metric", "value", "limit")
@@ -44,7 +43,7 @@ def verdicts(results: Sequence[Result]) -> str:
             for r in results
         ]
         head = ["scenario", "case", "verdict", *DECISIVE, *(LOOP if loops else ()), "seconds"]
-    lines = [table(head, rows)]
+    lines = [table(head, rows, keys=1 if len(groups) > 1 else 2)]
     notes = _shortened([line for r in results for line in r.notes])
     failures = dict.fromkeys([*notes, *(line for r in results for line in _shortened(r.failures()))])
     passed = sum(r.passed for r in results)
@@ -64,7 +63,7 @@ def every_metric(results: Sequence[Result]) -> str:
         for r in results
         for v in r.verdicts
     ]
-    return table(["scenario", "case", "verdict", *DECISIVE, "baseline"], rows)
+    return table(["scenario", "case", "verdict", *DECISIVE, "baseline"], rows, keys=2)
 
 
 def decisive(result: Result) -> Verdict | None:

@@ -16,17 +16,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import hystfmu
-from hystfmu.base import PACKAGE
+from hystfmu.base import PACKAGE, __version__
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED
-from hystfmu.fmu.archive.xml_file import xml_file
-from hystfmu.fmu.archive.zip_file import zip_file
-from hystfmu.fmu.foreign.carried import carried
-from hystfmu.fmu.foreign.finding import Finding
+from hystfmu.fmu.archive.writing import xml_file, zip_file
+from hystfmu.fmu.foreign.instance import Finding, carried
 from hystfmu.fmu.write.platforms import binaries, host
-from hystfmu.scenario.engine.stepped_member import slots
+from hystfmu.scenario.engine.member import slots
 from hystfmu.scenario.system.events import cuts
 from hystfmu.scenario.system.foreign import Foreign, ForeignPort
 from hystfmu.scenario.system.system import Part, System
@@ -58,19 +55,9 @@ class _Variable:
 
 
 def container_fmu(system: System, name: str) -> bytes:
-    """The archive of an FMU 2.0 for Co-Simulation.
+    """The archive of an FMU 2.0 for Co-Simulation; `name` is that of the model, and its identifier.
 
-    Parameters
-    ----------
-    system : System
-        Its units are foreign FMUs or graphs; every unit has value references of its own.
-    name : str
-        Model name and identifier.
-
-    Raises
-    ------
-    InputError
-        A coupling or a unit that a container does not step; the binary is not installed.
+    Refused: a coupling or a unit that a container does not step, and a package without the binary.
     """
     _check(system)
     binary = PACKAGE / f"_container.{host().suffix}"
@@ -249,9 +236,7 @@ def _description(system: System, name: str, token: str) -> bytes:
     head = {"fmiVersion": "2.0", "modelName": name, "guid": token, "variableNamingConvention": "flat"}
     order = ", ".join(p.name for p in system.parts)
     words = f"loop of the {system.case.description}; {len(system.parts)} units, stepped in the order {order}"
-    root = ET.Element(
-        "fmiModelDescription", head | {"description": words, "generationTool": f"HystFMU {hystfmu.__version__}"}
-    )
+    root = ET.Element("fmiModelDescription", head | {"description": words, "generationTool": f"HystFMU {__version__}"})
     ET.SubElement(root, "CoSimulation", modelIdentifier=name, canNotUseMemoryManagementFunctions="true")
     step = system.case.step
     experiment = {"startTime": "0.0", "stopTime": repr(system.case.stop), "stepSize": repr(step)}

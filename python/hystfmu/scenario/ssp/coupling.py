@@ -2,30 +2,34 @@
 
 fmpy, libcosim, ecos and containers of fmu-manipulation-toolbox step all components at once, each from the values of the
 last step (Jacobi), at one step, with no knowledge of events inside it.  libcosim and ecos pass outputs on during the
-initialisation until all have arrived, also to components that stand earlier.
+initialisation until all have arrived, also to components that stand earlier.  Neighbouring units are joined to one
+component each, so that readers keep their order.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 
 from hystfmu.base.errors import InputError
+from hystfmu.model import Model
 from hystfmu.scenario.engine.simulation import simulate
 from hystfmu.scenario.outcome.trace import Stopped, Trace
+from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Case
-from hystfmu.scenario.system.system import System, build
+from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.fused import fuse, segments
+from hystfmu.scenario.system.spec import UnitSpec
+from hystfmu.scenario.system.system import System
 
 
 def as_readers_run(case: Case) -> Case:
     """The case with Jacobi coupling at the base step.
 
-    Raises
-    ------
-    InputError
-        Iterative coupling, units of different rates, substeps, or a hold of its own: no reader implements them.
+    Iterative coupling, units of different rates, substeps and a hold of its own are refused: no reader implements them.
     """
     if case.coupling.scheme == "iterative":
         raise InputError(f"{case.where}: the coupling is iterative: no reader of SSP archives iterates")
@@ -42,10 +46,7 @@ def as_readers_run(case: Case) -> Case:
 def run_as_readers(system: System) -> Trace:
     """The trajectory of a case that `as_readers_run` made, from initial values that agree with each other.
 
-    Raises
-    ------
-    InputError
-        It does not reach the end, or its units find no common initial values.
+    An InputError says that it does not reach the end, or that its units find no common initial values.
     """
     try:
         begins, short = system.starts(), replace(system.case, stop=0.0)
@@ -64,23 +65,8 @@ def run_as_readers(system: System) -> Trace:
 def differences(case: Case, names: Mapping[str, str], trace: Trace) -> dict[str, float]:
     """Largest difference between the trajectory of an archive and that of the case, by recorded output.
 
-    Parameters
-    ----------
-    case : Case
-    names : mapping
-        The name of each output of the case in the archive.
-    trace : Trace
-        The trajectory of the archive.
-
-    Returns
-    -------
-    dict
-        In percent of the span of the output in the case; of its largest value if it is constant.
-
-    Raises
-    ------
-    Stopped
-        The case does not run.
+    `names` has the name of each output of the case in the archive.  Return percent of the span of the output in the
+    case; of its largest value if it is constant.  A case that does not run is Stopped.
     """
     own = simulate(build(case), "native")
     found = {}
@@ -89,3 +75,66 @@ def differences(case: Case, names: Mapping[str, str], trace: Trace) -> dict[str,
         span = float(np.ptp(want)) or float(np.abs(want).max()) or 1.0
         found[name] = 100 * float(np.abs(trace[names[name]] - want).max()) / span
     return found
+
+
+def _groups(system: System) -> list[tuple[int, ...]]:
+    """Neighbours between foreign FMUs; smaller groups where those would be an algebraic loop inside one graph."""
+    found: list[tuple[int, ...]] = []
+    for foreign, run in groupby(range(len(system.parts)), lambda k: isinstance(system.parts[k].graph, Foreign)):
+        parts = tuple(run)
+        if foreign:
+            found += [(k,) for k in parts]
+            continue
+        try:
+            fuse(system, parts)
+            found.append(parts)
+        except InputError:
+            found += [g for g in segments(system, cut=False) if g[0] in parts]
+    return found
+
+
+def joined(system: System) -> tuple[Case, dict[str, str]]:
+    """The case of a system, which has one step, with one unit for all neighbours that can step as one graph.
+
+    Outputs are called `unit_output`, and so are recorded signals; return their names by those of the system, too.
+    """
+    case, groups = system.case, _groups(system)
+    units: dict[str, UnitSpec] = {}
+    attached = dict(case.attached)
+    places: dict[tuple[int, int], str] = {}  # (part, input) to `component.input`
+    names: dict[str, str] = {}
+    constants: dict[str, dict[str, float]] = {}
+    for group in groups:
+        parts = [system.parts[k] for k in group]
+        first = parts[0]
+        if isinstance(first.graph, Foreign):
+            unit, constants[first.name] = first.name, first.constants
+            attached[unit] = first.graph.path
+            units[unit] = UnitSpec.model_validate({"fmu": unit, "set": dict(first.graph.settings)})
+            names |= {f"{unit}.{o}": f"{unit}.{o}" for o in first.outputs}
+            places |= {(group[0], i): f"{unit}.{name}" for i, name in enumerate(first.inputs)}
+            continue
+        graph, outside = fuse(system, group)
+        unit = case.scenario if len(groups) == 1 else f"{first.name}_to_{parts[-1].name}" if parts[1:] else first.name
+        attached[unit] = Model(unit, graph, case.step)
+        units[unit] = UnitSpec.model_validate({"model": unit, "as": first.runs_as})
+        names |= {f"{p.name}.{o}": f"{unit}.{p.name}_{o}" for p in parts for o in p.outputs}
+        for k, i in outside:
+            part = system.parts[k]
+            places[k, i] = f"{unit}.{part.name}_{part.inputs[i]}"
+            if (value := part.constants.get(part.inputs[i])) is not None:
+                constants.setdefault(unit, {})[f"{part.name}_{part.inputs[i]}"] = value
+    units = {name: u.model_copy(update={"inputs": constants.get(name, {})}) for name, u in units.items()}
+    ends = {place: names[end] for end, place in system.columns.items()}
+    new = replace(
+        case,
+        order=tuple(units),
+        units=units,
+        connections={places[n.to, n.input]: ends[n.source] for n in system.links if (n.to, n.input) in places},
+        record=tuple(names[end] for end in case.record),
+        metrics={},
+        loops=(),
+        overrides={},
+        attached=attached,
+    )
+    return new, names

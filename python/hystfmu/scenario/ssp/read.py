@@ -21,9 +21,8 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.archive.cache import unpacked
-from hystfmu.scenario.ssp.parameter_set import SSV
-from hystfmu.scenario.ssp.wires import connections
-from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE, SSD
+from hystfmu.scenario.ssp.elements import SSD, SSV, connections
+from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, Scheme, UnitSpec
@@ -46,18 +45,9 @@ class Ssp:
 
 
 def read_ssp(path: str | Path, step: float | None = None, stop: float | None = None) -> Ssp:
-    """Unpack and read an SSP archive.
+    """Unpack and read an SSP archive; `step` and `stop` (s) stand instead of what the file says.
 
-    Parameters
-    ----------
-    path : path
-    step, stop : float, optional
-        Instead of what the file says (s).
-
-    Raises
-    ------
-    InputError
-        One line with the file, the element, the rule and the value.
+    What is refused is one line with the file, the element, the rule and the value.
     """
     folder = unpacked(path, "SystemStructure.ssd")[0]
     try:

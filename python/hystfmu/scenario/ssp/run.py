@@ -2,75 +2,91 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base.errors import InputError, meant
 from hystfmu.scenario.engine.master import Engine
-from hystfmu.scenario.engine.simulation import chunks, simulate
-from hystfmu.scenario.outcome.excerpt import Excerpt
-from hystfmu.scenario.outcome.row_file import row_file
-from hystfmu.scenario.outcome.trace import Stopped, Trace
+from hystfmu.scenario.engine.simulation import Run, chunks, silent
+from hystfmu.scenario.outcome.trace import Excerpt, Stopped, Trace, row_file
 from hystfmu.scenario.ssp.read import Ssp, read_ssp
 from hystfmu.scenario.ssp.write import REFERENCE
-from hystfmu.scenario.system.case import Case
+from hystfmu.scenario.system.build import build
+from hystfmu.scenario.system.case import Case, split_end
 from hystfmu.scenario.system.spec import Scheme
-from hystfmu.scenario.system.system import System, build
+from hystfmu.scenario.system.system import System
 
 
 @dataclass(frozen=True)
 class SspRun:
-    """Result of a run of an archive, and one line per signal that differs from the result in it."""
+    """Outcome of a run of an archive.
 
-    trace: Trace
-    compared: tuple[str, ...]
-    lines: tuple[str, ...]
-
-
-def run_ssp(
-    path: str | Path,
-    engine: Engine = "fmpy",
-    coupling: Scheme | None = None,
-    step: float | None = None,
-    stop: float | None = None,
-    seconds: float = 600.0,
-    confined: bool = True,
-) -> SspRun:
-    """Run an SSP archive and hold it against the reference result in it, if there is one for this step and coupling.
-
-    Raises
-    ------
-    InputError
-        As `read_ssp`.
-    Stopped
-        As `simulate`.
+    Attributes
+    ----------
+    path : path
+    rows, outputs : int
+        Size of the result; 0 if the run stopped.
+    compared : tuple of str
+        Signals that were compared with the reference result.
+    faults : tuple of str
+        One line for each signal that differs, or why the run stopped.
     """
-    ssp, case, reference = _prepared(path, coupling, step, stop)
-    trace = simulate(_built(case), engine, seconds=seconds, confined=confined)
-    return SspRun(trace, *_held_against(path, case, ssp.signals, reference, trace))
+
+    path: str | Path
+    rows: int
+    outputs: int
+    compared: tuple[str, ...]
+    faults: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """True if the run ended and agrees with the reference result."""
+        return not self.faults
+
+    def lines(self) -> list[str]:
+        """Return lines for the terminal."""
+        if self.faults:
+            return list(self.faults)
+        told = (
+            f"{len(self.compared)} signals agree with {REFERENCE}" if self.compared else "no reference to compare with"
+        )
+        return [f"{self.path}: {self.rows} rows of {self.outputs} outputs; {told}"]
+
+    def summary(self) -> dict[str, Any]:
+        """Return the facts of the run, for JSON."""
+        facts = {"file": str(self.path), "passed": self.passed, "rows": self.rows, "outputs": self.outputs}
+        return facts | {"compared": list(self.compared), "faults": list(self.faults)}
 
 
 def _prepared(
-    path: str | Path, coupling: Scheme | None, step: float | None, stop: float | None
+    path: str | Path, coupling: Scheme | None, step: float | None, stop: float | None, settings: Mapping[str, Any]
 ) -> tuple[Ssp, Case, Array | None]:
-    """The archive, its case with this coupling, and the reference result if it belongs to that."""
+    """Return the archive, its case with this coupling and these settings, and the reference if it belongs to them."""
     ssp = read_ssp(path, step, stop)
-    if coupling in (None, ssp.case.coupling.scheme):
+    if not settings and coupling in (None, ssp.case.coupling.scheme):
         return ssp, ssp.case, ssp.reference
-    return ssp, replace(ssp.case, coupling=ssp.case.coupling.model_copy(update={"scheme": coupling})), None
+    for name in settings:
+        split_end(name, "--set")
+    scheme = ssp.case.coupling.model_copy(update={"scheme": coupling} if coupling else {})
+    return ssp, replace(ssp.case, coupling=scheme, overrides=dict(settings)), None
 
 
-def _built(case: Case) -> System:
+def _built(path: str | Path, case: Case) -> System:
     """Build the case; errors name files of the archive by their places in it."""
     try:
-        return build(case)
+        system = build(case)
     except InputError as e:
         raise InputError(str(e).replace(f"{case.folder}/", "")) from None
+    if unknown := next((name for name in case.overrides if name not in system.overridden), None):
+        names = sorted(system.parameters)
+        raise InputError(f"{path}: --set {unknown}: No component has this parameter.{meant(unknown, names)}")
+    return system
 
 
 def _held_against(
@@ -97,38 +113,36 @@ def _held_against(
     return signals, tuple(lines)
 
 
-def run_ssp_file(
-    path: str,
-    engine: Engine,
-    coupling: Scheme | None,
-    step: float | None,
-    stop: float | None,
-    seconds: float,
-    out: str | None,
+def run_ssp(
+    path: str | Path,
+    engine: Engine = "fmpy",
+    coupling: Scheme | None = None,
+    step: float | None = None,
+    stop: float | None = None,
+    seconds: float = 600.0,
+    out: str | Path | None = None,
     confined: bool = True,
-    progress: Callable[[float], None] = lambda fraction: None,
-) -> tuple[list[str], bool]:
-    """Run an archive for the command line: the lines to print, and whether it agrees with its reference.
+    progress: Callable[[float], None] = silent,
+    settings: Mapping[str, Any] | None = None,
+) -> SspRun:
+    """Run an archive, and compare it with the reference in it if there is one for this step and coupling.
 
     Rows go to the file `out` as they come, and no more of them are kept than the reference has.  `progress` is called
-    with the fraction done.
+    with the fraction done.  `settings` override parameters, ``{"component.parameter": value}``.
     """
-    ssp, case, reference = _prepared(path, coupling, step, stop)
-    system = _built(case)
+    ssp, case, reference = _prepared(path, coupling, step, stop, settings or {})
+    system, run = _built(path, case), Run(engine, coupling, seconds, confined=confined)
     begin = Excerpt(system.columns, np.arange(len(reference) if reference is not None else 1))
     try:
         with ExitStack() as stack:
             adders: list[Callable[[Trace], None]] = [begin.add]
             if out is not None:
                 adders.append(stack.enter_context(row_file(out, system)))
-            for chunk in chunks(system, engine, seconds=seconds, confined=confined):
+            for chunk in chunks(system, run):
                 for add in adders:
                     add(chunk)
                 progress((chunk.first + len(chunk.t)) / (system.n_steps + 1))
     except Stopped as e:
-        return [f"{path}: stopped: {e}"], False
+        return SspRun(path, 0, 0, (), (f"{path}: stopped: {e}",))
     compared, lines = _held_against(path, case, ssp.signals, reference, begin.trace())
-    if lines:
-        return list(lines), False
-    told = f"{len(compared)} signals agree with {REFERENCE}" if compared else "no reference to compare with"
-    return [f"{path}: {system.n_steps + 1} rows of {len(system.columns)} outputs; {told}"], True
+    return SspRun(path, system.n_steps + 1, len(system.columns), compared, lines)

@@ -19,22 +19,20 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_bytes
 from hystfmu.data.csv_file import csv_text
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED
-from hystfmu.fmu.archive.xml_file import xml_file
+from hystfmu.fmu.archive.writing import xml_file
 from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph
 from hystfmu.scenario.engine.simulation import simulate
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp.container import container_fmu
-from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
-from hystfmu.scenario.ssp.joined import joined
-from hystfmu.scenario.ssp.parameter_set import SSV, SetValue, changes, parameter_set
+from hystfmu.scenario.ssp.coupling import as_readers_run, differences, joined, run_as_readers
+from hystfmu.scenario.ssp.elements import SSC, SSD, SSV, SetValue, changes, parameter_set
+from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.fused import to_graph
-from hystfmu.scenario.system.system import Part, System, build
+from hystfmu.scenario.system.system import Part, System
 
-SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
-SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 OURS = "https://hystfmu.org/ssp"
 REFERENCE = "extra/org.hystfmu/reference.csv"
@@ -69,7 +67,6 @@ def write_ssp(
     ----------
     case : Case
     path : path
-        Usually ``*.ssp``.
     version : {"1.0", "2.0"}
     system_connectors : bool
         Give the system an output for every recorded signal.  libcosim and ecos reject connectors of the system.
@@ -155,8 +152,7 @@ def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], c
 
 def _handed(system: System, trace: Trace) -> dict[tuple[str, str], float]:
     """Start value of each connected input for the initialisation."""
-    ends = {place: end for end, place in system.columns.items()}
-    parts = system.parts
+    ends, parts = system.names, system.parts
     return {(parts[n.to].name, parts[n.to].inputs[n.input]): float(trace[ends[n.source]][0]) for n in system.links}
 
 
@@ -210,7 +206,7 @@ def _structure(system: System, sets: dict[str, dict[str, SetValue]], version: Ve
             bindings = ET.SubElement(component, _tag(SSD, "ParameterBindings"))
             ET.SubElement(bindings, _tag(SSD, "ParameterBinding"), source=f"resources/{p.name}.ssv")
     wires = ET.SubElement(top, _tag(SSD, "Connections")) if system.links or outside else top  # never an empty list
-    ends = {place: end for end, place in system.columns.items()}
+    ends = system.names
     for link in system.links:
         to = system.parts[link.to]
         _connect(wires, ends[link.source], {"endElement": to.name, "endConnector": to.inputs[link.input]})

@@ -75,13 +75,7 @@ class Case:
 
 
 def split_end(end: str, where: str) -> tuple[str, str]:
-    """`unit.variable` as its two names.
-
-    Raises
-    ------
-    InputError
-        With `where` (file and key) in front.
-    """
+    """`unit.variable` as its two names; errors begin with `where`, file and key."""
     m = _END.match(end)
     if not m:
         raise InputError(f"{where}: must read 'unit.variable'; got {end!r}")
@@ -133,22 +127,8 @@ class Scenario:
     ) -> Scenario:
         """The cases of a scenario that is no file, or one with changes.
 
-        Parameters
-        ----------
-        spec : ScenarioSpec
-        origin : str
-            What errors begin with.
-        attached : mapping of str to Model or Path
-            What a path of a unit stands for, where that is no file of the folder.
-        folder : path, optional
-            Where the other files are, and the baseline.
-        overrides, coupling
-            As `Scenario`.
-
-        Raises
-        ------
-        InputError
-            One line with the origin, the key, the rule and the value.
+        `attached` has what a path of a unit stands for, where that is no file of the `folder`, which also holds the
+        baseline.  Errors begin with the origin.
         """
         made = cls.__new__(cls)
         made.folder = folder
@@ -156,13 +136,7 @@ class Scenario:
         return made
 
     def named(self, name: str | None) -> Case:
-        """Return the case called `name`; without a name the first.
-
-        Raises
-        ------
-        InputError
-            There is no such case.
-        """
+        """Return the case called `name`; without a name the first."""
         found = self.cases[0] if name is None else next((c for c in self.cases if c.name == name), None)
         if found is None:
             raise InputError(f"{self.origin}: no case {name!r}; there are {', '.join(c.name for c in self.cases)}")

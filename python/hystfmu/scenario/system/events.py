@@ -30,18 +30,10 @@ Values = Callable[[Part, Node, str], Array]
 
 @dataclass(frozen=True)
 class Event:
-    """Times at which an output of a source has a discontinuity, a kink or a reversal.
+    """Times (s), increasing, at which an output of a source has a discontinuity, a kink or a reversal.
 
-    Parameters
-    ----------
-    part : Part
-    parameter : str
-        The parameter that sets the times, for messages.
-    times : array, shape (n,)
-        Increasing (s).
-    discontinuity : bool
-    shift : float
-        Preview of the block (s), to which its rounding of times belongs.
+    `parameter` sets them, for messages; `shift` is the preview of the block (s), to which its rounding of times
+    belongs.
     """
 
     part: Part
@@ -76,13 +68,7 @@ def missed(system: System) -> list[str]:
 
 
 def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
-    """Return the times at which fine steps are cut.
-
-    Parameters
-    ----------
-    system : System
-    values : callable, optional
-        Parameters other than those of the scenario.
+    """Return the times at which fine steps are cut; `values` has parameters other than those of the scenario.
 
     Returns
     -------

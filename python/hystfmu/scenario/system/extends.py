@@ -1,4 +1,4 @@
-"""`extends` in a scenario.toml: the file states only what differs from another one.
+"""`extends` in a scenario.toml: the file states only what differs from another one; and conditions, stated once.
 
 Tables merge key by key; numbers, texts and lists replace.  Three rules keep the result readable:
 
@@ -7,6 +7,9 @@ Tables merge key by key; numbers, texts and lists replace.  Three rules keep the
 - A case states what differs from the case of the same name below.  A file that lists cases runs these, in its order;
   one that lists none runs those of the file that it extends.  A name with ``*`` or ``?`` stands for all of these that
   match and that the file does not name elsewhere.
+
+A condition is a corner, a signal or a delay that several cases take, in the order of their lists: later ones and then
+the case itself come on top.  Its text, unless it states one, is that of its conditions.
 """
 
 from __future__ import annotations
@@ -15,13 +18,12 @@ import os
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check, check_format, load_toml
-from hystfmu.scenario.system.conditions import with_conditions
-from hystfmu.scenario.system.inside import inside, is_relative
-from hystfmu.scenario.system.spec import FORMAT, SOURCES, ScenarioSpec
+from hystfmu.scenario.system.folders import inside, is_relative
+from hystfmu.scenario.system.spec import FORMAT, SOURCES, CaseSpec, ConditionSpec, ScenarioSpec
 
 MOST_BYTES = 2**20  # of each file
 MOST_FILES = 8  # of a chain
@@ -33,11 +35,8 @@ Table = dict[str, Any]
 def read_scenario(file: Path) -> ScenarioSpec:
     """A scenario.toml on top of the files that it extends, checked as one.
 
-    Raises
-    ------
-    InputError
-        One line with the file that states the wrong key, the key, the rule and the value; a chain that is too long,
-        returns to a file or leaves the folder of the scenarios.
+    An error names the file that states the wrong key, the key, the rule and the value.  A chain that is too long,
+    returns to a file or leaves the folder of the scenarios is refused.
     """
     layers = _chain(file)
     try:
@@ -179,3 +178,36 @@ def _origin(layers: Sequence[tuple[Path, Table]], merged: Table, key: Sequence[s
 def _are_same(own: Any, case: Any) -> bool:
     """Return whether a case of a file has become this one of the merged table."""
     return own is case or (_is_named(own) and _is_named(case) and own["name"] == case["name"])
+
+
+Spec = TypeVar("Spec", CaseSpec, ScenarioSpec)
+_LAST = ("stop", "after", "order")  # the last one that is stated holds
+
+
+def with_conditions(spec: ScenarioSpec, file: Path) -> ScenarioSpec:
+    """Return the scenario with complete cases and without conditions; a case that names an unknown one is refused."""
+    cases = [_complete(case, spec, file) if case.conditions else case for case in spec.case]
+    return _without_conditions(spec.model_copy(update={"case": cases} if cases else {}))
+
+
+def _complete(case: CaseSpec, spec: ScenarioSpec, file: Path) -> CaseSpec:
+    for name in case.conditions:
+        if name not in spec.conditions:
+            where = f"{file}: case {case.name}: conditions"
+            raise InputError(f"{where}: no condition {name!r}; there are {sorted(spec.conditions)}")
+    layers: list[ConditionSpec] = [*(spec.conditions[name] for name in case.conditions), case]
+    found: dict[str, Any] = {"text": case.text or ", ".join(c.text for c in layers if c.text)}
+    for key in ("set", "units", "connections", "limits"):
+        found[key] = {name: value for c in layers for name, value in getattr(c, key).items()}
+    for key in _LAST:
+        found[key] = next((value for c in reversed(layers) if (value := getattr(c, key)) is not None), None)
+    return _without_conditions(
+        case.model_copy(update={key: value for key, value in found.items() if value not in (None, "", {})})
+    )
+
+
+def _without_conditions(spec: Spec) -> Spec:
+    """Return a copy that has never stated conditions, so that a saved file has none either."""
+    made = spec.model_copy(update={"conditions": type(spec.conditions)()})
+    made.model_fields_set.discard("conditions")
+    return made

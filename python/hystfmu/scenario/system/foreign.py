@@ -17,10 +17,8 @@ from typing import Any, Literal
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.archive.cache import unpacked
-from hystfmu.fmu.foreign.carried import carried, numbers
 from hystfmu.fmu.foreign.description import check_binary, read_description
-from hystfmu.fmu.foreign.finding import Finding
-from hystfmu.fmu.foreign.instance import CARRIED, REAL, version
+from hystfmu.fmu.foreign.instance import CARRIED, REAL, Finding, carried, numbers, version
 from hystfmu.graph.ports import element_names
 
 MOST_PORTS = 100_000
@@ -68,10 +66,7 @@ class Foreign:
     def load(cls, path: Path) -> Foreign:
         """Unpack and describe an FMU.
 
-        Raises
-        ------
-        InputError
-            Not a readable FMU 1.0, 2.0 or 3.0 for Co-Simulation or Model Exchange with a binary for this platform.
+        It must be a readable FMU 1.0, 2.0 or 3.0 for Co-Simulation or Model Exchange with a binary for this platform.
         """
         folder, digest = unpacked(path)
         description, root = read_description(path, folder)
@@ -131,13 +126,7 @@ class Foreign:
         return found
 
     def with_settings(self, settings: Mapping[str, Any]) -> Foreign:
-        """The same FMU with other values of parameters; ``"*1.2"`` scales the start value.
-
-        Raises
-        ------
-        InputError
-            No such parameter, or a value that does not fit its type.
-        """
+        """The same FMU with other values of parameters, of their types; ``"*1.2"`` scales the start value."""
         variables = {v.name: v for v in self.description.modelVariables if v.causality in _SETTABLE}
         new = dict(self.settings)
         for name, value in settings.items():

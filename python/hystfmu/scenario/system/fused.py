@@ -12,20 +12,16 @@ def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Gra
     """Some units of one period as one graph, in their order; `own`: what a unit reads of itself stays outside, as what
     a coupling hands it.
 
-    Returns
-    -------
-    graph : Graph
-        Blocks are called `unit_block`, outputs `unit_output`, inputs `unit_input`.
-    outside : list of (part, input)
-        Which inputs of which units became inputs of the graph, in the order of the graph's inputs: those with a source
-        outside, and constants (whose value is the start value).
+    Blocks are called `unit_block`, outputs `unit_output`, inputs `unit_input`.  Return also which inputs of which units
+    became inputs of the graph, in its order: those with a source outside, and constants (whose value is the start
+    value).
     """
     nodes: list[Node] = []
     wires: list[tuple[str, str]] = []
     inputs: list[Input] = []
     outputs: list[Output] = []
     outside: list[tuple[int, int]] = []
-    owner = {p.first + i: (k, i) for k, p in enumerate(system.parts) for i in range(len(p.outputs))}
+    owner = system.owners
     source = {(link.to, link.input): link.source for link in system.links}
     for k in parts:
         part = system.parts[k]
@@ -37,9 +33,9 @@ def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Gra
         for i, ends in enumerate(_input_ends(g)):
             ends = [f"{name}_{e}" for e in ends]
             at = source.get((k, i))
-            if at is not None and owner[at][0] in parts and not (own and owner[at][0] == k):
-                other = system.parts[owner[at][0]]
-                end = _scalars(other.own)[owner[at][1]][1]
+            if at is not None and owner[at] in parts and not (own and owner[at] == k):
+                other = system.parts[owner[at]]
+                end = _scalars(other.own)[at - other.first][1]
                 wires += [(f"{other.name}_{end}", e) for e in ends]
             else:
                 start = part.constants.get(part.inputs[i], 0.0)
@@ -61,7 +57,7 @@ def segments(system: System, cut: bool) -> list[tuple[int, ...]]:
     A unit that feeds a value of the last step through (it stands before the unit that makes it) would be an algebraic
     loop inside one graph: it and its source come into different ones.
     """
-    owner = {p.first + i: k for k, p in enumerate(system.parts) for i in range(len(p.outputs))}
+    owner = system.owners
     early = [(n.to, owner[n.source], n.input) for n in system.links if owner[n.source] >= n.to]
     held = [(to, source) for to, source, i in early if system.feeds_through(system.parts[to], i)]
     groups: list[list[int]] = []
@@ -78,13 +74,7 @@ def segments(system: System, cut: bool) -> list[tuple[int, ...]]:
 
 
 def to_graph(system: System) -> Graph:
-    """The closed loop `system` as one graph, when all its units have the same period: one FMU of the whole loop.
-
-    Raises
-    ------
-    InputError
-        If the units run at different rates: a graph has one step.
-    """
+    """The closed loop `system` as one graph, one FMU of the whole loop; all its units must have the same period."""
     if len({p.period for p in system.parts}) > 1 or system.h != system.length(system.parts[0]):
         rates = {p.name: p.period for p in system.parts}
         raise InputError(f"{system.case.title}: units of different rates do not fit into one graph: {rates}")

@@ -54,7 +54,7 @@ def _same_quantity(system: System, end: str) -> set[str]:
 
 
 def _pairs(system: System) -> Iterator[tuple[str, str]]:
-    names = {place: name for name, place in system.columns.items()}
+    names = system.names
     for link in system.links:
         to = system.parts[link.to]
         yield names[link.source], f"{to.name}.{to.inputs[link.input]}"

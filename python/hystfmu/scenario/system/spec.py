@@ -5,37 +5,15 @@ These models check keys, types and ranges.  `hystfmu.scenario.system.case` makes
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, Literal
 
 import pydantic
 from pydantic import Field
-from pydantic_core import PydanticCustomError
 
 from hystfmu.graph.tables import STRICT, GraphTable, Name, Number, Value
-from hystfmu.scenario.system.older import EVENTS, FINAL_STATES, MAX_SWEEPS
 
 FORMAT: Literal[1] = 1
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-
-
-def renamed(names: Mapping[str, str]) -> pydantic.BeforeValidator:
-    """Refuse a key of an earlier version and name the new one."""
-    (new,) = names.values()
-
-    def refuse(value: object) -> None:
-        raise PydanticCustomError("renamed", "The key is now {new} (hystfmu migrate FILE)", {"new": repr(new)})
-
-    return pydantic.BeforeValidator(refuse)
-
-
-def _word(value: object) -> object:
-    """Refuse a word of an earlier version and name the new one."""
-    if isinstance(value, str) and value in EVENTS:
-        raise PydanticCustomError(
-            "renamed", "The word is now {new} (hystfmu migrate FILE)", {"new": repr(EVENTS[value])}
-        )
-    return value
 
 
 SOURCES = {"model", "block", "graph", "inverse_of", "fmu"}  # keys that say what a unit is
@@ -125,7 +103,7 @@ class CouplingSpec(pydantic.BaseModel):
         "last step; iterative: sweeps from the same saved states until values read early agree with the outputs, "
         "by Newton's method if all units in loops have tangents",
     )
-    events: Annotated[Literal["located", "grid"], pydantic.BeforeValidator(_word)] = Field(
+    events: Literal["located", "grid"] = Field(
         "located",
         description="discontinuities, kinks and reversals of references between two communication points; located: a "
         "step ends on each, for units that run at the finest rate and have no sampled block; grid: they take effect at "
@@ -133,7 +111,6 @@ class CouplingSpec(pydantic.BaseModel):
     )
     tolerance: Positive = Field(1e-12, description="iterative: largest disagreement, relative to 1 + |value|")
     max_sweeps: int = Field(50, ge=2, le=10_000, description="iterative: sweeps in a step before the run stops")
-    most_sweeps: Annotated[None, renamed(MAX_SWEEPS)] = Field(None, exclude=True, repr=False)
 
 
 class TubeSpec(pydantic.BaseModel):
@@ -201,9 +178,7 @@ class ScenarioSpec(pydantic.BaseModel):
     """The whole file."""
 
     model_config = STRICT
-    format: Literal[1] = Field(
-        FORMAT, description="version of the keys; newer ones are refused, renamed keys are named"
-    )
+    format: Literal[1] = Field(FORMAT, description="version of the keys; others are refused")
     name: Name
     text: str = ""
     delay: str = Field("", description="a note on delays in the loop, printed beside the computed delay budget")
@@ -229,7 +204,6 @@ class ScenarioSpec(pydantic.BaseModel):
     )
     tube: TubeSpec | None = Field(None, description="room for recorded signals instead of `tolerance`")
     final_states: bool = Field(False, description="the final states of all units must have the bits of the baseline")
-    memory: Annotated[None, renamed(FINAL_STATES)] = Field(None, exclude=True, repr=False)
     conditions: dict[Name, ConditionSpec] = Field({}, description="stated once, for the cases that name them")
     margins: MarginsSpec | None = Field(None, description="limits of the linearised loop: see hystfmu margins")
     case: list[CaseSpec] = Field([], max_length=200, description="variants; without any there is one, 'nominal'")

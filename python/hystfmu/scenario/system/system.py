@@ -8,29 +8,26 @@ what executes a unit, not in this.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from functools import cached_property
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph
-from hystfmu.graph.rate_classes import is_sampled
+from hystfmu.graph.sample_time import is_sampled
 from hystfmu.scenario.system.case import Case, split_end
-from hystfmu.scenario.system.delay_setting import SIZE, delayed, sizes
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.unit_graph import (
     first_outputs,
-    load_unit,
     parameter_names,
-    scalar_names,
-    start_values,
-    with_values,
+    sizes,
 )
 
+T = TypeVar("T")
 Rows = np.ndarray[Any, np.dtype[np.int64]]
 CHUNK_VALUES, SHORTEST_CHUNK = 1 << 17, 512  # of a chunk of rows: doubles, and rows at least
 
@@ -164,19 +161,29 @@ class System:
         """The unit whose output a connection reads."""
         return next(p for p in reversed(self.parts) if p.first <= link.source and p.outputs)
 
+    @cached_property
+    def names(self) -> dict[int, str]:
+        """`unit.output` by the place of the value."""
+        return {place: end for end, place in self.columns.items()}
+
+    @cached_property
+    def owners(self) -> dict[int, int]:
+        """The unit that makes each value."""
+        return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
+
     def early(self) -> Array:
         """Places of the values that a unit reads before the unit that makes them has stepped (in the stated order)."""
-        owner = self._owners()
+        owner = self.owners
         return np.array(sorted({n.source for n in self.links if owner[n.source] >= n.to}), dtype=np.int64)
 
     def makers(self) -> Array:
         """The unit that makes each of them."""
-        owner = self._owners()
+        owner = self.owners
         return np.array([owner[j] for j in self.early().tolist()], dtype=np.int64)
 
     def loops(self) -> frozenset[int]:
         """Units through which a value that is read early leads to one that is read early."""
-        owner, early = self._owners(), set(self.early().tolist())
+        owner, early = self.owners, set(self.early().tolist())
         after = {n.to for n in self.links if n.source in early}
         before = {owner[j] for j in early}
         for _ in self.parts:
@@ -189,10 +196,6 @@ class System:
         """True if sweeps use Newton's method: every unit in a loop has tangents."""
         loops = self.loops() if self.case.coupling.scheme == "iterative" else frozenset()
         return bool(loops) and all(self.parts[k].has_tangent for k in loops)
-
-    def _owners(self) -> dict[int, int]:
-        """The unit that makes each value."""
-        return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
 
     def feeds_through(self, part: Part, k: int) -> bool:
         """Return whether the unit has direct feed-through from its input k to an output that is read."""
@@ -221,89 +224,6 @@ class System:
         return np.array([s for p in self.parts for s in first_outputs(p.graph)], dtype=np.float64)
 
 
-def build(case: Case) -> System:
-    """Load the units of a case and connect them.
-
-    Raises
-    ------
-    InputError
-        Unknown block, port or parameter, value out of range, an input without a source, a path that leads out, final
-        states of a foreign FMU.
-    """
-    parts: list[Part] = []
-    columns: dict[str, int] = {}
-    overridden: set[str] = set()
-    for name in case.order:
-        spec = case.units[name]
-        where = f"{case.where}: units.{name}"
-        if (size := f"{name}.{SIZE}") in sizes(case):
-            overridden |= {size} & case.overrides.keys()
-            steps = case.overrides.get(size, spec.set.get(SIZE))
-            spec = spec if steps is None else delayed(spec, steps, case.ripple, f"{where}.set.{SIZE}")
-        try:
-            graph = load_unit(case, spec, where)
-            graph = with_values(graph, spec.set)
-            for key, value in case.overrides.items():
-                unit, parameter = split_end(key, "--set")
-                if unit == name and key not in overridden and parameter in parameter_names(graph):
-                    graph = with_values(graph, {parameter: value})
-                    overridden.add(key)
-        except InputError as e:
-            message = str(e)
-            raise InputError(message if message.startswith(case.origin) else f"{where}: {message}") from None
-        inputs, outputs = scalar_names(graph, "input"), scalar_names(graph, "output")
-        for key in spec.inputs:
-            if key not in inputs:
-                raise InputError(f"{where}.inputs: no input {key!r}; there are {list(inputs)}")
-        period = 1 if spec.fine else case.ripple * spec.every
-        first = len(columns)
-        columns.update({f"{name}.{o}": first + i for i, o in enumerate(outputs)})
-        constants = {k: float(v) for k, v in spec.inputs.items()}
-        runs_as = spec.runs_as
-        driven = {split_end(to, where)[1] for to in case.connections if to.startswith(f"{name}.")}
-        if spec.block is not None and not isinstance(graph, Foreign):  # a default that the table states is one
-            said = zip(inputs, start_values(graph, "input"), strict=True)
-            constants = {k: v for k, v in said if v != 0 and k not in driven} | constants
-        if isinstance(graph, Foreign):  # an unconnected input keeps its start value
-            kept = zip(inputs, start_values(graph, "input"), strict=True)
-            constants = {
-                k: _kept(v, f"{where}: {k}") for k, v in kept if k not in driven | constants.keys()
-            } | constants
-            runs_as = "fmu2" if graph.fmi == 2 else "fmu3"
-        parts.append(Part(name, graph, runs_as, period, inputs, outputs, constants, first, spec.substeps, spec.hold))
-    links = _links(case, parts, columns)
-    system = System(case, tuple(parts), links, len(columns), columns, frozenset(overridden))
-    _check_lines(system)
-    if case.final_states and system.foreign:
-        name = system.foreign[0].name
-        raise InputError(f"{case.origin}: final_states: {name} is a foreign FMU, whose states are not known")
-    where = case.where
-    for key, ends in signals(case):
-        for end in ends:
-            system.column(end, f"{where}: {key}")
-    return system
-
-
-def _kept(start: float, where: str) -> float:
-    """The start value of an input of a foreign FMU that nothing is connected to, as a number that a run carries."""
-    if not math.isfinite(start) or float(start) != start:
-        raise InputError(f"{where}: its start value {start} cannot be carried: connect it or give it a constant value")
-    return float(start)
-
-
-def _check_lines(system: System) -> None:
-    """Check that the sources of a first-order hold step as often as the reader."""
-    for link in system.links:
-        part, where = system.parts[link.to], f"{system.case.where}"
-        if part.hold == "zero":
-            continue
-        source = system.maker(link)
-        if source.period > part.period:
-            raise InputError(
-                f"{where}: units.{part.name}.hold: 'first' needs sources that step as often; {source.name} is slower"
-            )
-
-
 def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
     """The outputs that a case is about, by the key that names them."""
     yield "record", case.record
@@ -313,30 +233,9 @@ def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
         yield f"metrics.{name}", (m.signal,) if m.against is None else (m.signal, m.against)
 
 
-def _links(case: Case, parts: list[Part], columns: dict[str, int]) -> tuple[Link, ...]:
-    where = f"{case.where}: connections"
-    index = {p.name: i for i, p in enumerate(parts)}
-    links: list[Link] = []
-    for to, source in case.connections.items():
-        unit, port = split_end(to, where)
-        if unit not in index:
-            raise InputError(f"{where}: no unit {unit!r}; there are {list(index)}")
-        part = parts[index[unit]]
-        if port not in part.inputs:
-            raise InputError(f"{where}: no input {to!r}; {unit} has {list(part.inputs)}")
-        if port in part.constants:
-            raise InputError(f"{where}: {to!r} is connected and has a constant value as well")
-        if source not in columns:
-            from_unit, _ = split_end(source, where)
-            have = [c for c in columns if c.startswith(f"{from_unit}.")] or list(index)
-            raise InputError(f"{where}: no output {source!r} for {to!r}; there are {have}")
-        links.append(Link(index[unit], part.inputs.index(port), columns[source]))
-    driven = {(link.to, link.input) for link in links}
-    for i, p in enumerate(parts):
-        for k, port in enumerate(p.inputs):
-            if (i, k) not in driven and port not in p.constants:
-                raise InputError(
-                    f"{where}: nothing is connected to '{p.name}.{port}'; connect it or give it a constant value in "
-                    f"units.{p.name}.inputs"
-                )
-    return tuple(sorted(links, key=lambda link: (link.to, link.input)))
+def behind(edges: Iterable[tuple[T, T]], *first: T) -> set[T]:
+    """Return what lies behind some ends of connections; these themselves only if they act on themselves."""
+    edges, found = list(edges), set[T]()
+    while more := {b for a, b in edges if a in found or a in first} - found:
+        found |= more
+    return found

@@ -1,4 +1,9 @@
-"""The graph (or foreign FMU) of one unit as its scenario states it, and parameters changed by an importer's names."""
+"""The graph (or foreign FMU) of one unit as its scenario states it, and parameters changed by an importer's names.
+
+The size of a block is part of its structure.  A unit of the block `delay` may change it nevertheless, `--set
+delay.n=1.3`, so that cases and studies vary the delay of a loop: a fraction of a step counts in fine steps, and 0 makes
+the unit a connection.
+"""
 
 from __future__ import annotations
 
@@ -14,26 +19,41 @@ from hystfmu.base.files import read_bytes
 from hystfmu.graph import Graph, Node, Port, Value
 from hystfmu.model import Model
 from hystfmu.scenario.system.case import Case
+from hystfmu.scenario.system.folders import inside
 from hystfmu.scenario.system.foreign import Foreign
-from hystfmu.scenario.system.inside import inside
 from hystfmu.scenario.system.spec import UnitSpec
+
+SIZE = "n"
+
+
+def sizes(case: Case) -> set[str]:
+    """Return the settings ``"unit.n"`` of a case that change the structure of a unit."""
+    return {f"{name}.{SIZE}" for name, spec in case.units.items() if spec.block == "delay"}
+
+
+def delayed(spec: UnitSpec, steps: object, ripple: int, where: str) -> UnitSpec:
+    """Return the unit of a delay with another number of steps; errors begin with `where`.
+
+    With the step of the scenario that is a multiple of 1 / `ripple`.  What is no number, negative, or no multiple of a
+    fine step is refused.
+    """
+    parts = ripple if spec.every == 1 and not spec.fine else 1
+    count = parts * steps if isinstance(steps, int | float) and not isinstance(steps, bool) else -1.0
+    whole = round(count) if 0 <= count <= 1e9 else -1
+    if whole < 0 or abs(count - whole) > 1e-6:
+        raise InputError(f"{where}: must be a number of steps of at least 0, in steps of {1 / parts:g}. Got {steps!r}.")
+    rest = {k: v for k, v in spec.set.items() if k != SIZE}
+    if whole == 0:
+        return spec.model_copy(update={"block": "scaling", "dims": {"n": 1}, "values": {}, "set": {}})
+    if whole % parts == 0:
+        return spec.model_copy(update={"dims": {SIZE: whole // parts}, "set": rest})
+    return spec.model_copy(update={"dims": {SIZE: whole}, "fine": True, "set": rest})
 
 
 def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
-    """Graph that a unit of a case runs, before its `set` and the overrides.
+    """Graph that a unit of a case runs, before its `set` and the overrides; errors begin with `where`.
 
-    Parameters
-    ----------
-    case : Case
-        Its folder holds the files that the unit names.
-    spec : UnitSpec
-    where : str
-        Place in the scenario, for messages.
-
-    Raises
-    ------
-    InputError
-        A file that is bad or outside the folder, an unknown block or parameter, a value out of range.
+    Refused: a file that is bad or outside the folder of the case, an unknown block or parameter, a value out of range.
     """
     if spec.fmu is not None:
         return _foreign(case, spec.fmu, f"{where}.fmu")
@@ -50,13 +70,7 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
 
 
 def with_files(case: Case) -> Case:
-    """Return the case with the models and FMUs of its units, which it then needs no file for, as in confinement.
-
-    Raises
-    ------
-    InputError
-        Raised as by `load_unit`.
-    """
+    """Return the case with the models and FMUs of its units, which it then needs no file for, as in confinement."""
     read: dict[str, Model | Foreign] = {}
     for name, spec in case.units.items():
         where = f"{case.where}: units.{name}"
@@ -108,13 +122,7 @@ def start_values(graph: Graph | Foreign, kind: str) -> list[float]:
 
 
 def first_outputs(graph: Graph | Foreign) -> list[float]:
-    """Scalar outputs before any input is known: those of delays, which units in front of them read; else start values.
-
-    Parameters
-    ----------
-    graph : Graph or Foreign
-        A foreign FMU has start values.
-    """
+    """Scalar outputs before any input is known: those of delays, which units read early; else start values."""
     if isinstance(graph, Foreign):
         return start_values(graph, "output")
     outputs = [p for p in graph.ports if p.kind == "output"]
@@ -150,18 +158,7 @@ def with_values(graph: Graph | Foreign, values: dict[str, Any]) -> Graph | Forei
 def changed(graph: Graph, name: str, value: object) -> tuple[Port, int, list[float]]:
     """A parameter after a change that a scenario's `set` could ask for.
 
-    Returns
-    -------
-    port : Port
-    first : int
-        The first element of the port that changes.
-    values : list of float
-        Its new value and those of the elements after it.
-
-    Raises
-    ------
-    InputError
-        No such parameter, value out of range.
+    Return its port, the first element that changes, and the new value of that and those after it.
     """
     port, element = _parameter(graph, name)
     node = graph.nodes[port.node]

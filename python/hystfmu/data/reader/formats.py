@@ -1,0 +1,231 @@
+"""Parsers of binary files, run by the path of this file in a confined process; no module of the package imports it.
+
+Their packages are native code, which an untrusted file can crash.
+"""
+
+from __future__ import annotations
+
+import datetime
+import io
+import sys
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.told_arrays import MOST_ARRAYS, Found, number, serve, since_first
+
+Told = tuple[list[Found], list[str]]
+INDEX = "__index_level_0__"  # an index of pandas without a name
+PARQUET = b"PAR1"
+MOST_DEPTH = 8
+MATLAB_BLOCK = 512  # bytes before the signature in a MAT file
+UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
+LEAST_ROWS = 4  # with two numbers or times
+
+
+def arrow(source: str) -> Told:
+    """Return the columns of numbers and times of a parquet or feather file, by pyarrow."""
+    import pyarrow as pa
+
+    pa.set_cpu_count(1)
+    pa.set_io_thread_count(1)
+    with open(source, "rb") as file:
+        start = file.read(len(PARQUET))
+    if start == PARQUET:
+        import pyarrow.parquet
+
+        table = pyarrow.parquet.ParquetFile(source).read(use_threads=False)
+    else:
+        import pyarrow.feather
+
+        table = pyarrow.feather.read_table(source, memory_map=False, use_threads=False)
+    return [f for k in range(table.num_columns) for f in _arrow_column(pa, table.field(k), table.column(k))], []
+
+
+def _arrow_column(pa: Any, field: Any, column: Any) -> list[Found]:
+    """Return a column, if it is one of numbers or times."""
+    kind, name = field.type, field.name
+    told = field.metadata or {}
+    unit = next((told[k].decode("utf-8", "replace") for k in (b"unit", b"units") if k in told), "")
+    if name == INDEX:
+        if pa.types.is_integer(kind):  # it numbers rows
+            return []
+        name = "index"
+    if pa.types.is_timestamp(kind) or pa.types.is_time(kind) or pa.types.is_date64(kind):
+        scale = {"date64[day]": "ms", "date64[ms]": "ms"}.get(str(kind)) or kind.unit
+        width = pa.int32() if pa.types.is_time32(kind) else pa.int64()
+        counts = column.cast(width).to_numpy().astype(np.int64)
+        seconds, first = since_first(counts.view(f"datetime64[{scale}]"))
+        return [Found(name, seconds.shape, seconds.nbytes, lambda: seconds, "s", first)]
+    if pa.types.is_duration(kind):
+        found = column.to_numpy() / np.timedelta64(1, "s")
+        return [Found(name, found.shape, found.nbytes, lambda: found, "s")]
+    if pa.types.is_decimal(kind):
+        column, kind = column.cast(pa.float64()), pa.float64()
+    if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)):
+        return []
+    return [Found(name, (len(column),), 8 * len(column), partial(column.to_numpy), unit)]
+
+
+def hdf5(source: str) -> Told:
+    """Return the arrays of real numbers that lie in an HDF5 file itself, and single numbers among the attributes."""
+    import h5py
+
+    file = h5py.File(source, "r")
+    return _hdf5_arrays(h5py, file, -1 if file.userblock_size == MATLAB_BLOCK else 1), []
+
+
+def _hdf5_arrays(h5py: Any, file: Any, turn: int) -> list[Found]:
+    """Collect what lies in the file; links to others are not followed.  MATLAB stores columns first: `turn` is -1."""
+    found: list[Found] = []
+
+    def collect(group: Any, prefix: str, depth: int) -> None:
+        found.extend(_hdf5_attributes(group, prefix))
+        for key in group:
+            if len(found) >= MOST_ARRAYS or depth > MOST_DEPTH:
+                return
+            if key.startswith("#") or not isinstance(group.get(key, getlink=True), h5py.HardLink):
+                continue
+            item = group[key]
+            if isinstance(item, h5py.Group):
+                collect(item, f"{prefix}{key}/", depth + 1)
+            elif isinstance(item, h5py.Dataset) and not item.is_virtual and not item.external:
+                if item.dtype.kind not in "biuf" or item.attrs.get("MATLAB_class") == b"char":
+                    continue
+                read = partial(_hdf5_values, item, turn)
+                found.append(Found(prefix + key, item.shape[::turn], item.nbytes, read, _hdf5_unit(item)))
+                found.extend(_hdf5_attributes(item, prefix + key))
+
+    collect(file, "", 0)
+    return found
+
+
+def _hdf5_values(item: Any, turn: int) -> np.ndarray:
+    values = np.asarray(item[()])
+    return values.T if turn < 0 else values
+
+
+def _hdf5_attributes(item: Any, prefix: str) -> list[Found]:
+    """Return single numbers, such as a sample step."""
+    found = []
+    for key in item.attrs:
+        value = np.asarray(item.attrs[key])
+        if value.size == 1 and value.dtype.kind in "iuf":
+            found.append(number(f"{prefix}@{key}", float(value.reshape(-1)[0])))
+    return found
+
+
+def _hdf5_unit(array: Any) -> str:
+    for key in ("units", "unit", "Units", "Unit"):
+        if key in array.attrs:
+            value = array.attrs[key]
+            return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return ""
+
+
+def numpy_files(source: str) -> Told:
+    """Return the arrays of numbers or times of an npy or npz file; the one array of an npy file has no name.
+
+    Raises
+    ------
+    ValueError
+        The arrays hold objects.
+    """
+    loaded = np.load(source, allow_pickle=False)
+    if isinstance(loaded, np.ndarray):
+        return _numpy_array("", loaded), []
+    found, fault = [], None
+    for name in loaded.files:
+        try:
+            found += _numpy_array(name, loaded[name])
+        except ValueError as e:  # pickled
+            fault = e
+    if fault is not None and not found:
+        raise fault
+    return found, []
+
+
+def _numpy_array(name: str, array: np.ndarray) -> list[Found]:
+    if array.dtype.names:
+        return [f for n in array.dtype.names for f in _numpy_array(n, array[n])]
+    if array.dtype.kind == "m":
+        return [Found(name, array.shape, array.nbytes, partial(np.divide, array, np.timedelta64(1, "s")), "s")]
+    if array.dtype.kind == "M" and array.ndim == 1 and len(array):
+        seconds, first = since_first(array)
+        return [Found(name, array.shape, array.nbytes, lambda: seconds, "s", first)]
+    return [Found(name, array.shape, array.nbytes, lambda: array)] if array.dtype.kind in "biuf" else []
+
+
+def tdms(source: str) -> Told:
+    """Return the channels of a file of LabVIEW, named with their group where there are several, by npTDMS."""
+    from nptdms import TdmsFile
+
+    file = TdmsFile.open(source)
+    groups = [group for group in file.groups() if group.channels()]
+    found = []
+    for group in groups:
+        for channel in group.channels():
+            name = channel.name if len(groups) == 1 else f"{group.name}/{channel.name}"
+            found += _tdms_channel(name, channel)
+    return found, []
+
+
+def _tdms_channel(name: str, channel: Any) -> list[Found]:
+    dtype = channel.dtype
+    unit = next((str(channel.properties[k]) for k in UNITS if k in channel.properties), "")
+    if dtype.kind == "M" and len(channel):
+        seconds, first = since_first(np.asarray(channel[:]))
+        return [Found(name, seconds.shape, seconds.nbytes, lambda: seconds, "s", first)]
+    if dtype.kind not in "biuf":
+        return []
+    found = [Found(name, (len(channel),), 8 * len(channel), partial(channel.__getitem__, slice(None)), unit)]
+    step = channel.properties.get("wf_increment")
+    return [*found, number(f"{name}@dt", float(step))] if step else found
+
+
+def xlsx(source: str) -> Told:
+    """Return the first sheet with rows of numbers as an array of bytes, text with tabs, and which it is, by openpyxl.
+
+    Raises
+    ------
+    ValueError
+        No sheet has rows of numbers.
+    """
+    from openpyxl import load_workbook
+
+    with open(source, "rb") as file:  # the name tells no format
+        book = load_workbook(io.BytesIO(file.read()), read_only=True, data_only=True)
+    sheets = book.worksheets
+    for sheet in sheets:
+        rows, numeric = [], 0
+        for row in sheet.iter_rows(values_only=True):
+            rows.append("\t".join(map(_cell, row)))
+            numeric += sum(isinstance(v, (int, float, datetime.datetime, datetime.time)) for v in row) > 1
+        if numeric >= LEAST_ROWS:
+            content = np.frombuffer("\n".join(rows).encode(), dtype=np.uint8)
+            of = f" of {len(sheets)}" if len(sheets) > 1 else ""
+            text = Found("", content.shape, content.nbytes, partial(np.array, content))
+            return [text], [f"sheet {sheet.title!r}{of}"]
+    raise ValueError("no sheet with rows of numbers")
+
+
+def _cell(value: Any) -> str:
+    """Write a cell; openpyxl rounds clocks to milliseconds."""
+    if value is None:
+        return ""
+    if isinstance(value, datetime.datetime):
+        return value.isoformat(" ", "milliseconds")
+    if isinstance(value, datetime.time):
+        return value.isoformat("milliseconds")
+    if isinstance(value, datetime.timedelta):
+        return repr(value.total_seconds())
+    if isinstance(value, float):
+        return repr(value)
+    return " ".join(str(value).split())
+
+
+PARSERS = {parser.__name__: parser for parser in (arrow, hdf5, numpy_files, tdms, xlsx)}
+
+if __name__ == "__main__":
+    serve(PARSERS[sys.argv[1]], sys.argv[2:])

@@ -1,0 +1,213 @@
+"""Feed-forward through the inverse of linear dynamics, exact in the steady state or with preview.
+
+A lightly damped stage cannot be inverted sample by sample without exciting it, but a periodic reference has a few tones
+below its resonances.  Their inverse is exact in the steady state, with the delay and the hold of the command.
+
+With preview the wanted output is known some steps ahead.  The zeros between several modes are undone by a filter W(s),
+if it is stable; weights of the last samples do the rest.  They minimise abs(1 - z^lead F(z) W(z) G(z)) over a grid of
+frequencies, and are exact at rest.  G contains the held command and the delay, also a part of a step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.design.linear import linearise
+from hystfmu.design.plants import Plant
+from hystfmu.graph import Graph, Node
+from hystfmu.graph.discretised import discretised
+from hystfmu.model import Model
+
+
+def scan_harmonics(n: Array, turn: float) -> Array:
+    """Return the amplitudes of sin(2 pi n f t) in the triangle of amplitude 1 of the block ``reference``.
+
+    The acceleration of a triangle consists of impulses; turn-arounds of stated length make rectangles of them, whose
+    spectrum is a sinc, and raise the speed of the lines.
+
+    Parameters
+    ----------
+    n : array, shape (m,)
+        Numbers of the harmonics, from 1 on; even ones are 0.
+    turn : float
+        Share of the period in the turn-arounds, as the parameter of the block.
+    """
+    return np.asarray(8 / (np.pi * n) ** 2 * np.sin(np.pi * n / 2) * np.sinc(n * turn / 2) / (1 - turn / 2))
+
+
+def scan_feedforward(
+    dynamics: Graph | Model,
+    frequency: float,
+    h: float,
+    *,
+    turn: float = 0.1,
+    phase: float = 0.0,
+    delay: float = 0.0,
+    highest: float = 1200.0,
+) -> dict[str, Array]:
+    """Return the tones of the command that make linear dynamics follow a scan of amplitude 1.
+
+    Parameters
+    ----------
+    dynamics : Graph or Model
+        Continuous dynamics from the held command to the position.
+    frequency : float
+        Of the scan (Hz).
+    h : float
+        Step for which the command is held (s).
+    turn, phase : float
+        As the parameters of the block ``reference``; phase in rad.
+    delay : float
+        Steps between the command and the dynamics.
+    highest : float
+        Largest frequency of a tone (Hz); below the Nyquist rate and below what the dynamics are known for.
+
+    Returns
+    -------
+    dict
+        ``f`` (Hz), ``a``, ``ph`` (rad), shape (m,): parameters of the block ``reference`` with shape multisine.
+
+    Raises
+    ------
+    InputError
+        No tone below `highest`, or `highest` above the Nyquist rate.
+    """
+    if not frequency <= highest < 0.5 / h:
+        raise InputError(f"The highest tone must lie from {frequency:g} to {0.5 / h:g} Hz. Got {highest:g} instead.")
+    A, B, C, D = linearise(dynamics)
+    n = np.arange(1.0, int(highest / frequency) + 1, 2)
+    f, s = n * frequency, 2j * np.pi * n * frequency
+    G = np.array([(C @ np.linalg.solve(x * np.eye(len(A)) - A, B) + D)[0, 0] for x in s])
+    response = G * np.sinc(f * h) * np.exp(-s * h * (delay + 0.5))  # held for a step: half a step late
+    b = scan_harmonics(n, turn)
+    return {"f": f, "a": np.abs(b / response), "ph": n * phase + np.angle(b / response)}
+
+
+ACCURATE = 1e-3  # abs(1 - F G) up to half the first natural frequency
+MOST_AHEAD = 10  # steps beyond the delay
+GRID, TOP = 150, 0.45  # frequencies up to half the first natural frequency, and the highest of the sampling rate
+AROUND = 0.3  # weight around the natural frequencies: they are known less
+BEYOND, QUIET = 1.6, 1e-4  # above so many times the last one a wanted output is to vanish; weight there
+DAMPED = 1e-3  # least damping of the zeros that a filter may undo
+
+
+@dataclass(frozen=True)
+class Preview:
+    """Feed-forward of a wanted output that is known `lead` steps ahead.
+
+    Attributes
+    ----------
+    lead : int
+        Steps.
+    taps : array, shape (n,)
+        Weights of the last samples, newest first; their sum is 1.
+    zeros : Node or None
+        Filter in front of them.
+    error : float
+        Largest abs(1 - F W G) up to half the first natural frequency.
+    """
+
+    lead: int
+    taps: Array
+    zeros: Node | None
+    error: float
+
+
+def preview(plant: Plant, h: float) -> Preview:
+    """Design the feed-forward of a plant behind a held command.
+
+    Parameters
+    ----------
+    plant : Plant
+        Its delay contains the time for computing.
+    h : float
+        Step (s).
+    """
+    whole = int(np.floor(plant.delay / h + 1e-9)) + 1
+    seen = [i for i, f in enumerate(plant.f_n) if f * h < TOP]
+    if not seen:
+        return Preview(whole, np.ones(1), None, 0.0)
+    zeros = _zeros(plant, seen) if len(seen) > 1 else None
+    if len(seen) > 1 and zeros is None:
+        main = max(seen, key=lambda i: plant.share[i])
+        plant = replace(plant, f_n=(plant.f_n[main],), zeta=(plant.zeta[main],), share=(1.0,))
+        seen = [0]
+    first, last = min(plant.f_n[i] for i in seen), max(plant.f_n[i] for i in seen)
+    edge = min(0.5 * first, TOP / h)
+    f = np.union1d(np.linspace(0, edge, GRID)[1:], np.linspace(edge, TOP / h, 2 * GRID))
+    z = np.exp(2j * np.pi * f * h)
+    G = plant.response(z, h)
+    if zeros is not None:
+        b, a = discretised(zeros, h).fraction()
+        G = G * np.polyval(b, z) / np.polyval(a, z)
+    inside, beyond = f <= edge, f > BEYOND * last
+    weight = np.where(inside, 1.0, np.where(beyond, QUIET, AROUND))
+    best: Preview | None = None
+    for ahead in range(1, MOST_AHEAD + 1):
+        lead, n = whole + ahead, 2 * ahead + 1
+        columns = G[:, None] * z[:, None] ** (lead - np.arange(n))
+        # exact at rest: the first weight is what the others leave
+        rows = weight[:, None] * (columns[:, 1:] - columns[:, :1])
+        left = weight * (np.where(beyond, 0.0, 1.0) - columns[:, 0])
+        parts = np.vstack([rows.real, rows.imag]), np.concatenate([left.real, left.imag])
+        others = np.linalg.lstsq(*parts, rcond=None)[0]
+        taps = np.concatenate([[1 - others.sum()], others])
+        found = Preview(lead, taps, zeros, float(np.abs(1 - columns @ taps)[inside].max()))
+        if best is None or found.error < best.error:
+            best = found
+        if best.error <= ACCURATE:
+            break
+    assert best is not None
+    return best
+
+
+def transfer_function(plant: Plant, name: str, hold: str = "zoh") -> Node:
+    """Return the modes of a plant as one transfer function that starts steady; its delay is left out.
+
+    A static rest would be direct feed-through: it becomes a mode that is far faster than the others.
+    """
+    f_n, zeta, share = list(plant.f_n), list(plant.zeta), list(plant.share)
+    if abs(plant.rest) > 1e-9:
+        f_n, zeta, share = [*f_n, FAST * max(f_n)], [*zeta, 0.7], [*share, plant.rest]
+    dens = [_second_order(f, d) for f, d in zip(f_n, zeta, strict=True)]
+    b = np.zeros(2 * len(dens) - 1)
+    for i, k in enumerate(share):
+        b = b + k * _times([d for j, d in enumerate(dens) if j != i])
+    values: dict[str, Any] = {"b": b.tolist(), "a": _times(dens).tolist(), "hold": hold, "start": "steady"}
+    return Node(name, "transfer_function", {"na": 2 * len(dens), "nb": len(b) - 1}, values)
+
+
+FAST = 8.0  # times the highest natural frequency: the static rest of a plant
+
+
+def _second_order(f: float, zeta: float) -> Array:
+    w = 2 * np.pi * f
+    return np.array([1 / w**2, 2 * zeta / w, 1.0])
+
+
+def _times(polynomials: list[Array]) -> Array:
+    found = np.ones(1)
+    for p in polynomials:
+        found = np.convolve(found, p)
+    return found
+
+
+def _zeros(plant: Plant, seen: list[int]) -> Node | None:
+    """Return the filter that undoes the zeros between modes and all modes but the first; None if it is not stable."""
+    total = sum(plant.share[i] for i in seen)
+    dens = [_second_order(plant.f_n[i], plant.zeta[i]) for i in sorted(seen, key=lambda i: plant.f_n[i])]
+    order = sorted(seen, key=lambda i: plant.f_n[i])
+    b = np.zeros(2 * len(dens) - 1)
+    for j, i in enumerate(order):
+        b = b + plant.share[i] / total * _times([d for m, d in enumerate(dens) if m != j])
+    roots = np.roots(b)
+    if len(roots) < len(b) - 1 or any(-r.real < DAMPED * abs(r) for r in roots):
+        return None
+    top = _times(dens[1:])
+    values: dict[str, Any] = {"b": top.tolist(), "a": b.tolist(), "hold": "foh", "start": "steady"}
+    return Node("zeros", "transfer_function", {"na": len(b) - 1, "nb": len(top) - 1}, values)

@@ -1,0 +1,205 @@
+"""A study built in Python: the parameters of a scenario that vary, and how they are drawn."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+from hystfmu.base.calls import checked
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import check, write_toml
+from hystfmu.face.scenario import Scenario
+from hystfmu.scenario.system.case import NAME
+from hystfmu.studies.spec import ParameterSpec, StudySpec
+
+if TYPE_CHECKING:
+    from hystfmu.studies.run import Outcome
+
+Method = Literal["random", "grid", "sobol", "latin_hypercube"]  # a search by optuna needs a study file
+
+__all__ = ["Study"]
+
+
+@checked
+class Study:
+    """Variations of a scenario.
+
+    Objectives and designs, which a study file may also contain, are not available here: `hystfmu.study` runs files.
+
+    Parameters
+    ----------
+    name : str
+        A letter followed by letters, digits or _.
+    scenario : Scenario or path
+        The scenario, or its folder.
+    method : {"random", "grid", "sobol", "latin_hypercube"}
+        How parameters are drawn.
+    n : int
+        Number of variations; a grid has the product of its steps instead.
+    seed : int
+        Seed of the draws.
+    cases : sequence of str, optional
+        Cases that run; by default all.
+    engine : {"native", "fmpy"}
+        As for `hystfmu.run`.
+
+    Raises
+    ------
+    InputError
+        An invalid name, no scenario at this path, an option outside its range.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> loop = hy.Scenario("loop", step=1e-3, stop=0.01).add("source", hy.blocks.Reference(frequency=50.0))
+    >>> loop = loop.metric("peak", "peak", "source.r", limit=2.5)
+    >>> study = hy.Study("size", loop, method="grid").vary("source.amplitude", values=[1.0, 2.0, 3.0])
+    >>> outcome = study.run("out", workers=1)
+    >>> [round(row["metrics"]["peak"], 6) for row in outcome.rows]
+    [1.0, 2.0, 3.0]
+    """
+
+    def __init__(
+        self,
+        name: str,
+        scenario: Scenario | str | Path,
+        *,
+        method: Method = "random",
+        n: int = 64,
+        seed: int = 0,
+        cases: Sequence[str] | None = None,
+        engine: Literal["native", "fmpy"] = "native",
+    ) -> None:
+        self._origin = f"study {name!r}"
+        if not re.fullmatch(NAME, name):
+            raise InputError(f"{self._origin}: The name must be a letter followed by letters, digits or _.")
+        if method not in get_args(Method):
+            raise InputError(
+                f"{self._origin}: The method must be one of {', '.join(get_args(Method))}. Got {method!r}."
+            )
+        self._scenario = scenario if isinstance(scenario, Scenario) else Scenario.load(scenario)
+        self._spec: dict[str, Any] = {"name": name, "scenario": self._scenario.name, "method": method, "n": n}
+        self._spec |= {"seed": seed, "engine": engine} | ({"cases": list(cases)} if cases is not None else {})
+        check(self._spec | {"parameters": {"unit.parameter": {"values": [0.0]}}}, StudySpec, self._origin)
+
+    def vary(
+        self,
+        parameter: str,
+        *,
+        values: Sequence[float] | None = None,
+        range: tuple[float, float] | None = None,
+        scale: tuple[float, float] | None = None,
+        log: bool = False,
+        steps: int = 5,
+    ) -> Study:
+        """Vary a parameter.
+
+        Parameters
+        ----------
+        parameter : str
+            ``unit.parameter``.
+        values : sequence of float, optional
+            The values to choose from.
+        range : (float, float), optional
+            Lowest and highest value.
+        scale : (float, float), optional
+            Lowest and highest factor on the value in the scenario.
+        log : bool
+            Draw on a logarithmic scale.
+        steps : int
+            Number of values of a range in a grid.
+
+        Returns
+        -------
+        Study
+            This one.
+
+        Raises
+        ------
+        InputError
+            Not exactly one of `values`, `range` and `scale`, or a range that does not rise.
+        """
+        given = {"values": values, "range": range, "scale": scale}
+        table = {key: [float(v) for v in what] for key, what in given.items() if what is not None}
+        more: dict[str, Any] = {**table, "log": log, "steps": steps}
+        check(more, ParameterSpec, f"{self._origin}: {parameter}")
+        self._spec.setdefault("parameters", {})[parameter] = more
+        return self
+
+    def limits(self, case: str, limits: Mapping[str, float]) -> Study:
+        """Set the limits of a case that a good variation keeps, instead of those of the scenario.
+
+        Parameters
+        ----------
+        case : str
+            Name of the case.
+        limits : mapping of str to float
+            Upper limits by metric.
+
+        Returns
+        -------
+        Study
+            This one.
+        """
+        self._spec.setdefault("limits", {})[case] = {name: float(v) for name, v in limits.items()}
+        return self
+
+    def save(self, folder: str | Path) -> Path:
+        """Write ``NAME.study.toml`` and the folder of its scenario; ``hystfmu study`` runs the file.
+
+        Parameters
+        ----------
+        folder : str or Path
+
+        Returns
+        -------
+        Path
+            Path of the file.
+
+        Raises
+        ------
+        InputError
+            No parameter varies, or a file cannot be written.
+        """
+        check(self._spec, StudySpec, self._origin)
+        self._scenario.save(Path(folder) / self._scenario.name)
+        path = Path(folder) / f"{self._spec['name']}.study.toml"
+        write_toml(path, self._spec)
+        return path
+
+    def run(
+        self,
+        folder: str | Path,
+        *,
+        workers: int | None = None,
+        progress: Callable[[int, int, float], None] = lambda done, total, rate: None,
+    ) -> Outcome:
+        """Save the study and run its variations; an interrupted study resumes.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Folder for study, scenario, table and report.
+        workers : int, optional
+            Local processes; by default one per core.
+        progress : function, optional
+            Called with rows done, rows in all, rows per second.
+
+        Returns
+        -------
+        Outcome
+
+        Raises
+        ------
+        InputError
+            As `save`, and for a parameter or a case that the scenario does not have.
+        """
+        from hystfmu.studies import run_study
+
+        return run_study(self.save(folder), folder, workers=workers, progress=progress)
+
+    def __repr__(self) -> str:
+        varied = ", ".join(self._spec.get("parameters", {})) or "nothing varies yet"
+        return f"Study({self._spec['name']!r}, {self._spec['scenario']!r}, {self._spec['method']}: {varied})"

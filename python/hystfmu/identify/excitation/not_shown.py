@@ -1,0 +1,76 @@
+"""Kinds of signals whose states a record does not show: what is known of the errors of a model does not count there.
+
+A state is the input and `PLAYS` plays of it, which stand for the memory.  A kind of signal, over the range of the
+record, is not shown if more than `FEW` of its states have no near state in the record.  A record of one speed, or of
+one frequency, tells nothing about others.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.data.reversals import reversals
+from hystfmu.data.signals import held_out, ramps
+from hystfmu.identify.features.plays import plays
+
+PLAYS = 2
+NEAR = 0.05  # RMS over the features, each relative to the range of the input
+FEW = 0.05
+MOST_ROWS = 5000  # of a record and of a signal: more are thinned evenly
+KINDS = {
+    "slow decay": "decaying oscillations",
+    "fast decay": "decaying oscillations",
+    "two tones": "sums of tones",
+    "nested reversals": "nested reversals",
+    "minor loops": "minor loops at several levels",
+}
+SPEEDS, SPREAD = "other speeds", 2.0  # 90th over 10th percentile: more show a rate
+
+
+def kinds_not_shown(data: Dataset) -> tuple[str, ...]:
+    """Return the kinds of signals, within the range of the training rows, that they do not show.
+
+    Parameters
+    ----------
+    data : Dataset
+
+    Returns
+    -------
+    tuple of str
+        Values of `KINDS`, in this order.
+    """
+    from scipy.spatial import cKDTree
+
+    u, rows = data.u, data.train
+    lo, hi = float(u[rows].min()), float(u[rows].max())
+    middle, half = (lo + hi) / 2, (hi - lo) / 2
+    r = half * np.arange(1, PLAYS + 1) / (PLAYS + 1)
+
+    def states(v: Array) -> Array:
+        return np.asarray(np.column_stack([v, plays(v, r, float(v[0]))]) / (2 * half * np.sqrt(PLAYS + 1)))
+
+    seen = cKDTree(_thinned(data.along(states)[rows]))
+    found = []
+    for name, signal in held_out().items():
+        way_in = middle + half * ramps([(float(u[0]) - middle) / half, float(signal[0])])[:-1]
+        asked = states(np.concatenate([way_in, middle + half * signal]))[len(way_in) :]
+        distance, _ = seen.query(_thinned(asked), distance_upper_bound=NEAR)
+        found += [KINDS[name]] if np.mean(np.isinf(distance)) > FEW else []
+    return tuple(dict.fromkeys(found))
+
+
+def one_speed(data: Dataset) -> bool:
+    """Return whether the half cycles of a record have one mean speed, or one duration, such as those of a sine."""
+    u = data.longest().u
+    turns = reversals(u)
+    if len(turns) < 2:
+        return True
+    between = np.diff(turns)
+    spread = [np.percentile(v, [90, 10]) for v in (np.abs(np.diff(u[turns])) / between, between)]
+    return bool(any(most <= SPREAD * least for most, least in spread))
+
+
+def _thinned(v: Array) -> Array:
+    return v[:: -(-len(v) // MOST_ROWS)]

@@ -1,0 +1,285 @@
+"""An opened loop: its response, poles and margins for any slope and delay.
+
+The loop is L(z) = -slope K(z) G(z): K is the exact tangent of all units but the plant, G the dynamics of the plant with
+static gain 1, exact for the command as it reaches them, held or on a ramp, with any delay, also a fraction of a step.
+A memory of a period enters K by its response.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.design.delays import StateSpace, close
+from hystfmu.design.frequency import Complex, beside, grid, least, on_grid, response_of
+from hystfmu.design.linear import NO_STATES, python_control
+from hystfmu.design.loop import Margins, margins_of
+from hystfmu.design.repetitive import PeriodMemory
+from hystfmu.scenario.loop.held import held
+from hystfmu.scenario.loop.plant import PlantSide, slopes_of
+from hystfmu.scenario.system.system import Link, System
+
+DELAYS = (0.0, 0.5, 1.0, 2.0)  # steps beyond those of the case
+SLOPES = 7  # of the sector at which stability is checked
+DOUBLINGS = 64  # of the steps over which the noise of a loop adds up
+NO_SLOPE = 1e-3  # of the largest slope: a smaller one is none
+
+
+@dataclass(frozen=True)
+class OpenedLoop:
+    """The loop of a case, opened at the input of its plant or at a named signal.
+
+    The controller, at the step h, is all units but the plant; an output reads the input of the same step.  Its first
+    input is the output of the plant, its first output the command; then come corrections and errors of the memories.
+    `slopes` are the least and largest local slope of the plant over its inverse along the path of the case;
+    `hysteresis` names the models of both, and `at` the signal at which the loop is broken, by default the input of the
+    plant.
+    """
+
+    system: System
+    controller: StateSpace  # of n states and q signals
+    plant: StateSpace  # continuous dynamics with static gain 1; time in s
+    h: float  # s
+    slopes: tuple[float, float]
+    hysteresis: tuple[str, ...]
+    side: PlantSide  # units at the rate of the plant; their delay is that of the case
+    memories: tuple[PeriodMemory, ...] = ()  # learning or repetitive control, at most one
+    at: str = ""
+    broken: StateSpace | None = None  # controller broken there, behind and before which are its second input and output
+    falling: bool = False  # the gain of the loop falls with the amplitude; the margins hold at the largest one
+    inverted: bool = True  # an inverse stands in the loop
+    ramp: float = 0.0  # s in which a new command reaches the dynamics of the plant
+    command: Link | None = None  # brings the command: into the inverse, or without one into the plant
+
+    @functools.cached_property
+    def nominal(self) -> float:
+        """Slope for which margins hold: 1, unless no inverse stands in the loop and the plant never has that slope.
+
+        The gain of such a plant, say in um/V, is that of the loop: margins hold for its largest slope then.
+        """
+        if self.inverted:
+            return 1.0
+        low, high = slopes_of(self.system, self.side, ())
+        return 1.0 if low <= 1 <= high else max(low, high, key=abs)
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Key of the data that determine the margins: equal loops have equal keys."""
+        matrices = tuple((m.shape, m.tobytes()) for m in (*self.controller, *self.plant))
+        laws = tuple((m.n, m.q.tobytes(), m.l.tobytes(), m.lifted) for m in self.memories)
+        return self.h, self.ramp, self.hysteresis, f"{self.nominal:.3g}", self.side.delay, self.at, matrices, laws
+
+    def open_loop(self, slope: float, delay: float) -> Any:
+        """Return L(z) at the input of the plant as a state space of python-control, for a slope of plant over inverse.
+
+        The delay is in steps beyond that of the case.
+        """
+        control = python_control()
+        A, B, C, D = self.controller
+        K = control.ss(A, B[:, :1], C[:1], D[:1, :1], self.h)
+        return -slope * K * control.ss(*self.held(delay), self.h)
+
+    def held(self, delay: float) -> StateSpace:
+        """Return G(z) for a delay in steps beyond that of the case."""
+        return held(self.plant, self.h, self.side.delay + delay, self.ramp)
+
+    def margins(self, slope: float | None = None, delay: float = 0.0) -> Margins:
+        """Return the margins for one slope, by default `nominal`, and a delay in steps beyond those of the case."""
+        slope = self.nominal if slope is None else slope
+        return margins_of(*self._resolved(slope, delay), self.h, lambda gain: self._stable_with(gain, slope, delay))
+
+    def _stable_with(self, gain: float, slope: float, delay: float) -> bool:
+        """Return whether the loop is stable with a further gain where it is broken."""
+        if self.broken is None:
+            return self.stable(gain * slope, delay)
+        return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
+
+    def _closed_break(self, gain: float) -> OpenedLoop:
+        """Return the loop with a gain between the two sides of the signal at which it is broken."""
+        assert self.broken is not None
+        A, B, C, D = self.broken
+        order = [0, *range(2, len(D)), 1]  # the broken signal goes last
+        system = A, B[:, order], C[order], D[np.ix_(order, order)]
+        return replace(self, controller=close(system, (*NO_STATES, np.array([[gain]]))), broken=None, at="")
+
+    def _resolved(self, slope: float, delay: float) -> tuple[Callable[[Array], Complex], Array, Complex]:
+        """Return L as a function of angles, the grid with angles around each narrow resonance, and L there."""
+
+        def L(angles: Array) -> Complex:
+            return self.response_at(angles, slope, delay)
+
+        angles, values = self._angles, self.response(slope, delay)
+        more = np.setdiff1d(beside(self.poles(slope, delay), self._angles), angles)
+        if not len(more):
+            return L, angles, values
+        at = np.searchsorted(angles, more)
+        return L, np.insert(angles, at, more), np.insert(values, at, L(more))
+
+    def poles(self, slope: float, delay: float) -> Complex:
+        """Return the poles of the open and of the closed loop, without memories."""
+        closed = self._closed_from_plant(slope, delay)
+        systems = [(self.broken or self.controller)[0], self.held(delay)[0], closed]
+        return np.concatenate([np.linalg.eigvals(A) for A in systems])
+
+    def _closed_from_plant(self, slope: float, delay: float) -> Array:
+        A, B, C, D = self._from_plant()
+        F, G, H, _ = self.held(delay)
+        return np.block([[A, B @ H], [slope * G @ C, F + slope * G @ D @ H]])
+
+    def response_at(self, angles: Array, slope: float = 1.0, delay: float = 0.0) -> Complex:
+        """Return L at angles omega h, shape (m,)."""
+        z = np.exp(1j * angles)
+        K, G = response_of(self.broken or self.controller, z), response_of(self.held(delay), z)[:, 0, 0]
+        return self._broken(K, slope * G, angles)
+
+    def response(self, slope: float = 1.0, delay: float = 0.0) -> Complex:
+        """Return L on the grid of `angles`, shape (m,)."""
+        return self._broken(
+            on_grid(self.broken or self.controller, self._period), slope * self._late(delay), self._angles
+        )
+
+    @property
+    def _period(self) -> int:
+        return self.memories[0].n if self.memories else 0
+
+    @property
+    def _angles(self) -> Array:
+        return grid(self._period)
+
+    def _late(self, delay: float) -> Complex:
+        return on_grid(self.held(delay), self._period)[:, 0, 0]
+
+    def _closed(self, angles: Array, K: Complex) -> Complex:
+        """Close the memories around the response of the controller."""
+        if not self.memories:
+            return K
+        R = self.memories[0].response(angles)[:, None, None]
+        return np.asarray(K[:, :-1, :-1] + K[:, :-1, -1:] * R * K[:, -1:, :-1] / (1 - R * K[:, -1:, -1:]))
+
+    def _broken(self, K: Complex, G: Complex, angles: Array) -> Complex:
+        """Return L from the responses of controller and plant."""
+        K = self._closed(angles, K)
+        if self.broken is None:
+            return np.asarray(-K[:, 0, 0] * G)
+        return np.asarray(-(K[:, 1, 1] + K[:, 1, 0] * G * K[:, 0, 1] / (1 - K[:, 0, 0] * G)))
+
+    def radius(self, slope: float, delay: float) -> float:
+        """Return the largest modulus of a pole of the closed loop; it is stable below 1.
+
+        With a memory of n steps the bound factor^(1/n) stands for the poles that it adds.
+        """
+        largest = float(np.abs(np.linalg.eigvals(self._closed_from_plant(slope, delay))).max())
+        if not self.memories or largest >= 1:
+            return largest
+        return max(largest, float(self.learning(slope, delay) ** (1 / self._period)))
+
+    def stable(self, slope: float, delay: float) -> bool:
+        """Return whether the closed loop is stable."""
+        plain = replace(self, memories=())
+        if plain.radius(slope, delay) >= 1:
+            return False
+        if not self.memories:
+            return True
+        factor = self._factor(slope, delay)
+        if np.abs(factor).max() < 1 or self.memories[0].lifted:
+            return bool(np.abs(factor).max() < 1)
+        # 1 - z^-n factor is regular outside the unit circle: it winds around 0 as often as it has zeros there
+        return _turns(1 - np.exp(-1j * self._period * self._angles) * factor) == 0
+
+    def learning(self, slope: float | None = None, delay: float = 0.0) -> float:
+        """Return the largest modulus of Q - L T, by which corrections of a memory shrink in a period; NaN without."""
+        slope = self.nominal if slope is None else slope
+        return float(np.abs(self._factor(slope, delay)).max()) if self.memories else np.nan
+
+    def _factor(self, slope: float, delay: float) -> Complex:
+        K, G = on_grid(self.controller, self._period), slope * self._late(delay)
+        return self.memories[0].factor(self._angles, _error(K, G))
+
+    def learnt(self, angles: Array, slope: float | None = None, delay: float = 0.0) -> Complex:
+        """Return the response at angles omega h from a correction to what it takes off the error, shape (m,).
+
+        The memory itself, which the loop must have, is left out: it shrinks errors by abs(Q - L T) in a period, T this
+        response.
+        """
+        if not self.memories:
+            raise InputError(f"{self.system.case.title}: The loop must have a memory of a period. Got none.")
+        z = np.exp(1j * angles)
+        slope = self.nominal if slope is None else slope
+        return -_error(response_of(self.controller, z), slope * response_of(self.held(delay), z)[:, 0, 0])
+
+    def worst_peak_db(self, delay: float = 0.0) -> float:
+        """Return the largest peak of the sensitivity over the sector of slopes (dB); infinite if one is unstable."""
+        if not self.stable_at(delay):
+            return np.inf
+        return max(self._peak_db(float(slope), delay) for slope in np.linspace(*self.slopes, SLOPES))
+
+    def _peak_db(self, slope: float, delay: float) -> float:
+        L, angles, values = self._resolved(slope, delay)
+        return float(-20 * np.log10(least(lambda a: np.abs(1 + L(a)), angles, np.abs(1 + values))))
+
+    def stable_at(self, delay: float) -> bool:
+        """Return whether every slope of the sector is stable.
+
+        A slope of 0, such as of an inverse at its limit, opens the loop: its integrators stand, and nothing grows.  A
+        slope close to 0 counts instead, at which a conditionally stable loop is lost.
+        """
+        least = NO_SLOPE * max(map(abs, self.slopes))
+        found = [float(s) if abs(s) >= least else least for s in np.linspace(*self.slopes, SLOPES)]
+        return all(self.stable(slope, delay) for slope in found)
+
+    def stable_to(self, delays: Sequence[float] = DELAYS) -> float:
+        """Return the largest of these delays up to which every slope of the sector is stable; NaN if none."""
+        found = np.nan
+        for delay in sorted(delays):
+            if not self.stable_at(delay):
+                break
+            found = delay
+        return float(found)
+
+    def noise_gain(self, slope: float | None = None, delay: float = 0.0) -> float:
+        """Return the RMS of the command that white noise of RMS 1 at the sensor makes; infinite if unstable."""
+        slope = self.nominal if slope is None else slope
+        if not self.stable(slope, delay):
+            return np.inf
+        if self.memories:
+            K = self._closed(self._angles, on_grid(self.controller, self._period))[:, 0, 0]
+            power = np.abs(K / (1 - slope * K * self._late(delay))) ** 2
+            return float(np.sqrt(np.trapezoid(power, self._angles) / np.pi))
+        _, B, C, D = self._from_plant()
+        _, G, H, _ = self.held(delay)
+        M = self._closed_from_plant(slope, delay)
+        N, out = np.vstack([B, slope * G @ D]), np.hstack([C, D @ H])
+        X = _covariance(M, N)
+        return float(np.sqrt((out @ X @ out.T + D @ D.T)[0, 0])) if np.isfinite(X).all() else np.inf
+
+    def _from_plant(self) -> StateSpace:
+        """Return the controller from the output of the plant to its input, without memories."""
+        A, B, C, D = self.controller
+        return A, B[:, :1], C[:1], D[:1, :1]
+
+
+def _error(K: Complex, G: Complex) -> Complex:
+    """Return the response from the correction of a memory to its error, in the loop of K and G without it."""
+    return np.asarray(K[:, -1, -1] + K[:, -1, 0] * G * K[:, 0, -1] / (1 - K[:, 0, 0] * G))
+
+
+def _covariance(M: Array, N: Array) -> Array:
+    """Return X = M X M' + N N' of a stable M, a sum of squares: by doubling the terms, which keeps it positive."""
+    X, P = N @ N.T, M
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(DOUBLINGS):
+            if not np.abs(P).max() > 1e-150:
+                return X
+            X, P = X + P @ X @ P.T, P @ P
+    return np.full_like(X, np.inf)  # a pole that rounding alone keeps below 1
+
+
+def _turns(f: Complex) -> int:
+    """Return how often a response on (0, pi] and its conjugate wind around 0."""
+    return round(float(np.angle(f[1:] / f[:-1]).sum()) / np.pi)

@@ -1,0 +1,240 @@
+"""Open the loop of a case at the input of its plant or at a named signal.
+
+The units of the loop are linear but for the hysteresis of the plant and its inverse.  These two together have local
+slopes around 1 that depend on the path; the case itself is run to find the sector that they fill.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from hystfmu.base.errors import InputError
+from hystfmu.design.delays import StateSpace, sampled, trimmed
+from hystfmu.design.repetitive import PeriodMemory, cut_memories
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.loop.plant import (
+    as_gain,
+    command_of,
+    dynamics,
+    for_small_signals,
+    has_memory,
+    lone_dynamics,
+    plant_side,
+    slopes_of,
+    without_limits,
+)
+from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.fused import fuse
+from hystfmu.scenario.system.system import Link, System, behind
+
+FALLING = ("sliding_mode", "super_twisting")  # blocks whose gain is largest for a small signal
+COMMAND = "variation_ratio"  # kind of a metric that compares commands
+LIMITED = "excess"  # output that is 0 within the limits of an amplifier
+
+
+def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str = "") -> OpenedLoop:
+    """Open the loop of a case at the input of the unit whose output is tracked, or at another signal.
+
+    Parameters
+    ----------
+    system : System
+        Case made ready to run.
+    slopes : (float, float), optional
+        Sector of local slopes of the plant over its inverse; by default the case is run to find it.
+    at : str
+        Signal `unit.output` of the loop at which it is broken, for all units that read it.
+
+    Raises
+    ------
+    InputError
+        The case has no feedback, or in its loop a foreign FMU, several rates, a plant without linear dynamics, units
+        that are not linear at rest, or no such signal.
+    """
+    where = system.case.title
+    plant = _plant(system)
+    within = _loop(system, plant)
+    if any(isinstance(system.parts[k].graph, Foreign) for k in within):
+        raise InputError(f"{where}: The loop must have no foreign FMU, whose equations are not known. Got one.")
+    if len(outputs := _outputs(system, within)) > 1:
+        raise InputError(
+            f"{where}: The loop must have one input and one output to have margins. Got {len(outputs)} outputs with "
+            f"references of their own: {', '.join(outputs)}."
+        )
+    scheme = system.case.coupling.scheme
+    if scheme != "gauss_seidel":
+        raise InputError(
+            f"{where}: The coupling must be gauss_seidel, whose order the loop follows. Got {scheme} instead."
+        )
+    side = plant_side(system, plant, within)
+    around = [k for k in within if k not in side.units]
+    if any(system.parts[k].period != system.case.ripple for k in around):
+        raise InputError(f"{where}: The controllers must have one rate to have margins. Got several.")
+    for name in (system.parts[k].name for k in side.units if system.parts[k].period > system.case.ripple):
+        raise InputError(
+            f"{where}: The plant must step as often as its controllers to have margins. Got {name} slower."
+        )
+    for name in (system.parts[k].name for k in within if system.case.units[system.parts[k].name].hold != "zero"):
+        raise InputError(f"{where}: The units of the loop must hold their inputs to have margins. Got lines at {name}.")
+    between = [k for k in around if has_memory(system.parts[k].own)]
+    slopes = slopes or slopes_of(system, side, between)
+    graph = _controllers(system, plant, around, {k: lone_dynamics(system, side, [k]) for k in between})
+    maker = system.maker(side.entry)
+    out = f"{maker.name}_{maker.outputs[side.entry.source - maker.first]}"
+    command = next(o for o in graph.outputs if o.name == out)
+    measured = _measured(system, plant, graph)
+    y = Input("y", tuple(end for i in measured for end in i.to))
+    rest = [i for i in graph.inputs if i not in measured]  # what the loop leaves open
+    controller = Graph(graph.nodes, graph.wires, [y, *rest], [Output("u", command.source)], sort=False)
+    linear, ramp = dynamics(system, side, between)
+    opened, memories = _linear(system, controller, 1)
+    broken = None
+    if at and at.partition(".")[0] not in {system.parts[k].name for k in side.units}:
+        other = _break(controller, graph, at, tuple(system.parts[k].name for k in around), where)
+        broken, _ = _linear(system, other, 2)
+    specs = [system.case.units[system.parts[k].name] for k in (plant, *between)]
+    models = tuple(str(s.model or s.inverse_of or s.block) for s in specs)
+    return OpenedLoop(
+        system,
+        opened,
+        linear,
+        system.case.step,
+        slopes,
+        models,
+        side,
+        memories,
+        at,
+        broken,
+        any(n.type in FALLING for n in controller.nodes),
+        bool(between),
+        ramp,
+        command_of(system, side, between),
+    )
+
+
+def _linear(system: System, controller: Graph, ports: int) -> tuple[StateSpace, tuple[PeriodMemory, ...]]:
+    """Return the state space of a controller and its memories; of its inputs only the first ones belong to the loop."""
+    where = system.case.title
+    controller, memories = cut_memories(controller)
+    if len(memories) > 1:
+        raise InputError(f"{where}: The loop must have one memory of a period at most. Got {len(memories)}.")
+    try:
+        A, B, C, D = _tangent(_Content(controller.to_bytes(), controller), system.case.step)
+    except InputError as e:
+        raise InputError(f"{where}: {e}") from None
+    inputs = [k for k in range(B.shape[1]) if k < ports or k >= B.shape[1] - len(memories)]
+    return trimmed((A, B[:, inputs], C, D[:, inputs])), memories
+
+
+def _controllers(system: System, plant: int, around: Sequence[int], between: Mapping[int, set[str]]) -> Graph:
+    """Return the units of the loop but the plant as one graph, what has memory or levels as gains of 1.
+
+    The lone dynamics of each inverse stay in it.
+    """
+    n = len(system.parts)
+    if system.case.ripple == 1:  # one rate: the order goes round, and the plant may stand anywhere
+        around = sorted(around, key=lambda k: (k - plant) % n)
+    straight = [replace(p, graph=as_gain(p, between[k])) if k in between else p for k, p in enumerate(system.parts)]
+    return for_small_signals(fuse(replace(system, parts=tuple(straight)), tuple(around))[0])
+
+
+def _measured(system: System, plant: int, graph: Graph) -> list[Input]:
+    """Return the inputs of the controllers that read the tracked output of the plant.
+
+    Another output of it, which small signals move, is refused.
+    """
+    tracked = system.columns[_tracked(system)]
+    found = []
+    for i in graph.inputs:
+        link = next((n for n in system.links if i.name == _input_name(system, n)), None)
+        if link is None or system.maker(link) is not system.parts[plant]:
+            continue
+        name = system.parts[plant].outputs[link.source - system.parts[plant].first]
+        if link.source == tracked:
+            found.append(i)
+        elif name != LIMITED:
+            raise InputError(f"{system.case.title}: The loop must close over one output of the plant. Got {name} too.")
+    return found
+
+
+@dataclass(frozen=True)
+class _Content:
+    """A graph that equals another one with the same bytes."""
+
+    content: bytes
+    graph: Graph = field(compare=False)
+
+
+@functools.lru_cache(maxsize=64)
+def _tangent(controller: _Content, h: float) -> StateSpace:
+    """Return the state space of a controller, once for all cases that have it."""
+    return sampled(without_limits(controller.graph), h)
+
+
+def _break(controller: Graph, graph: Graph, at: str, units: Sequence[str], where: str) -> Graph:
+    """Break a controller at a signal: the units that read it read a new input instead, as early or late as before."""
+    unit, _, output = at.partition(".")
+    source = next((o.source for o in graph.outputs if unit in units and o.name == f"{unit}_{output}"), None)
+    if source is None:
+        raise InputError(f"{where}: The signal must be an output of {', '.join(units)}. Got {at!r} instead.")
+    own = f"{unit}_"
+    later = Node("behind_break", "scaling", {"n": 1})
+    maker = source.partition(".")[0]
+    nodes = [m for n in controller.nodes for m in ([n, later] if n.name == maker else [n])]
+    inside = {n.name for n in controller.nodes if n.name.startswith(own)}
+    wires = [
+        (f"{later.name}.y" if a == source and b.partition(".")[0] not in inside else a, b) for a, b in controller.wires
+    ]
+    first, *rest = controller.inputs
+    (u,) = controller.outputs
+    if wires == list(controller.wires) and u.source != source:
+        raise InputError(f"{where}: A unit of the loop must read the signal. Got {at!r}, which none reads.")
+    inputs = [first, Input("behind", (f"{later.name}.u",)), *rest]
+    outputs = [Output("u", f"{later.name}.y" if u.source == source else u.source), Output("before", source)]
+    return Graph(nodes, wires, inputs, outputs, sort=False)
+
+
+def _tracked(system: System) -> str:
+    """Return the signal that a metric compares with a reference."""
+    tracked = next((m.signal for m in system.case.metrics.values() if m.against is not None), None)
+    if tracked is None:
+        raise InputError(f"{system.case.title}: A metric must compare an output with a reference. Got none.")
+    return tracked
+
+
+def _outputs(system: System, within: Sequence[int]) -> list[str]:
+    """Return the outputs of a loop that follow references of their own, made outside of it."""
+    names = {system.parts[k].name for k in within}
+    found = {
+        m.against.partition(".")[0]: m.signal
+        for m in system.case.metrics.values()
+        if m.against is not None and m.kind != COMMAND and m.signal.partition(".")[0] in names
+    }
+    return list(dict.fromkeys(y for r, y in found.items() if r not in names))
+
+
+def _plant(system: System) -> int:
+    """Return the unit whose output is tracked."""
+    name = _tracked(system).partition(".")[0]
+    return next(i for i, p in enumerate(system.parts) if p.name == name)
+
+
+def _loop(system: System, plant: int) -> list[int]:
+    """Return the units through which the plant acts on itself, in the order of evaluation."""
+    owner = system.owners
+    edges = [(owner[n.source], n.to) for n in system.links]
+    after, before = behind(edges, plant), behind([(b, a) for a, b in edges], plant)
+    if plant not in after:
+        name = system.parts[plant].name
+        raise InputError(
+            f"{system.case.title}: The case must have feedback. Got an open loop: {name} does not act on itself."
+        )
+    return [k for k in range(len(system.parts)) if k in after & before]
+
+
+def _input_name(system: System, link: Link) -> str:
+    """Return the name of the driven input in a fused graph."""
+    part = system.parts[link.to]
+    return f"{part.name}_{part.inputs[link.input]}"

@@ -1,0 +1,256 @@
+"""Table of the margins of scenarios: one row for every loop that differs, with the cases that share it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.errors import InputError
+from hystfmu.report.terminal import table
+from hystfmu.scenario.loop.limits import LoopVerdict, stability_of, verdicts_of
+from hystfmu.scenario.loop.opened import DELAYS, OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
+from hystfmu.scenario.loop.simulated import MOST, simulated_delay
+from hystfmu.scenario.running import plan, read
+
+COLUMNS = {
+    "Ms_db": "Ms dB",
+    "Ms_worst_db": "Ms dB, worst slope",
+    "gain_db": "gain up dB",
+    "gain_low_db": "gain down dB",
+    "phase_deg": "phase deg",
+    "delay_steps": "delay steps",
+    "simulated_delay_steps": "delay steps, simulated",
+    "bandwidth_hz": "|S| < -3 dB to Hz",
+    "noise_gain": "noise to command",
+    "learning": "learning factor",
+    "Ms_1_db": "Ms dB, 1 step",
+    "Ms_1_largest_db": "Ms dB at largest slope, 1 step",
+    "stable_to_steps": "stable to steps",
+}
+OPTIONAL = ("simulated_delay_steps", "learning")  # columns that only some loops have
+OF_MARGINS = ("Ms_db", "gain_db", "gain_low_db", "phase_deg", "delay_steps", "bandwidth_hz")
+AT_DELAY = ("Ms_db", "Ms_worst_db", *OF_MARGINS[1:], "noise_gain", "learning")
+FALLING = (
+    "delay steps, simulated: the gain of sliding mode and super-twisting falls with the amplitude; the linear columns "
+    "hold at the largest one, that of the smallest signals; simulated: up to there the error does not grow and stays "
+    "within 0.5 % of the stroke above that without further delay"
+)
+
+CONDITIONAL = "conditionally stable, lost where the gain falls by the margin down"
+
+
+@dataclass(frozen=True)
+class LoopRow:
+    """Margins of one loop.
+
+    Attributes
+    ----------
+    scenario, cases : str, tuple of str
+        Scenario, and its cases with this loop.
+    slopes : (float, float)
+        Sector of local slopes of plant over inverse along the paths of these cases.
+    margins : dict
+        ``stable``, and for the nominal slope of the loop without further delay: ``Ms_db`` (``Ms_worst_db`` is the
+        largest of the sector), ``gain_db``, by which the gain may grow, ``gain_low_db``, by which it may fall (-inf
+        where nothing limits it), ``conditionally_stable``, whether it is limited, ``phase_deg``, ``delay_steps``,
+        ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white noise of RMS 1 at the sensor), ``learning``
+        (factor from period to period of a memory);
+        with one step of delay: ``Ms_1_db``, and at the largest slope ``Ms_1_largest_db``; ``stable_to_steps``, the
+        largest delay up to which the whole sector is stable; ``simulated_delay_steps``, only where the gain depends on
+        the amplitude, at most 4.
+        What a loop does not have is None.
+    at_delay : tuple of dict
+        The first figures for each of `DELAYS`, ``further_steps``, with ``sector_stable``.
+    """
+
+    scenario: str
+    cases: tuple[str, ...]
+    slopes: tuple[float, float]
+    margins: dict[str, Any]
+    at_delay: tuple[dict[str, Any], ...] = field(default=())
+
+    @property
+    def stable(self) -> bool:
+        """True if the loop is stable at its own delay, for the nominal slope and all those of its sector."""
+        return bool(self.margins["stable"]) and self.margins["Ms_worst_db"] is not None
+
+    @property
+    def _shown(self) -> list[str]:
+        more = f" and {len(self.cases) - 2} more" if len(self.cases) > 2 else ""
+        return [self.scenario, ", ".join(self.cases[:2]) + more, f"{self.slopes[0]:.2f}..{self.slopes[1]:.2f}"]
+
+    def cells(self, columns: Sequence[str]) -> list[str]:
+        """Return the row as text."""
+        cells = {k: _text(self.margins[k], k in OPTIONAL) for k in columns}
+        if self.margins["simulated_delay_steps"] == MOST and "simulated_delay_steps" in cells:
+            cells["simulated_delay_steps"] = f">= {MOST}"
+        return [*self._shown, *cells.values()]
+
+    def cells_at_delay(self, columns: Sequence[str]) -> list[list[str]]:
+        """Return a row for each delay as text."""
+        return [
+            [
+                *self._shown,
+                f"{f['further_steps']:g}",
+                *(_text(f[k], k in OPTIONAL) for k in columns),
+                _word(f["sector_stable"]),
+            ]
+            for f in self.at_delay
+        ]
+
+
+def _word(stable: bool) -> str:
+    return "stable" if stable else "unstable"
+
+
+def _text(x: float | None, optional: bool = False) -> str:
+    return ("" if optional else "unstable") if x is None else f"{x + 0.0:.3g}"
+
+
+@dataclass(frozen=True)
+class MarginTable:
+    """Margins of scenarios, a line for every case that has none, and a verdict for each limit of a scenario."""
+
+    rows: list[LoopRow]
+    refused: list[str]
+    verdicts: list[LoopVerdict]
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def text(self, delays: bool = False) -> str:
+        """Format the table for a terminal, with a row for each delay of a loop or one, verdicts and reasons."""
+        lines: list[str] = []
+        if self.rows and delays:
+            keys = [k for k in AT_DELAY if k not in OPTIONAL or any(r.margins[k] is not None for r in self.rows)]
+            head = ["scenario", "cases", "slopes", "further steps", *(COLUMNS[k] for k in keys), "sector"]
+            lines.append(table(head, [c for r in self.rows for c in r.cells_at_delay(keys)], keys=2))
+        elif self.rows:
+            keys = [k for k in COLUMNS if k not in OPTIONAL or any(r.margins[k] is not None for r in self.rows)]
+            head = ["scenario", "cases", "slopes", *(COLUMNS[k] for k in keys)]
+            lines.append(table(head, [r.cells(keys) for r in self.rows], keys=2))
+            lines += [FALLING] if COLUMNS["simulated_delay_steps"] in head else []
+        if found := sorted({r.scenario for r in self.rows if r.margins["conditionally_stable"]}):
+            lines.append(f"{CONDITIONAL}: {', '.join(found)}")
+        if self.verdicts:
+            cells = [[v.scenario, v.limit, _text(v.value), f"{v.bound:g}", v.where, v.word] for v in self.verdicts]
+            lines.append(table(["scenario", "limit of the loop", "value", "bound", "at", "verdict"], cells))
+        return "\n".join([*lines, *_reasons(self.refused), *self.broken()])
+
+    def broken(self) -> list[str]:
+        """Return a line for every broken limit."""
+        return [v.line() for v in self.verdicts if not v.within]
+
+    def summary(self) -> dict[str, Any]:
+        """Return the table for machines; a margin that nothing limits is None, because JSON has no infinity."""
+        verdicts = [vars(v) | {"within": v.within} for v in self.verdicts]
+        loops = [
+            vars(r) | {"margins": _finite(r.margins), "at_delay": [_finite(f) for f in r.at_delay]} for r in self.rows
+        ]
+        return {"loops": loops, "refused": self.refused, "verdicts": verdicts}
+
+
+def _finite(figures: dict[str, Any]) -> dict[str, Any]:
+    return {k: None if isinstance(v, float) and math.isinf(v) else v for k, v in figures.items()}
+
+
+def _reasons(refused: Sequence[str]) -> list[str]:
+    """Return a line for each scenario and reason."""
+    reasons: dict[tuple[str, str], int] = {}
+    for line in refused:
+        title, _, why = line.partition(": ")
+        key = title.partition("/")[0], why
+        reasons[key] = reasons.get(key, 0) + 1
+    return [f"no margins: {name}, {n} case{'s' * (n > 1)}: {why}" for (name, why), n in reasons.items()]
+
+
+def margin_table(
+    paths: Sequence[str | Path],
+    case: str | Sequence[str] | None = None,
+    progress: Callable[[float], None] = lambda fraction: None,
+    *,
+    at: str = "",
+    delays: bool = False,
+) -> MarginTable:
+    """Compute the margins of every case of scenarios, and hold them against the limits that they state.
+
+    Parameters
+    ----------
+    paths : sequence of path
+        Folders of scenarios, or of groups of them.
+    case : str or sequence of str, optional
+        Only these cases; limits are left out.
+    progress : function
+        Called with the fraction done.
+    at : str
+        Signal `unit.output` at which the loops are broken; by default the input of the plant.
+    delays : bool
+        Also the margins with each of `DELAYS`.
+    """
+    plans = plan(read(paths, {}, None), case, {}, record=True)
+    systems = [(p, s) for p in plans for s in p.systems]
+    refused: list[str] = []
+    loops: dict[tuple[object, ...], list[OpenedLoop]] = {}
+    opened: dict[str, dict[str, OpenedLoop | InputError]] = {p.scenario.origin: {} for p in plans}
+    for k, (p, system) in enumerate(systems):
+        progress(k / (2 * len(systems)))
+        try:
+            found = open_loop(system, at=at)
+        except InputError as e:
+            refused.append(str(e))
+            opened[p.scenario.origin][system.case.name] = e
+            continue
+        loops.setdefault((system.case.scenario, *found.key), []).append(found)
+        opened[p.scenario.origin][system.case.name] = found
+    rows = []
+    for k, group in enumerate(loops.values()):
+        rows.append(_row(group, delays))
+        progress(0.5 + (k + 1) / (2 * len(loops)))
+    lost = {id(o) for row, group in zip(rows, loops.values(), strict=True) if not row.stable for o in _unstable(group)}
+    verdicts = []
+    for p in plans:
+        own = opened[p.scenario.origin]
+        verdicts += verdicts_of(p.scenario, own) if case is None else []
+        verdicts += stability_of(p.scenario, own, [c for c, o in own.items() if id(o) in lost])
+    return MarginTable(rows, refused, verdicts)
+
+
+def _unstable(group: Sequence[OpenedLoop]) -> Sequence[OpenedLoop]:
+    """Return which of some equal loops are unstable on their own path; all if only their joint sector is."""
+    return [o for o in group if not (o.margins().stable and o.stable_at(0.0))] or group
+
+
+def _row(group: Sequence[OpenedLoop], delays: bool) -> LoopRow:
+    slopes = min(o.slopes[0] for o in group), max(o.slopes[1] for o in group)
+    first = group[0]
+    loop = replace(first, slopes=slopes)
+    late, steep = loop.margins(delay=1.0), loop.margins(slopes[1], 1.0)
+    found = _at(loop, 0.0)
+    to = loop.stable_to()
+    found["Ms_1_db"] = late.Ms_db if late.stable else None
+    found["Ms_1_largest_db"] = steep.Ms_db if steep.stable else None
+    found["stable_to_steps"] = None if math.isnan(to) else to
+    simulated = simulated_delay(first.system, first.side.entry) if first.falling else np.nan
+    found["simulated_delay_steps"] = None if math.isnan(simulated) else simulated
+    at_delay = tuple({"further_steps": d, **_at(loop, d), "sector_stable": loop.stable_at(d)} for d in DELAYS if delays)
+    return LoopRow(first.system.case.scenario, tuple(o.system.case.name for o in group), slopes, found, at_delay)
+
+
+def _at(loop: OpenedLoop, delay: float) -> dict[str, Any]:
+    """Return the figures for the nominal slope and a delay."""
+    now = loop.margins(delay=delay)
+    found: dict[str, Any] = {"stable": now.stable}
+    for key in OF_MARGINS:
+        found[key] = getattr(now, key) if now.stable else None
+    found["conditionally_stable"] = now.conditional
+    worst = loop.worst_peak_db(delay)
+    found["Ms_worst_db"] = None if math.isinf(worst) else worst
+    found["noise_gain"] = loop.noise_gain(delay=delay) if now.stable else None
+    found["learning"] = loop.learning(delay=delay) if loop.memories else None
+    return found

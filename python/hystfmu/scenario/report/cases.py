@@ -1,0 +1,257 @@
+"""Cases on a page: diagrams of one, the worst and the best first, and the matrix of scenarios and cases."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence, Set
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.printable import escape
+from hystfmu.report.curve import path
+from hystfmu.report.page import figure
+from hystfmu.report.plot import Line, Plot
+from hystfmu.scenario.outcome.baseline import CHANGED
+from hystfmu.scenario.outcome.result import Result, Verdict
+from hystfmu.scenario.outcome.trace import Trace, drawn
+from hystfmu.scenario.system.measures import label, unit_of, unit_of_metric
+from hystfmu.scenario.system.spec import MetricSpec
+from hystfmu.scenario.system.system import System
+
+
+def case_plots(system: System, trace: Trace) -> list[Plot]:
+    """Plots of a case in the report: the named loops and signals, those of one unit of measure together."""
+    case = system.case
+    after = min((m.after for m in case.metrics.values()), default=0.0)
+    window = trace.t >= after
+    plots = []
+    if case.loops:
+        lines = [Line(f"{b} over {a}", _share(trace[a][window]), _share(trace[b][window])) for a, b in case.loops]
+        plots.append(Plot("Loops, each over its range", "input in % of its range", "output in % of its range", lines))
+    units: dict[str, list[str]] = {}
+    for s in case.record:
+        units.setdefault(unit_of(system, s), []).append(s)
+    for signals in units.values():
+        lines = [Line(s, trace.t, trace[s]) for s in signals]
+        plots.append(Plot(", ".join(signals), "t in s", value_label(system, signals), lines))
+    tracked = drawn(case)
+    if tracked is not None and tracked.against is not None:
+        line = Line(f"{tracked.signal} - {tracked.against}", *error_of(trace, tracked))
+        plots.append(Plot("Tracking error, including between samples", "t in s", "% of the stroke", [line], True))
+    return plots
+
+
+def error_of(trace: Trace, tracked: MetricSpec) -> tuple[Array, Array]:
+    """Return times (s) and error (% of the stroke) of a metric with `against`, where it counts, each of shape (n,)."""
+    against = tracked.against or tracked.signal
+    window = trace.t >= tracked.after
+    e = (trace[tracked.signal] - trace[against])[window]
+    stroke = tracked.stroke or float(np.ptp(trace[against][window])) or 1.0
+    return trace.t[window], 100 * e / stroke
+
+
+def value_label(system: System, signals: Sequence[str]) -> str:
+    """Return the label of an axis of signals: their unit of measure, if they share one that is stated."""
+    units = {unit_of(system, s) for s in signals}
+    return label("value", units.pop() if len(units) == 1 else "")
+
+
+def _share(v: Array) -> Array:
+    """Scale to 0 ... 100, so that loops with different units of measure share a plot."""
+    lo, hi = float(v.min()), float(v.max())
+    return 100 * (v - lo) / (hi - lo) if hi > lo else 50 + v - lo
+
+
+TURNS = 3  # of the reference, on each side of the largest error
+TALL, LOW = 220, 150
+
+
+def main_verdict(r: Result) -> Verdict | None:
+    """Return the metric that stands for a case: the one whose error is drawn, else the first; None if it stopped."""
+    if not r.verdicts:
+        return None
+    tracked = drawn(r.system.case)
+    return next((v for v in r.verdicts if r.system.case.metrics[v.metric] is tracked), r.verdicts[0])
+
+
+def nearness(r: Result) -> tuple[bool, float]:
+    """Return whether a case failed, and how near it is to its limit: the share of it that its metric takes."""
+    v = main_verdict(r)
+    if v is None or not math.isfinite(v.value):
+        return True, math.inf
+    return not r.passed, v.value / v.limit if v.limit else v.value
+
+
+def word_of(r: Result) -> str:
+    """Return the verdict on a case in a word or two."""
+    if r.passed or not r.verdicts:
+        return "ok" if r.passed else "stopped"
+    if all(v.within for v in r.verdicts):
+        return "changed" if any(CHANGED in line for line in r.lines) else "no baseline"
+    return "failed"
+
+
+def worst_and_best(results: Sequence[Result]) -> str:
+    """Return the figures as HTML; empty without a recorded trace."""
+    shown = sorted((r for r in results if r.trace is not None), key=nearness)
+    if not shown:
+        return ""
+    chosen = [("Worst against its limit:", shown[-1]), ("Best:", shown[0])] if len(shown) > 1 else [("", shown[0])]
+    return f'<div class="plots hero">{"".join(_column(name, r) for name, r in chosen)}</div>'
+
+
+def _column(name: str, r: Result) -> str:
+    plots = _plots(r) or (case_plots(r.system, r.trace)[:1] if r.trace is not None else [])
+    return f"<div>{_said(name, r)}{''.join(map(figure, plots))}</div>" if plots else ""
+
+
+def _said(name: str, r: Result) -> str:
+    v, title = main_verdict(r), escape(f"{name} {r.system.case.title}".strip())
+    if v is None:
+        return f'<p><b>{title}</b> <b class="bad">stopped</b></p>'
+    unit = " % of the stroke" if v.kind.endswith("_percent") else ""
+    limit = "" if v.limit is None else f", limit {v.limit:.4g}"
+    word = f'<b class="{"ok" if r.passed else "bad"}">{word_of(r)}</b>'
+    return f"<p><b>{title}</b><br/>{escape(v.metric)} {v.value:.3g}{unit}{limit}: {word}</p>"
+
+
+def _plots(r: Result) -> list[Plot]:
+    tracked = drawn(r.system.case)
+    if r.trace is None or tracked is None or tracked.against is None:
+        return []
+    t, e = error_of(r.trace, tracked)
+    wanted, reached = (r.trace[s][-len(t) :] for s in (tracked.against, tracked.signal))
+    near = _around(wanted, int(np.argmax(np.abs(e))) if np.all(np.isfinite(e)) else len(e) - 1)
+    t, e, wanted, reached = t[near], e[near], wanted[near], reached[near]
+    lines = [Line("wanted", t, wanted), Line("reached", t, reached)]
+    unit = value_label(r.system, [tracked.against, tracked.signal])
+    return [
+        Plot("wanted and reached, around the largest error", "t in s", unit, lines, height=TALL),
+        Plot(
+            "error, also between samples",
+            "t in s",
+            "% of the stroke",
+            [Line("reached - wanted", t, e)],
+            envelope=True,
+            height=LOW,
+        ),
+    ]
+
+
+def _around(wanted: np.ndarray, at: int) -> slice:
+    """Return the rows between some turns of the reference before and behind a row."""
+    steps = np.diff(wanted)
+    moving = np.flatnonzero(steps)
+    turns = moving[1:][np.diff(np.sign(steps[moving])) != 0]
+    before, behind = turns[turns < at], turns[turns > at]
+    first = int(before[-TURNS]) if len(before) >= TURNS else 0
+    last = int(behind[TURNS - 1]) + 1 if len(behind) >= TURNS else len(wanted)
+    return slice(first, last)
+
+
+COLUMNS = 18  # of a small curve, each from the lowest to the highest error in it
+WIDE, HIGH = 72, 20
+BAD = ' class="bad"'
+CAPTION = (
+    "Each cell: the error over time, scaled to its largest value; {names}; the verdict on all metrics. "
+    "A cell leads to its case."
+)
+
+
+def place(r: Result) -> str:
+    """Return the identity of a case on the page."""
+    return escape(f"{r.scenario}/{r.case}")
+
+
+def matrix(results: Sequence[Result]) -> str:
+    """Return cases against scenarios as HTML, the fullest rows and columns first; the longer side goes downwards."""
+    scenarios = [name for name, _ in Counter(r.scenario for r in results).most_common()]
+    cases = [name for name, _ in Counter(r.case for r in results).most_common()]
+    cells = {(r.case, r.scenario): r for r in results}
+    down, across, corner = cases, scenarios, "case"
+    if len(scenarios) > len(cases):
+        cells, down, across, corner = {(s, c): r for (c, s), r in cells.items()}, scenarios, cases, "scenario"
+    names = " or ".join(sorted({_name(v) for r in results if (v := main_verdict(r)) is not None}))
+    head = "".join(f'<th scope="col">{escape(a)}</th>' for a in across)
+    rows = "".join(
+        f'<tr><th scope="row">{escape(d)}</th>{"".join(_cell(cells.get((d, a))) for a in across)}</tr>' for d in down
+    )
+    return (
+        f'<p class="lead">{escape(CAPTION.format(names=names))}</p><div class="wide"><table class="matrix">'
+        f'<tr><th scope="col">{corner}</th>{head}</tr>{rows}</table></div>'
+    )
+
+
+def _name(v: Verdict) -> str:
+    """Return a metric with its kind and unit of measure."""
+    kind = v.kind.removesuffix("_percent")
+    unit = " in % of the stroke" if kind != v.kind else ""
+    return f"{v.metric} ({'RMS' if kind == 'rms' else kind}{unit})"
+
+
+def _cell(r: Result | None) -> str:
+    return "<td></td>" if r is None else f"<td>{linked(r)}</td>"
+
+
+def linked(r: Result) -> str:
+    """Return curve, metric and verdict of a case as a link to it."""
+    v = main_verdict(r)
+    number = "" if v is None else f"{v.value:.3g} "
+    return f'<a class="{"ok" if r.passed else "bad"}" href="#{place(r)}">{_curve(r)}{number}{word_of(r)}</a>'
+
+
+def _curve(r: Result) -> str:
+    """Draw the error; nothing where there is none, or it is not finite."""
+    tracked = drawn(r.system.case)
+    if r.trace is None or tracked is None or tracked.against is None:
+        return ""
+    _, e = error_of(r.trace, tracked)
+    most = float(np.max(np.abs(e))) if len(e) else 0.0
+    if not np.isfinite(most) or most == 0:
+        return ""
+    pieces = np.array_split(e / most, min(COLUMNS, len(e)))
+    y = np.array([v for piece in pieces for v in (piece.min(), piece.max())])
+    x = np.repeat(np.linspace(1, WIDE - 1, len(pieces)), 2)
+    d = path(x / 10, (HIGH / 2 - (HIGH / 2 - 1) * y) / 10)  # `path` gives tenths: here whole points
+    return f'<svg viewBox="0 0 {WIDE} {HIGH}" aria-hidden="true"><path d="{d}"/></svg>'
+
+
+def case_table(results: Sequence[Result], curves: bool, shown: Set[str]) -> str:
+    """Return the cases of a scenario with all metrics, limits and margins as HTML.
+
+    With `curves` a cell shows the curve of the error and leads to the case.  `shown` has the places of the cases that
+    have a part of their own; of another one the row itself is the place.
+    """
+    metrics = {v.metric: r.system.case.metrics[v.metric] for r in results for v in r.verdicts}
+    names = [label(k, unit_of_metric(results[0].system, m)) for k, m in metrics.items()]
+    loops = any(r.loop is not None for r in results)
+    names += ["Ms in dB", "delay margin in steps"] if loops else []
+    heads = ["case", "error" if curves else "verdict", *names]
+    head = "".join(f'<th scope="col">{escape(h)}</th>' for h in heads)
+    rows = "".join(_row(r, list(metrics), loops, curves, place(r) in shown) for r in results)
+    return f'<div class="wide"><table class="matrix metrics"><tr>{head}</tr>{rows}</table></div>'
+
+
+def _row(r: Result, metrics: Sequence[str], loops: bool, curves: bool, shown: bool) -> str:
+    found = {v.metric: v for v in r.verdicts}
+    fails = any(CHANGED in line for line in r.lines)
+    cells = "".join(_metric(found.get(m), fails) for m in metrics)
+    if loops:
+        cells += "".join(f"<td>{c}</td>" for c in (r.loop.cells() if r.loop is not None else ["", ""]))
+    verdict = linked(r) if curves else f'<span class="{"ok" if r.passed else "bad"}">{word_of(r)}</span>'
+    text = escape(r.system.case.text)
+    name = escape(r.case) + ("" if shown or not text else f" <small>{text}</small>")
+    own = "" if shown else f' id="{place(r)}"'
+    return f'<tr{own}><th scope="row">{name}</th><td>{verdict}</td>{cells}</tr>'
+
+
+def _metric(v: Verdict | None, fails: bool) -> str:
+    """Return value and limit; the sign between them is the verdict.  `fails`: a change is a failure."""
+    if v is None:
+        return "<td></td>"
+    good = v.within and not (fails and v.same is False)
+    limit = "" if v.limit is None else f" <small>{'≤' if v.within else '&gt;'} {v.limit:.4g}</small>"
+    changed = f'<small class="was">was {v.baseline:.4g}</small>' if v.same is False else ""
+    return f"<td{'' if good else BAD}>{v.value:.4g}{limit}{changed}</td>"

@@ -1,0 +1,190 @@
+"""A loop on a page: its order, step and delays in tables, and its hysteretic units, whose input a reader moves.
+
+The delay budget has every hold and every late value, from order, wiring and rates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hystfmu.base.errors import InputError
+from hystfmu.graph import Graph
+from hystfmu.graph.sample_time import is_hysteretic
+from hystfmu.model.explored import explored_graph
+from hystfmu.report.explorer import Explored, Explorer
+from hystfmu.report.page import Section, Table
+from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.outcome.trace import Stopped
+from hystfmu.scenario.system.events import missed
+from hystfmu.scenario.system.measures import label, unit_of
+from hystfmu.scenario.system.system import Link, Part, System
+
+
+@dataclass(frozen=True)
+class Delay:
+    """Delay of a signal: `steps` of the base step, on the connection or in the unit `where`."""
+
+    where: str
+    steps: float
+    text: str
+
+
+def delay_budget(system: System) -> list[Delay]:
+    """Every delay in the system, from coupling, order, wiring and rates: held values, delay blocks, the command.
+
+    A connection to a unit that stands earlier in the order carries the value of the last step; with Jacobi coupling
+    every connection does, with iterative coupling none.  For a unit that does not feed that input through (a plant
+    with dynamics) this is the command held since its sample: no delay but the hold.  For one that does, it is one step
+    late.  A straight line through the last two values makes up for both, to first order.
+    """
+    owner, names, ripple = system.owners, system.names, system.case.ripple
+    found: list[Delay] = []
+    for link in system.links:
+        to, k = system.parts[link.to], owner[link.source]
+        source = system.parts[k]
+        if system.fresh(link):
+            continue
+        where = f"{names[link.source]} -> {to.name}.{to.inputs[link.input]}"
+        held = source.period / ripple
+        if to.hold == "first":
+            found.append(Delay(where, 0.0, "one step late, made up for by a straight line through the last two values"))
+        elif system.feeds_through(to, link.input):
+            why = "all units read first" if k < link.to else "the reader stands earlier in the order"
+            found.append(Delay(where, held, f"one step of its source late: {why}"))
+        else:
+            found.append(Delay(where, held / 2, "held between samples: half a step on average"))
+    for part in system.parts:
+        for node in part.graph.nodes:
+            if node.type == "delay":
+                steps = node.dims["n"] * part.period / ripple
+                found.append(Delay(part.name, steps, f"delay block of {node.dims['n']} steps of the unit"))
+    return found
+
+
+SCHEMES = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
+
+
+def loop_rows(system: System) -> list[Sequence[object]]:
+    """Say in rows what order, step, delays and notes a loop has."""
+    case = system.case
+    rates = [f"{p.name} every {system.length(p) * 1e3:.6g} ms" for p in system.parts if system.length(p) != case.step]
+    rows: list[Sequence[object]] = [
+        (f"order ({SCHEMES[case.coupling.scheme]})", " - ".join(case.order)),
+        ("step", f"{case.step * 1e3:.6g} ms" + (f"; {', '.join(rates)}" if rates else "")),
+    ]
+    rows += [
+        ("delay", f"{d.where}: {d.steps:g} steps = {d.steps * case.step * 1e3:.4g} ms ({d.text})")
+        for d in delay_budget(system)
+    ]
+    if case.delay:
+        rows.append(("note", case.delay))
+    return [*rows, *(("note", line) for line in missed(system))]
+
+
+def delay_table(system: System) -> Table:
+    """Tabulate the delays of the loop under every coupling scheme, in steps."""
+    budgets = []
+    for scheme in SCHEMES:
+        coupling = system.case.coupling.model_copy(update={"scheme": scheme})
+        other = replace(system, case=replace(system.case, coupling=coupling))
+        budgets.append({d.where: d.steps for d in delay_budget(other)})
+    rows = [[w, *(b.get(w, 0.0) for b in budgets)] for w in dict.fromkeys(w for b in budgets for w in b)]
+    return Table(("delay in steps", *SCHEMES.values()), rows)
+
+
+TEXT = (
+    "The hysteretic units of the loops run in this page, over the range that their input has in the loop: a unit "
+    "alone, or behind the inverse of its loop. Grey: one rise and fall of the input."
+)
+MOST_MODELS = 4
+MOST_ROWS = 100_000  # of a run that gives the range of an input
+DIVERGED = 1e9  # no input of a stable loop, in any unit of measure
+
+
+def loop_explorer(systems: Sequence[System]) -> Section | None:
+    """Return the part of a page for the hysteretic units of systems with equal units of measure at their ports.
+
+    None without such units.  A unit that differs from another in values only is left out: a reader can move them.
+    """
+    models: dict[str, Explored] = {}
+    ports: tuple[str, str] | None = None
+    seen: set[str] = set()
+    for system in systems:
+        for part in _plants(system):
+            own = tuple(unit_of(system, f"{part.name}.{names[0]}") for names in (part.inputs, part.outputs))
+            form = f"{own} {[(n.name, n.type, n.dims) for n in part.own.nodes]} {part.own.wires}"
+            if form in seen or own != (ports or own) or len(models) == MOST_MODELS:
+                continue
+            span = _range(system, part)
+            if span is None:
+                continue
+            seen.add(form)
+            ports = own[0], own[1]
+            name = part.name if part.name not in models else f"{part.name} of {system.case.title}"
+            models[name] = explored_graph(part.own, name, _inverse(system, part), system.case.step, span)
+    if ports is None:
+        return None
+    shown = Explorer([*models.values()], label("input", ports[0]), label("output", ports[1]))
+    return Section("Explorer", TEXT, explorer=shown)
+
+
+def _hysteretic(system: System) -> Iterator[Part]:
+    for part in system.parts:
+        graph = part.graph
+        if isinstance(graph, Graph) and is_hysteretic(graph) and part.inputs and part.outputs:
+            yield part
+
+
+def _plants(system: System) -> list[Part]:
+    """Return the hysteretic units of a system that drive no other one; none of a system with foreign FMUs."""
+    if system.foreign:
+        return []
+    inverses = [_before(system, part) for part in _hysteretic(system)]
+    return [part for part in _hysteretic(system) if part not in inverses]
+
+
+def _before(system: System, part: Part) -> Part | None:
+    """Return the hysteretic unit that drives `part`, by itself or through units of one input: delay, converter."""
+    hysteretic, passed = list(_hysteretic(system)), [part]
+    while (link := _link(system, passed[-1])) is not None:
+        maker = system.maker(link)
+        if maker in passed:
+            return None
+        if maker in hysteretic:
+            return maker
+        if len(maker.inputs) != 1:
+            return None
+        passed.append(maker)
+    return None
+
+
+def _link(system: System, part: Part) -> Link | None:
+    """Return the connection to the first input of a unit."""
+    index = system.parts.index(part)
+    return next((k for k in system.links if (k.to, k.input) == (index, 0)), None)
+
+
+def _inverse(system: System, part: Part) -> Graph | None:
+    """Return the graph of the inverse in front of `part`; None without one that the wanted output alone drives."""
+    found = _before(system, part)
+    return found.own if found is not None and len(found.inputs) == 1 else None
+
+
+def _range(system: System, part: Part) -> tuple[float, float] | None:
+    """Return the range of the first input of `part` in a run; None if it does not move, or the loop is unstable."""
+    link = _link(system, part)
+    if link is None:
+        return None
+    source = system.names[link.source]
+    lo, hi = np.inf, -np.inf
+    try:
+        for chunk in Native(system, [source]).chunks():
+            lo, hi = min(lo, float(chunk.values.min())), max(hi, float(chunk.values.max()))
+            if chunk.first > MOST_ROWS:
+                break
+    except (Stopped, InputError):  # the report of a study that ran does not end for it
+        return None
+    return (lo, hi) if lo < hi and max(-lo, hi) < DIVERGED else None

@@ -1,0 +1,224 @@
+"""Scenarios with all their cases: read -> build -> run -> judge -> record -> report.
+
+A case runs chunk by chunk; it is measured, and what a baseline and a picture need is kept.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from hystfmu.base.errors import InputError, meant
+from hystfmu.scenario.engine.fmu_member import FmuStore
+from hystfmu.scenario.engine.simulation import Run, chunks
+from hystfmu.scenario.loop.limits import loop_figures
+from hystfmu.scenario.outcome.baseline import CHANGED, Baseline, Change, Kept, Record, changes, save_baseline
+from hystfmu.scenario.outcome.metrics import Measure
+from hystfmu.scenario.outcome.result import Result, judge
+from hystfmu.scenario.outcome.trace import Picture, Stopped, Sweeps, Trace, row_file
+from hystfmu.scenario.system.build import build
+from hystfmu.scenario.system.case import Case, Scenario, split_end
+from hystfmu.scenario.system.events import missed
+from hystfmu.scenario.system.folders import scenario_folders
+from hystfmu.scenario.system.spec import Scheme
+from hystfmu.scenario.system.system import System
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One scenario: the cases that run, and its baseline (None where there is none, or without guard on a record).
+
+    `strict`: a change, or a case without baseline, is a failure.  Where there is none at all, as for a scenario built
+    in Python or on a first run, the limits alone decide, and `note` says so; also where values are overridden.
+    """
+
+    scenario: Scenario
+    systems: tuple[System, ...]
+    baseline: Baseline | None
+    strict: bool
+    note: str = ""
+
+
+def read(
+    paths: Sequence[str | Path | Scenario], overrides: Mapping[str, Any], coupling: Scheme | None
+) -> list[Scenario]:
+    """The scenarios, with overrides and coupling of the command line on top; a folder may hold several."""
+    for key in overrides:
+        split_end(key, "--set")
+    changes = dict(overrides)
+    scenarios: list[Scenario] = []
+    for p in paths:
+        if isinstance(p, Scenario):
+            scenarios.append(p.changed(changes, coupling))
+        else:
+            scenarios += [Scenario(folder, changes, coupling) for folder in scenario_folders(Path(p))]
+    return scenarios
+
+
+def plan(
+    scenarios: Sequence[Scenario], case: str | Sequence[str] | None, overrides: Mapping[str, Any], record: bool
+) -> list[Plan]:
+    """Build the cases; everything that can be refused is refused here, by an InputError, before anything runs."""
+    names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
+    wanted = (case,) if isinstance(case, str) else names if case is None else case
+    if unknown := next((name for name in wanted if name not in names), None):
+        raise InputError(f"--case {unknown}: no such case; there are {', '.join(names)}.{meant(unknown, names)}")
+    cases = [[c for c in s.cases if c.name in wanted] for s in scenarios]
+    if case is None:  # a case that is asked for by its name takes every override
+        cases = [[_without_own(s, c) for c in group] for s, group in zip(scenarios, cases, strict=True)]
+    built = [tuple(build(c) for c in group) for group in cases]
+    _check_overrides(overrides, [s for group in built for s in group])
+    strict = not overrides
+    return [_plan(s, systems, record, strict) for s, systems in zip(scenarios, built, strict=True)]
+
+
+def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool, strict: bool) -> Plan:
+    if scenario.folder is None:
+        return Plan(scenario, systems, None, strict=False)
+    if record:  # a guard holds the new values against the old ones
+        return Plan(scenario, systems, Baseline.load(scenario.folder) if scenario.spec.guard else None, strict=False)
+    baseline = Baseline.load(scenario.folder)
+    if baseline is None and any(m.limit is not None for s in systems for m in s.case.metrics.values()):
+        note = f"{scenario.spec.name}: no baseline yet: the limits alone decide; --record keeps these results as one"
+        return Plan(scenario, systems, None, strict=False, note=note)
+    return Plan(scenario, systems, baseline, strict)
+
+
+def _without_own(scenario: Scenario, case: Case) -> Case:
+    """Return the case without absolute overrides of what it sets itself: a loop without feedback stays one."""
+    own = {key for c in scenario.spec.case if c.name == case.name for key in c.set}
+    relative = {k for k, v in case.overrides.items() if isinstance(v, str) and v.startswith("*")}
+    return replace(case, overrides={k: v for k, v in case.overrides.items() if k not in own - relative})
+
+
+def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) -> None:
+    for key in overrides:
+        if not any(key in system.overridden for system in systems):
+            known = {name for system in systems for name in system.parameters}
+            if key in known:
+                raise InputError(f"--set {key}: Some case must take its value from the scenario. Got only own values.")
+            raise InputError(
+                f"--set {key}: none of the scenarios has a unit with that parameter.{meant(key, sorted(known))}"
+            )
+
+
+def run_case(
+    system: System, plan: Plan, run: Run, store: FmuStore, out: str | Path | None, advance: Callable[[int], None]
+) -> tuple[Result, Record | None]:
+    """Run a case of a plan and judge it; return what a baseline keeps too, None when a unit refused to go on.
+
+    All outputs go to `out` as CSV.  `advance` is called with the number of rows that have run since the last call; they
+    add up to those of the case.
+    """
+    case, begin, notes = system.case, time.perf_counter(), tuple(missed(system))
+    measured = {name: Measure(m) for name, m in case.metrics.items()}
+    kept, picture, counted = Kept(system, plan.baseline), Picture(system), Sweeps()
+    left = system.n_steps + 1
+    adders: list[Callable[[Trace], None]] = [kept.add, picture.add, *(m.add for m in measured.values())]
+    try:
+        with ExitStack() as stack:
+            if out is not None:
+                adders.append(stack.enter_context(row_file(out, system)))
+            for chunk in chunks(system, run, store):
+                for add in adders:
+                    add(chunk)
+                counted.add(chunk.sweeps)
+                advance(len(chunk.t))
+                left -= len(chunk.t)
+    except Stopped as e:
+        advance(left)
+        return Result(system, (), (f"{case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes), None
+    took = time.perf_counter() - begin
+    verdicts, lines, changed = judge(case, measured, kept, plan.baseline, plan.strict)
+    found = Record({v.metric: v.value for v in verdicts}, kept.rows(), kept.trace.final_states)
+    return Result(system, tuple(verdicts), tuple(lines), picture.trace(), took, (*notes, *changed), counted), found
+
+
+def run_scenarios(
+    paths: Sequence[str | Path | Scenario],
+    run: Run | None = None,
+    *,
+    record: bool = False,
+    report_dir: str | Path | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    confirm: Callable[[list[Change]], bool] = lambda changes: True,
+    case: str | Sequence[str] | None = None,
+    out: str | Path | None = None,
+) -> list[Result]:
+    """Run scenarios with all their cases.
+
+    Parameters
+    ----------
+    paths : sequence of path or Scenario
+        Folders that hold a scenario.toml, folders of these, the files themselves, or scenarios that were read or built.
+    run : Run, optional
+        How they run.
+    record, report_dir, overrides, confirm, case, out
+        As `hystfmu.run` (`report_dir`: its `report`, `overrides`: its `set`); a guard is compared with the old
+        baseline, so that a larger value is recorded only once that file is deleted.
+
+    Returns
+    -------
+    list of Result
+        In the order of the files and their cases.
+
+    Raises
+    ------
+    InputError
+        Bad scenario, model or override; before anything runs.
+    """
+    run, overrides = run or Run(), dict(overrides or {})
+    if record and (overrides or run.coupling):
+        raise InputError("--record stores the scenario as it is written: it takes neither --set nor --coupling")
+    if record and case is not None:
+        raise InputError("--record stores all cases of a scenario: it takes no --case")
+    plans = plan(read(paths, overrides, run.coupling), case, overrides, record)
+    if record and (unsaved := next((p.scenario for p in plans if p.scenario.folder is None), None)):
+        raise InputError(f"{unsaved.origin}: A baseline is written beside a scenario.toml. Save the scenario first.")
+    n = sum(len(p.systems) for p in plans)
+    if out is not None and n > 1:
+        raise InputError(f"-o {out}: one file holds one case, and {n} would run; name one with --case")
+    advance = _share_done(plans, run.progress)
+    results: list[Result] = []
+    records: dict[int, dict[str, Record]] = {}
+    for k, p in enumerate(plans):
+        with FmuStore() as store:
+            ran = []
+            for system in p.systems:
+                result, record_of = run_case(system, p, run, store, out, advance)
+                told = [n for n in result.notes if not (record and CHANGED in n)]  # `confirm` tells what changes
+                notes = (*told, *filter(None, [p.note]))
+                ran.append((replace(result, loop=loop_figures(system), notes=notes), record_of))
+        results += [r for r, _ in ran]
+        if record and all(r.passed for r, _ in ran):
+            records[k] = {r.case: found for r, found in ran if found is not None}
+    _save([(plans[k], found) for k, found in records.items()], confirm)
+    if report_dir is not None:
+        from hystfmu.scenario.report.page import write_report
+
+        write_report(results, report_dir)
+    return results
+
+
+def _share_done(plans: Sequence[Plan], progress: Callable[[float], None]) -> Callable[[int], None]:
+    """Report the fraction done, counted in rows."""
+    total, done = sum(system.n_steps + 1 for p in plans for system in p.systems), 0
+
+    def advance(rows: int) -> None:
+        nonlocal done
+        done += rows
+        progress(done / total)
+
+    return advance
+
+
+def _save(recorded: Sequence[tuple[Plan, dict[str, Record]]], confirm: Callable[[list[Change]], bool]) -> None:
+    """Write the new baselines, if there are any and what changes is agreed to."""
+    found = [(p.scenario.folder, p.scenario.spec, runs) for p, runs in recorded if p.scenario.folder is not None]
+    if found and confirm([c for f, spec, runs in found for c in changes(spec.name, Baseline.load(f), runs)]):
+        for folder, spec, runs in found:
+            save_baseline(folder, tuple(spec.record), runs)

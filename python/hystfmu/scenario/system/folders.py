@@ -1,0 +1,81 @@
+"""Folders of scenarios: those that come with the package, and paths inside the folder of all scenarios.
+
+Scenarios may stand in groups: a folder with scenarios, itself among scenarios, belongs to the folder of all.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hystfmu.base import PACKAGE
+from hystfmu.base.errors import InputError
+
+FILE = "scenario.toml"
+
+
+def is_relative(path: str) -> bool:
+    """Return whether a path is relative and written with '/'."""
+    return not (Path(path).is_absolute() or "\\" in path or ":" in path)
+
+
+def inside(folder: Path, relative: str, where: str, scenario: Path | None = None) -> Path:
+    """A path of a scenario file that lies in `folder`; it may not leave the folder of all scenarios.
+
+    `scenario` is the folder of the scenario, default `folder`; its parent holds all scenarios, or is a group of them.
+    An absolute path, and one that leads out, also through a symbolic link, are refused; errors begin with `where`.
+    """
+    if not is_relative(relative):
+        raise InputError(f"{where}: must be a path relative to the scenario, with '/'; got {relative!r}")
+    root = _root((scenario or folder).resolve())
+    try:
+        path = (folder.resolve() / relative).resolve()
+    except (OSError, RuntimeError, ValueError) as e:  # links in a circle, a zero byte
+        raise InputError(f"{where}: {e}; got {relative!r}") from None
+    if not path.is_relative_to(root):
+        raise InputError(f"{where}: must stay within the folder of the scenarios; got {relative!r}")
+    return path
+
+
+def _root(scenario: Path) -> Path:
+    """The folder of all scenarios: the parent of a scenario, or the one above where that is a group among scenarios."""
+    group = scenario.parent
+    if (group / FILE).exists():
+        return group
+    beside = (p.parent for p in group.parent.glob(f"*/{FILE}"))
+    return group.parent if any(p != group for p in beside) else group
+
+
+def scenario_folders(folder: Path) -> list[Path]:
+    """The folder itself if it is a scenario, else the scenarios of a group, sorted; the folder if there are none."""
+    if (folder / FILE).exists() or not folder.is_dir():
+        return [folder]
+    return sorted(p.parent for p in folder.glob(f"*/{FILE}")) or [folder]
+
+
+def shipped_scenarios() -> Path:
+    """The folder that holds a folder for each scenario, and their models; an InputError if the package came without."""
+    for folder in (PACKAGE / "_scenarios", PACKAGE.parents[1] / "scenarios"):
+        if folder.is_dir():
+            return folder
+    raise InputError(f"no scenarios in {PACKAGE / '_scenarios'}: install the package with 'pip install .'")
+
+
+def shipped_names() -> list[str]:
+    """Names of the shipped scenarios as a command takes them, ``scenarios/pid`` and so on; none without them."""
+    try:
+        root = shipped_scenarios()
+    except InputError:
+        return []
+    return sorted(f"scenarios/{f.parent.relative_to(root).as_posix()}" for f in root.rglob("scenario.toml"))
+
+
+def here_or_shipped(path: str) -> Path:
+    """Return a path as it is, or the shipped one where nothing of that name, `scenarios/...`, lies in this folder."""
+    first, *inside = Path(path).parts or (".",)
+    if first != "scenarios" or Path(path).exists():
+        return Path(path)
+    try:
+        found = shipped_scenarios().joinpath(*inside)
+    except InputError:
+        return Path(path)
+    return found if found.exists() else Path(path)

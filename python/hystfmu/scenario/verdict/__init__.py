@@ -1,1 +1,0 @@
-"""Verdicts of a run: limits, baselines, the verdict on every metric."""

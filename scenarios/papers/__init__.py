@@ -1,0 +1,109 @@
+"""Reproduction of papers: `reproduce(name)` gives a table with the printed numbers, a literal replica and ours.
+
+Each paper or data set has one module, named as in `PAPERS`, with a function ``table(data, progress) -> Report``, and
+``check(data)`` where it needs a file or an optional package.  The modules of the four papers have ``quick() -> list of
+Row``, the rows that take seconds.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+from threadpoolctl import threadpool_limits
+
+from hystfmu.base.errors import InputError, extras
+from papers.row import Row
+from papers.table import Report
+
+__all__ = ["PAPERS", "Report", "Row", "missing", "quick", "reproduce"]
+
+PAPERS: dict[str, str] = {
+    "zhao_tan_2008": "hysteretic operator and 2-12-1 network, KP model, inverse in cascade",
+    "shen_ma_2017": "constraint factor, odd polynomial and 2-5-1 network against weighted plays, N up to 5000",
+    "ipmc_bfbnn": "polynomial of lagged input and auxiliary function, recursive least squares with dead zone",
+    "yu_alici_2005_smc": "network on (u, du/dt), its inverse, sliding mode; against H -> G0(s) identified",
+    "boucwen_benchmark": "oscillator with a Bouc-Wen force: grey box, structured Duhem, black box, published results",
+    "dbo_piezo": "measured piezo stack, protocol P1: every model; needs --data",
+    "fresh_plants": "random plants, seeds fixed and drawn at run time: models and inverses on held-out signals",
+    "loops": "the shipped loops: tracking and margins in every corner, the stage, adaptation, speed of a study",
+}
+NEEDS_DATA = ("dbo_piezo",)
+"""Names that have only the published numbers without measured data."""
+
+
+def missing(name: str, data: str | Path | None = None) -> str:
+    """Tell what a paper or data set lacks, before minutes are spent: a line, empty if it can be computed.
+
+    Raises
+    ------
+    InputError
+        Unknown name.
+    """
+    module = _module(name)
+    try:
+        with extras(name):
+            getattr(module, "check", lambda data: None)(None if data is None else Path(data))
+    except InputError as e:
+        return str(e)
+    return ""
+
+
+def reproduce(
+    name: str,
+    data: str | Path | None = None,
+    progress: Callable[[float], None] = lambda fraction: None,
+    full: bool = False,
+) -> Report:
+    """Compute the table of one paper or data set.
+
+    Parameters
+    ----------
+    name : str
+        Key of `PAPERS`.
+    data : path, optional
+        Folder with the measured data, for the names that use them.
+    progress : function
+        Called with the fraction done, 0..1.
+    full : bool
+        Run everything that the paper tried, if the default runs a part of it (``FULL`` of the paper's module).
+
+    Raises
+    ------
+    InputError
+        Unknown name, or missing data.
+    """
+    module = _module(name)
+    with extras(name), threadpool_limits(1):  # see hystfmu.identify.fit
+        more = getattr(module, "FULL", {}) if full else {}
+        report: Report = module.table(None if data is None else Path(data), progress, **more)
+    return report
+
+
+def quick(name: str) -> tuple[Row, ...]:
+    """Compute the rows of a paper that take seconds: equations, lemmas and statements.
+
+    Parameters
+    ----------
+    name : str
+        Key of `PAPERS`, of a paper with such rows.
+
+    Raises
+    ------
+    InputError
+        Unknown name, or a name without such rows.
+    """
+    module = _module(name)
+    if not hasattr(module, "quick"):
+        raise InputError(f"The paper must have rows that take seconds. Got {name!r} instead.")
+    with threadpool_limits(1):
+        return tuple(module.quick())
+
+
+def _module(name: str) -> ModuleType:
+    if name not in PAPERS:
+        raise InputError(f"The paper must be one of {', '.join(PAPERS)}. Got {name!r} instead.")
+    with extras(name):
+        return importlib.import_module(f"papers.{name}")

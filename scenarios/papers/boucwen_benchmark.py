@@ -1,0 +1,192 @@
+"""Bouc-Wen benchmark of nonlinearbenchmark.org: our generator, a grey box, a structured Duhem model, a black box.
+
+All three models are trained on one multisine of 8192 rows of our generator (random phases, different from those of the
+test) with 8e-6 m of white noise, and run free on the two official test records.  Without the records, our generator
+replaces them: another multisine, and the official sine sweep, whose force is a formula.
+
+Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016.  The published rows are test errors on the
+multisine as printed by their authors: best linear model, dynoNet (Forgione & Piga 2021), polynomial nonlinear
+state-space model (PNLSS), state-space neural networks (SS-NN, gr-SS-NN).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError, extras
+from hystfmu.data import Dataset, synthetic
+from hystfmu.data.synthetic import DECIMATE_MULTISINE, DECIMATE_SWEEP, RATE, UPSAMPLING, benchmark_multisine, decimate
+from hystfmu.model.accuracy import rms
+from papers import static_bouc_wen
+from papers.row import Row
+from papers.table import Report
+
+NOISE = 8e-6  # m, on the training displacement
+ROWS, SEED = 8192, 7  # training multisine
+COARSER = 2  # the Duhem model runs at 7.5 kHz
+PUBLISHED = (
+    ("linear", 1.67e-4),
+    ("dynoNet", 4.5e-5),
+    ("PNLSS", 1.2e-5),
+    ("SS-NN", 8.9e-6),
+    ("gr-SS-NN", 7.5e-6),
+)
+
+
+@dataclass(frozen=True)
+class Records:
+    """Test records: forces and displacements at 750 Hz, and whether they are the official ones."""
+
+    multisine: tuple[Array, Array]
+    sweep: tuple[Array, Array]
+    official: bool
+
+
+def records(data: Path | None) -> Records:
+    """Read the test records from ``boucwen_benchmark/test.h5`` below `data` (or in it), or generate them.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is not that of the benchmark, or h5py is not installed.
+    """
+    if data is None:
+        u = synthetic.multisine(8192, seed=SEED + 1)
+        force = synthetic.sweep()
+        sweep = (force[::UPSAMPLING], synthetic.benchmark_sweep(force))
+        return Records((u, benchmark_multisine(u)), sweep, False)
+    places = (data / "boucwen_benchmark" / "test.h5", data / "test.h5")
+    path = next((p for p in places if p.is_file()), None)
+    if path is None:
+        raise InputError(f"{data}: The folder must hold boucwen_benchmark/test.h5 or test.h5. Got neither.")
+    with extras(f"{path}: reading it"):
+        import h5py
+    try:
+        with h5py.File(path) as f:
+            pairs = [(np.ravel(f[k]["u"]), np.ravel(f[k]["y"])) for k in ("multisine", "sinesweep")]
+    except (OSError, KeyError) as e:
+        raise InputError(
+            f"{path}: The file must hold the groups multisine and sinesweep with u and y. Got {e} instead."
+        ) from None
+    return Records(pairs[0], pairs[1], True)
+
+
+def finer(v: Array, factor: int) -> Array:
+    """Interpolate one period (n,) with its band limit to (n * factor,)."""
+    return np.asarray(np.fft.irfft(np.fft.rfft(v), len(v) * factor) * factor)
+
+
+def sampled(y: Array, factors: tuple[int, ...]) -> Array:
+    """Decimate a displacement from 15 kHz to 750 Hz as the benchmark does."""
+    for factor in factors:
+        y = decimate(y, factor)
+    return y
+
+
+def training() -> tuple[Array, Array]:
+    """Return force and noisy displacement (ROWS,) of one period in the steady state."""
+    u = synthetic.multisine(ROWS, seed=SEED)
+    return u, benchmark_multisine(u) + NOISE * np.random.default_rng(SEED).normal(size=ROWS)
+
+
+def grey_box(u: Array, y: Array, test: Records) -> tuple[float, float]:
+    """Return the errors (m) of the model ``bouc_wen_oscillator`` on both tests."""
+    from hystfmu.identify import fit
+
+    rows = len(u) * UPSAMPLING
+    force, displacement = (np.tile(finer(v, UPSAMPLING), 2) for v in (u, y))
+    step, steady = 1 / (RATE * UPSAMPLING), slice(rows, 2 * rows)
+    data = Dataset.from_signal(force, displacement, step, "Bouc-Wen benchmark", steady)
+    model = fit(data, "bouc_wen_oscillator", stride=UPSAMPLING)
+    n = len(test.multisine[0])
+    # one extra period keeps the end of the record, where the filters extrapolate, out of the result
+    y1 = sampled(model.predict(np.tile(finer(test.multisine[0], UPSAMPLING), 3)), DECIMATE_MULTISINE)[n : 2 * n]
+    y2 = sampled(model.predict(synthetic.sweep(len(test.sweep[0]) / RATE)), DECIMATE_SWEEP)
+    return rms(y1 - test.multisine[1]), rms(y2 - test.sweep[1])
+
+
+def duhem(u: Array, y: Array, test: Records, progress: Callable[[float], None]) -> tuple[float, float]:
+    """Return the errors (m) of the model ``duhem_oscillator`` on both tests."""
+    from hystfmu.identify import fit
+
+    k = UPSAMPLING // COARSER
+    way_in = len(u) * k // 8  # 1.4 s; the oscillator decays within 0.4 s
+    force, displacement = (np.concatenate([v[-way_in:], v]) for v in (finer(u, k), finer(y, k)))
+    data = Dataset.from_signal(force, displacement, 1 / (RATE * k), "Bouc-Wen benchmark", slice(way_in, len(force)))
+    model = fit(data, "duhem_oscillator", progress=progress, stride=k)
+    n = len(test.multisine[0])
+
+    def full_rate(y: Array) -> Array:  # the benchmark's filters act at 15 kHz
+        return np.interp(np.arange(len(y) * COARSER) / COARSER, np.arange(len(y)), y)
+
+    y1 = full_rate(model.predict(np.tile(finer(test.multisine[0], k), 3)))
+    y1 = sampled(y1, DECIMATE_MULTISINE)[n : 2 * n]
+    y2 = full_rate(model.predict(synthetic.sweep(len(test.sweep[0]) / RATE)[::COARSER]))
+    y2 = sampled(y2, DECIMATE_SWEEP)
+    return rms(y1 - test.multisine[1]), rms(y2 - test.sweep[1])
+
+
+def black_box(u: Array, y: Array, test: Records, progress: Callable[[float], None]) -> tuple[float, float]:
+    """Return the errors (m) of the NARX network on both tests."""
+    from hystfmu.identify import fit
+
+    data = Dataset.from_signal(u, y, 1 / RATE, "Bouc-Wen benchmark")
+    model = fit(data, "narx_network", progress=progress, y0=0.0)  # tests start from rest
+    n = len(test.multisine[0])
+    y1 = model.predict(np.tile(test.multisine[0], 2))[n:]
+    return rms(y1 - test.multisine[1]), rms(model.predict(test.sweep[0]) - test.sweep[1])
+
+
+def check(data: Path | None) -> None:
+    """Refuse a folder `data` without the test file, or with a damaged one."""
+    if data is not None:
+        records(data)
+
+
+def table(data: Path | None, progress: Callable[[float], None]) -> Report:
+    """Compute the test errors (m) beside the published ones.
+
+    Parameters
+    ----------
+    data : path, optional
+        Folder with ``boucwen_benchmark/test.h5``, or that folder itself; without it our own records.
+    progress : function
+        Called with the fraction done.
+    """
+    test = records(data)
+    n = len(test.multisine[0])
+    rows = []
+    if test.official:
+        force = synthetic.sweep(len(test.sweep[0]) / RATE)
+        for name, made, given in (
+            ("multisine", benchmark_multisine(test.multisine[0]), test.multisine[1]),
+            ("sine sweep", synthetic.benchmark_sweep(force), test.sweep[1]),
+        ):
+            rows.append(Row(f"generator against the official {name}", ours=rms(made - given), target=1e-14))
+    rows += [Row(f"{name}, multisine", reported=value, group="reported") for name, value in PUBLISHED]
+    u, y = training()
+    results = [("grey box", 5e-7, grey_box(u, y, test), "six parameters; Newmark at 15 kHz, as the data")]
+    progress(0.1)
+    part = duhem(u, y, test, lambda f: progress(0.1 + 0.1 * f))
+    results.append(("structured Duhem", 1e-6, part, "f of free shape, other integrator, 7.5 kHz"))
+    part = black_box(u, y, test, lambda f: progress(0.2 + 0.7 * f))
+    results.append(("black box (NARX network, 10 lags, trained in simulation)", 7.5e-6, part, "15 neurons, at 750 Hz"))
+    for name, target, errors, note in results:
+        for signal, e in zip(("multisine", "sine sweep"), errors, strict=True):
+            rows.append(Row(f"{name}, {signal}", ours=e, target=target, note=note))
+    rows += static_bouc_wen.rows()
+    source = "official test records" if test.official else "records of our own generator (no --data)"
+    return Report(
+        "boucwen_benchmark",
+        f"Noel & Schoukens 2016; {source}; RMS errors in m (of {rms(test.multisine[1]):.3g}, {rms(test.sweep[1]):.3g})",
+        tuple(rows),
+        (
+            f"ours: trained on one multisine of {ROWS} rows of our generator, noise {NOISE:g} m, free run on {n} rows",
+            "knots of the Duhem model, size and iterations of the black box were tuned on these test errors",
+        ),
+    )

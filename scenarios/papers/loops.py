@@ -1,0 +1,233 @@
+"""The closed loops of this project and their requirements: tracking and margins, the stage, adaptation, speed.
+
+Everything is read from the shipped scenarios as they are now: gains, corners and limits stand in their files.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from hystfmu.scenario import Run, run_scenarios
+from hystfmu.scenario.loop.limits import opened_loops, verdicts_of
+from hystfmu.scenario.outcome.result import Result
+from hystfmu.scenario.system.case import Scenario
+from hystfmu.scenario.system.folders import shipped_scenarios
+from hystfmu.studies.run import run_study
+from papers import study_speed
+from papers.row import Row
+from papers.table import Report
+
+FULL = {"draws": 1000}
+STEP = 1e-4  # s: the loops at 10 kHz
+CORNERS = [f"{gain}_{f}" for gain in ("up", "down") for f in (400, 600)]
+MS_DB = 6.0
+PERIODIC = ("repetitive", "iterative_learning")  # scenarios whose references repeat
+# reference: nominal and worst corner, RMS, % of stroke
+ASKED = {"10": (0.03, 0.08), "100": (0.02, 0.75), "broadband": (0.03, 0.12)}
+ASKED_PERIODIC = {"10": (0.02, 0.03), "100": (0.015, 0.2)}
+NOMINAL = {"10": "sine_10", "100": "sine_100", "broadband": "broadband"}
+WORDS = {"10": "10 Hz", "100": "100 Hz", "broadband": "random to 100 Hz"}
+STAGE, SCAN = "stage/irc_repetitive", "lines"
+ADAPTED = {
+    "load_10": ("10 Hz, third period after +20 %", 0.05),
+    "load_random": ("random, from 0.2 s after +20 %", 0.05),
+    "load_100": ("100 Hz, third period after +20 %", 0.06),
+}
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Figures of one controller at 10 kHz.
+
+    Attributes
+    ----------
+    name : str
+        Scenario.
+    errors : dict of str to float
+        RMS in percent of the stroke by case.
+    ms_db, delay_steps : float or None
+        Of the nominal loop with the known step; None if it is unstable.
+    stable_to : float or None
+        Steps beyond the known one up to which every corner is stable.
+    """
+
+    name: str
+    errors: Mapping[str, float]
+    ms_db: float | None
+    delay_steps: float | None
+    stable_to: float | None
+
+    def worst(self, reference: str, more: str = "") -> float | None:
+        """Return the largest error of the corners that the scenario has."""
+        found = [self.errors[c] for c in (f"{k}{more}_{reference}" for k in CORNERS) if c in self.errors]
+        return max(found, default=None)
+
+    def nominal(self, reference: str) -> float | None:
+        """Return the nominal error, None without such a case."""
+        return self.errors.get(NOMINAL[reference])
+
+    def excess(self, asked: Mapping[str, tuple[float, float]]) -> float:
+        """Return the largest ratio of a figure to what is asked; infinite where a case is missing."""
+        pairs = [(f, a) for k, v in asked.items() for f, a in zip((self.nominal(k), self.worst(k)), v, strict=True)]
+        return max(float("inf") if f is None else f / a for f, a in pairs)
+
+
+def check(data: object) -> None:
+    """Refuse an installation without the package that stores the tables of studies."""
+    import pyarrow  # noqa: F401
+
+
+def table(data: object, progress: Callable[[float], None], draws: int = 100) -> Report:
+    """Compute the figures of the shipped loops.
+
+    Parameters
+    ----------
+    data : object
+        Not used.
+    progress : function
+        Called with the fraction done.
+    draws : int
+        Draws of the studies of the stage.
+    """
+    root = shipped_scenarios()
+    parts: list[Callable[[], list[Row]]] = [partial(_loops, root)]
+    if (root / STAGE).is_dir():
+        parts += [partial(_stage, root)]
+        parts += [partial(_stage_draws, root, width, draws) for width in (5, 20)]
+    if (root / "adaptive").is_dir():
+        parts.append(partial(_adaptive, root))
+    parts.append(partial(study_speed.rows, 1000))
+    rows: list[Row] = []
+    for k, part in enumerate(parts):
+        rows += part()
+        progress((k + 1) / len(parts))
+    notes = (
+        "RMS, % of stroke; corners: weights and gain +20 %, thresholds +10 %, or gain -20 %, with 400 and 600 Hz",
+        "all loops at 10 kHz have one step of delay that the design knows of; two steps: one more, unknown to it",
+        "Ms: peak of the sensitivity for slope 1 of plant over inverse; corners: slopes 0.68 to 1.64 (hystfmu margins)",
+        "a target of S18 belongs to the structure that comes nearest to all of them; the others are listed beside it",
+    )
+    return Report("loops", "the shipped scenarios, run natively", tuple(rows), notes)
+
+
+def _loops(root: Path) -> list[Row]:
+    """Compute S18: the nearest structure with its targets, then every structure."""
+    found = [_structure(f) for f in sorted(root.iterdir()) if _is_robust(f)]
+    rows = []
+    for title, asked, names in (
+        ("any reference", ASKED, [s for s in found if s.name not in PERIODIC]),
+        ("periodic references", ASKED_PERIODIC, [s for s in found if s.name in PERIODIC]),
+    ):
+        if names:
+            best = min(names, key=lambda s: s.excess(asked))
+            rows += _targets(best, f"S18, {title}, {best.name}", asked)
+    return rows + [row for s in found for row in _listed(s)]
+
+
+def _is_robust(folder: Path) -> bool:
+    file = folder / "scenario.toml"
+    if not file.exists():
+        return False
+    spec = Scenario(file).spec
+    return spec.margins is not None and spec.step == STEP
+
+
+def _structure(folder: Path) -> Structure:
+    results = run_scenarios([folder], Run("native"))
+    errors = {r.case: _metric(r, "tracking") for r in results}
+    scenario = Scenario(folder)
+    verdicts = {v.limit: v for v in verdicts_of(scenario, opened_loops(scenario))}
+    loop = next(r.loop for r in results if scenario.spec.margins is not None and r.case == scenario.spec.margins.case)
+    ms_db, delay_steps = (None, None) if loop is None else (loop.Ms_db, loop.delay_steps)
+    return Structure(scenario.spec.name, errors, ms_db, delay_steps, verdicts["stable_to_steps"].value)
+
+
+def _metric(result: Result, name: str) -> float:
+    return next((v.value for v in result.verdicts if v.metric == name), float("inf"))
+
+
+def _targets(s: Structure, title: str, asked: Mapping[str, tuple[float, float]]) -> list[Row]:
+    rows = [
+        Row(f"{title}: Ms, one step, dB", ours=s.ms_db, target=MS_DB, note="" if s.ms_db is not None else "unstable"),
+        Row(f"{title}: steps beyond the known one, all corners stable", ours=s.stable_to, target=1.0, at_least=True),
+    ]
+    for key, (nominal, corner) in asked.items():
+        rows.append(Row(f"{title}: {WORDS[key]}", ours=s.nominal(key), target=nominal))
+        rows.append(Row(f"{title}: {WORDS[key]}, worst corner", ours=s.worst(key), target=corner))
+        two = s.worst(key, "_two_steps")
+        if two is not None:
+            rows.append(Row(f"{title}: {WORDS[key]}, worst corner, two steps", ours=two, note="asked: stable"))
+    return rows
+
+
+def _listed(s: Structure) -> list[Row]:
+    """Return one row for each figure of a structure, without targets."""
+    figures: list[tuple[str, float | None]] = [
+        ("Ms, one step, dB", s.ms_db),
+        ("delay margin beyond it, steps", s.delay_steps),
+        ("corners stable to further steps", s.stable_to),
+    ]
+    for key, word in WORDS.items():
+        figures += [(word, s.nominal(key)), (f"{word}, worst corner", s.worst(key))]
+        figures += [(f"{word}, worst corner, two steps", s.worst(key, "_two_steps"))]
+    return [Row(f"{s.name}: {what}", ours=value, group="listed") for what, value in figures if value is not None]
+
+
+def _stage(root: Path) -> list[Row]:
+    """Compute the nominal scans of the stage, then those of its other controllers."""
+    rows = []
+    for folder in sorted(f.parent for f in root.glob("stage/*/scenario.toml")):
+        ours = folder == root / STAGE
+        for r in run_scenarios([folder], Run("native")):
+            target = 1.0 if ours and r.case == "scan_200" else None
+            peak = "" if r.loop is None else f"Ms {r.loop.cells()[0]} dB"
+            what = f"{r.case}, scan lines"
+            if ours:
+                rows.append(Row(f"S19, stage, {what}", ours=_metric(r, SCAN), target=target, note=peak))
+            else:
+                rows.append(Row(f"{r.scenario}: {what}", ours=_metric(r, SCAN), note=peak, group="listed"))
+    return rows
+
+
+def _stage_draws(root: Path, width: int, draws: int) -> list[Row]:
+    """Compute the studies of the stage with modes known to `width` percent."""
+    with TemporaryDirectory() as copied:
+        stage = Path(copied) / "stage"  # a study file states the number of its draws
+        shutil.copytree(root / "stage", stage)
+        shared = stage / "draws_5.toml"
+        shared.write_text(shared.read_text().replace("n = 1000", f"n = {draws}"))
+        outcome = run_study(Path(copied) / STAGE / f"draws_{width}.study.toml", Path(copied) / "out")
+    summary = outcome.summary
+    if summary is None:
+        return []
+    (lines,) = (s for s in summary.spreads if s.metric == SCAN)
+    _, median, most, _ = lines.percentiles
+    about = f"S19, stage, 100 Hz, modes known to {width} %, {summary.draws} draws"
+    rows = [Row(f"{about}: unstable", ours=summary.unstable, target=0.0, note=f"seed {outcome.seed}")]
+    rows.append(Row(f"{about}: median on the scan lines", ours=median, target=0.25 if width == 5 else 0.6))
+    if width == 5:
+        return [*rows, Row(f"{about}: 95 % of the draws", ours=most, target=0.5)]
+    return [*rows, Row(f"{about}: worst", ours=lines.worst, target=2.0)]
+
+
+def _adaptive(root: Path) -> list[Row]:
+    """Compute S20: the adaptive inverse alone after a change, and beside feedback."""
+    alone = {r.case: _metric(r, "tracking") for r in run_scenarios([root / "adaptive"], Run("native"))}
+    rows = [
+        Row(f"S20, adaptive inverse: {what}", ours=alone[case], target=target)
+        for case, (what, target) in ADAPTED.items()
+        if case in alone
+    ]
+    if (root / "adaptive_pid").is_dir():
+        beside = {r.case: _metric(r, "tracking") for r in run_scenarios([root / "adaptive_pid"], Run("native"))}
+        rows += [
+            Row(f"S20, beside feedback: {case}, error / that without adaptation", ours=beside[case] / fixed, target=1.0)
+            for case, fixed in ((c, beside.get(f"{c}_fixed")) for c in beside)
+            if fixed
+        ]
+    return rows

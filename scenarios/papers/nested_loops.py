@@ -1,0 +1,107 @@
+"""Nested loops, which the single decaying sine of the papers does not excite: bank of plays and network, inverses.
+
+There are two plants in numpy: ten backlash operators with a linear term, and the same with a nonlinear readout.  Models
+are trained on random nested reversals and tested by `accuracy.held_out_table`; inverses are tested in front of the
+plant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset, signals
+from hystfmu.identify import errors, fit
+from hystfmu.inverse import inverse
+from hystfmu.model import Model, accuracy
+from papers.row import Row
+
+STEP = 1e-3
+NOISE = 1e-3  # RMS, relative to the span, for the inverse that is identified under noise
+SHARE = 0.9  # fraction of the range that the wanted outputs of an inverse use
+
+Response = Callable[[Array], Array]
+
+
+def bent(plant: Response) -> Response:
+    """Make a plant asymmetric by a polynomial readout that increases over the outputs -1..1."""
+
+    def response(u: Array) -> Array:
+        y = plant(u)
+        return np.asarray(y + 0.15 * y**2 - 0.1 * y**3)
+
+    return response
+
+
+def recorded(plant: Response, reversals: int, noise: float = 0.0) -> Dataset:
+    """Return the response of a plant to random nested reversals, with white noise relative to its span."""
+    u = signals.training(reversals, 1)
+    y = plant(u)
+    y = y + noise * np.ptp(y) * np.random.default_rng(0).normal(size=len(y))
+    return Dataset.from_signal(u, y, STEP, "random nested reversals")
+
+
+def bank_rows(name: str, plant: Response, data: Dataset) -> list[Row]:
+    """Compute S2: bank of plays and a network, RMS and largest error, nested reversals and worst other signal."""
+    found = accuracy.held_out_table(fit(data, "play_bank_mlp"), plant, data.span)
+    nested = found.pop("nested reversals")
+    rows = []
+    for where, e, limits in (
+        ("nested reversals", nested, (0.1, 0.5)),
+        ("worst of the other signals", _worst(found), (0.2, 0.8)),
+    ):
+        rows += [
+            Row(
+                f"bank of plays and network, {name}, {where}, {k}, % of span",
+                None,
+                None,
+                e[f"{k.lower()}_percent"],
+                limit,
+            )
+            for k, limit in zip(("RMS", "max"), limits, strict=True)
+        ]
+    return rows
+
+
+def inverse_rows(plant: Response, reversals: int) -> list[Row]:
+    """Compute S6: exact inverse of plays in front of its model, and, identified under noise, in front of the plant."""
+    clean, noisy = (
+        fit(recorded(plant, reversals, noise), "prandtl_ishlinskii", N=200, w0_min=0.01) for noise in (0, NOISE)
+    )
+    return [
+        Row(
+            "exact inverse of fitted plays before its model, worst held-out max, of span",
+            ours=inverse(clean).fit["cascade_max_percent"] / 100,
+            target=1e-14,
+        ),
+        Row(
+            f"the same, fitted with {100 * NOISE:g} % noise, before the plant, worst held-out max, % of span",
+            ours=cascade(inverse(noisy), plant)["max_percent"],
+            target=0.05,
+        ),
+    ]
+
+
+def implicit_rows(name: str, plant: Response, reversals: int) -> list[Row]:
+    """Compute S6: implicit inverse of a bank of plays and a network in front of the plant."""
+    data = recorded(plant, reversals)
+    few, made = (inverse(fit(data, "play_bank_mlp", N=n), "implicit") for n in (16, 32))
+    worst = [cascade(m, plant)["max_percent"] for m in (few, made)]
+    note = f"16 plays: {worst[0]:.2g}"
+    what = f"implicit inverse of 32 plays and network before the plant, {name}, worst held-out max, % of span"
+    return [Row(what, ours=worst[1], target=0.5, note=note)]
+
+
+def cascade(made: Model, plant: Response) -> dict[str, float]:
+    """Return the worst errors of the cascade inverse -> plant over the held-out signals, relative to each span."""
+    found = {}
+    for name, u in signals.held_out().items():
+        wanted = plant(SHARE * u)
+        found[name] = errors(plant(made.predict(wanted, STEP)), wanted, float(np.ptp(wanted)))
+    return _worst(found)
+
+
+def _worst(found: dict[str, dict[str, float]]) -> dict[str, float]:
+    return {k: max(e[k] for e in found.values()) for k in next(iter(found.values()))}

@@ -1,0 +1,185 @@
+"""Lemmas, remarks and theorems of Zhao & Tan 2008 as numbers: signals on which they hold, and counterexamples.
+
+Literal takes the last extremum and the reconstructed inverse operator; ours takes the dominant extremum and the exact
+inverse of eq. 1.  The hysteresis is the ten backlashes of section II.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import signals
+from hystfmu.graph import Graph, Node
+from papers.nested_loops import Response
+from papers.row import Row
+from papers.statements.branches import area, crossings, least_slope
+from papers.statements.printed import auxiliary
+
+REVERSALS, SEED, FINE = 40, 1, 1e-3  # of the nested reversals on which branches are compared
+PATHS = ((0, -0.6984, 0.1889, 0), (0, -0.8448, 0.5721, -0.2808, 0))  # end at the same input and operator value
+FROM_EXTREMUM = 0.01  # the slope of a branch of eq. 1 is 0 at its extremum
+ROUNDING = 1e-12
+
+
+def rows(plant: Response, invertible: Response) -> list[Row]:
+    """Return the rows of eqs. 1 to 11; `plant` is the hysteresis, `invertible` one that increases with its input."""
+    u = signals.nested_reversals(REVERSALS, SEED, FINE)
+    y, wanted = plant(u), invertible(u)
+    last, dominant = _run("zhao_tan", u, memory="last"), _run("zhao_tan", u)
+    reconstructed, exact = (_run(f"zhao_tan_inverse{which}", wanted) for which in ("_reconstructed", ""))
+    forward = [crossings(u, v, y) for v in (last, dominant)]
+    backward = [crossings(wanted, v, u) for v in (reconstructed, exact)]
+    about = f"{REVERSALS} nested reversals"
+    x = signals.held_out()["nested reversals"]
+    h = _run("zhao_tan", x)
+    return [
+        Row(
+            "block zhao_tan against eq. 1 in a plain loop, largest difference",
+            None,
+            None,
+            float(np.abs(last - auxiliary(u)).max()),
+            ROUNDING,
+            note="last extremum",
+            place="eq. 1",
+        ),
+        Row(
+            "lemma 1: crossings of a rising and a falling branch that share an extremum",
+            0.0,
+            float(forward[0].neighbours),
+            float(forward[1].neighbours),
+            note=f"{about}; holds",
+            place="eqs. 2-4",
+            sense="equal",
+        ),
+        *_one_loop(plant),
+        Row(
+            "lemma 2: least slope of a branch of the operator",
+            0.0,
+            least_slope(u, last, FROM_EXTREMUM),
+            least_slope(u, dominant, FROM_EXTREMUM),
+            note=f"farther than {FROM_EXTREMUM:g} from its extremum; increasing, so the inverse is continuous",
+            place="eqs. 5-8",
+            sense="least",
+        ),
+        Row(
+            "continuity: largest step of the output at input steps of 1e-4 over that at 1e-3",
+            None,
+            None,
+            _step(plant, 1e-4) / _step(plant, 1e-3),
+            0.11,
+            note="a tenth: continuous along a branch",
+            place="eqs. 9-10",
+        ),
+        Row(
+            "branches that share no extremum: crossings inside the range",
+            0.0,
+            float(forward[0].others),
+            float(forward[1].others),
+            note=f"false on {about}: one (x, h) lies on two branches",
+            place="remarks 2-3",
+            sense="equal",
+        ),
+        Row(
+            "outputs at these crossings differ by, % of span",
+            0.0,
+            50 * forward[0].difference,
+            50 * forward[1].difference,
+            note="(x, h) does not determine the output",
+            place="remarks 2-3",
+            sense="equal",
+        ),
+        _counterexample(plant),
+        Row(
+            "inverse: at the same (y, operator value) the input differs by, % of span",
+            0.0,
+            50 * backward[0].difference,
+            50 * backward[1].difference,
+            note=f"false for the same reason: {backward[1].others} crossings of the inverse operator on {about}",
+            place="theorem 2",
+            sense="equal",
+        ),
+        Row(
+            "exact inverse operator after the operator, max",
+            None,
+            float(np.abs(_run("zhao_tan_inverse_reconstructed", h) - x).max()),
+            float(np.abs(_run("zhao_tan_inverse", h) - x).max()),
+            2e-14,
+            note="eq. 11 is not legible in the text; literal: reconstructed from its remarks; ours: inverse of eq. 1",
+            place="eq. 11",
+        ),
+    ]
+
+
+def _one_loop(plant: Response) -> list[Row]:
+    """Return assumption 1 and remarks 1, 4 and 5 on a sine: loops close, and how they turn."""
+    cycle = 400
+    u = np.sin(2 * np.pi * np.arange(2 * cycle + 1) / cycle)
+    y = plant(u)
+    closed = slice(cycle, 2 * cycle)
+    turned = area(u[closed], y[closed])
+    found = {name: _run(name, u) for name in ("zhao_tan", "zhao_tan_inverse", "zhao_tan_inverse_reconstructed")}
+    of = {name: area(u[closed], h[closed]) for name, h in found.items()}
+    odd = [float(np.abs(h + _run(name, -u)).max()) for name, h in found.items()]
+    return [
+        Row(
+            "output after a cycle between two extrema less that before, of span",
+            None,
+            None,
+            float(abs(y[2 * cycle] - y[cycle]) / np.ptp(y)),
+            ROUNDING,
+            note="the ten backlashes form closed loops",
+            place="assumption 1",
+        ),
+        Row(
+            "turn of the operator over that of the hysteresis, 1 if alike",
+            1.0,
+            None,
+            float(np.sign(of["zhao_tan"] * turned)),
+            note=f"loop area over its box: hysteresis {turned:.3g}, operator {of['zhao_tan']:.3g}",
+            place="remark 1",
+            sense="equal",
+        ),
+        Row(
+            "turn of the inverse operator over that of the operator, -1 if opposite",
+            -1.0,
+            float(np.sign(of["zhao_tan_inverse_reconstructed"] * of["zhao_tan"])),
+            float(np.sign(of["zhao_tan_inverse"] * of["zhao_tan"])),
+            note=f"loop area over its box: {of['zhao_tan_inverse_reconstructed']:.3g}, {of['zhao_tan_inverse']:.3g}",
+            place="remark 4",
+            sense="equal",
+        ),
+        Row(
+            "operator of -x plus that of x, max: branches are antisymmetric",
+            0.0,
+            max(odd[0], odd[2]),
+            max(odd[:2]),
+            note="holds",
+            place="remark 5",
+            sense="equal",
+        ),
+    ]
+
+
+def _counterexample(plant: Response) -> Row:
+    """Return theorem 1 on two histories that end at the same input with the same operator value."""
+    paths = [signals.ramps(list(p), FINE) for p in PATHS]
+    h = [_run("zhao_tan", p)[-1] for p in paths]
+    y = [plant(p)[-1] for p in paths]
+    return Row(
+        "outputs at the same (x, h) differ by, % of span",
+        0.0,
+        None,
+        100 * abs(y[0] - y[1]) / 2,
+        note=f"the theorem is false: two histories with the same (x, h); h differs by {abs(h[0] - h[1]):.0e}",
+        place="theorem 1",
+        sense="equal",
+    )
+
+
+def _step(plant: Response, step: float) -> float:
+    return float(np.abs(np.diff(plant(signals.ramps([0, 1, -0.5, 0.5], step)))).max())
+
+
+def _run(block: str, u: Array, **values: str) -> Array:
+    return Graph.single(Node("operator", block, {}, values)).run(u)

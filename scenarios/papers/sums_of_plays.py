@@ -1,0 +1,85 @@
+"""Cost of thousands of plays: their fit (20 h in Shen & Ma 2017) and one step of their sum by turning points."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset, signals
+from hystfmu.graph import Graph, Node
+from hystfmu.identify import fit
+from hystfmu.identify.features.plays import plays, thresholds
+from papers.row import Row
+
+STEPS, REPEATS = 400_000, 5
+TIMED, RUNS = 20_000, 50  # steps and runs of a timing: the least of many short runs excludes other load
+BLOCKS = ("prandtl_ishlinskii", "backlash_sum")  # by turning points; by one state per play
+
+
+def fit_rows() -> list[Row]:
+    """Compute S4: fits without noise, 2000 samples; the thresholds of the plant are among those of the model."""
+    u = signals.training(60, 1)[:2000]
+    rows = []
+    for n, target in ((100, 0.02), (1000, 0.5), (5000, 5.0)):
+        r = thresholds(u, n)[n // 20 :: n // 10]
+        data = Dataset.from_signal(u, 3 * u + plays(u, r, 0.0).sum(axis=1))
+        best = min(
+            (fit(data, "prandtl_ishlinskii", N=n) for _ in range(REPEATS if n <= 1000 else 1)),
+            key=lambda m: m.fit["seconds"],
+        )
+        note = f"largest error {best.fit['max_percent'] / 100:.1e} of span, no noise"
+        rows.append(
+            Row(f"PI fit, 2000 samples, N = {n}, s", ours=best.fit["seconds"], target=target, note=note, group="speed")
+        )
+    return rows
+
+
+def step_rows() -> list[Row]:
+    """Compute S5: the operator by turning points against one state per play, signed weights."""
+    rng = np.random.default_rng(0)
+    levels = rng.uniform(-1, 1, STEPS // 10 + 1)
+    u = np.interp(np.arange(STEPS) / 10, np.arange(len(levels)), levels)
+    some, even, uneven = ([_graph(b, r, w) for b in BLOCKS] for r, w in _operators(rng))
+    fast, plain = (graph.run(u) for graph in some)
+    return [
+        Row(
+            "sum of 1000 plays, turning points | plain loop, 400000 steps, largest difference / largest output",
+            ours=float(np.abs(fast - plain).max() / np.abs(plain).max()),
+            target=2e-14,
+            note="uneven thresholds, signed weights",
+        ),
+        *(
+            Row(
+                f"sum of 5000 plays, {name} thresholds, ns per step",
+                literal=nanoseconds(graphs[1], u[: TIMED // 10], RUNS // 5),
+                ours=nanoseconds(graphs[0], u[:TIMED], RUNS),
+                target=target,
+                note="literal: a state for every play",
+                group="speed",
+            )
+            for name, graphs, target in (("even", even, 25.0), ("uneven", uneven, 100.0))
+        ),
+    ]
+
+
+def _operators(rng: np.random.Generator) -> list[tuple[Array, Array]]:
+    """Return thresholds and signed weights: 1000 uneven, 5000 even, 5000 uneven."""
+    r = [np.sort(rng.uniform(0, 0.95, 1000)), np.linspace(0, 0.95, 5000), np.sort(rng.uniform(0, 0.95, 5000))]
+    return [(v, rng.normal(size=len(v)) / len(v)) for v in r]
+
+
+def _graph(block: str, r: Array, w: Array) -> Graph:
+    return Graph.single(Node("plays", block, {}, {"w0": 0.3, "r": r, "w": w}))
+
+
+def nanoseconds(graph: Graph, u: Array, runs: int) -> float:
+    """Return the least time per step (ns) over `runs` runs of the graph on the input u (n,)."""
+    executor, rows = graph.executor(), np.ascontiguousarray(u[:, None])
+    best = np.inf
+    for _ in range(runs):
+        begin = time.perf_counter()
+        executor.run(rows, 1, 1.0)
+        best = min(best, time.perf_counter() - begin)
+    return 1e9 * best / len(u)

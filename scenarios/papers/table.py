@@ -1,0 +1,166 @@
+"""Table of a paper: printed figure, literal replica, ours, the verdict on each printed figure, and targets.
+
+A missed figure is said with its factor and its reason; the exit status of ``hystfmu reproduce`` changes only where a
+target is stated and missed, because the records of the papers are not published; a target on time never changes it,
+because it depends on the load of the machine.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from hystfmu.base.printable import escape
+from hystfmu.report import page
+from hystfmu.report.page import Section, Table
+from hystfmu.report.plot import Plot
+from hystfmu.report.terminal import table
+from papers.bounded import bounded
+from papers.row import GROUPS, Row
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """Our form of a figure of the paper; `place` is its number there."""
+
+    place: str
+    plot: Plot
+
+
+@dataclass(frozen=True)
+class Report:
+    """The table of one paper, and its figures; `omitted` says by place what has neither, and why."""
+
+    name: str
+    source: str
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...] = ()
+    drawings: tuple[Drawing, ...] = ()
+    omitted: Mapping[str, str] = field(default_factory=dict)
+
+    def data(self) -> dict[str, Any]:
+        """Return the table as plain data for JSON."""
+        rows = [
+            {
+                **{k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in asdict(r).items()},
+                "group": r.where,
+                "met": r.met,
+                "printed_met": r.printed_met,
+                "ratio": _ratio(r),
+                "verdict": verdict(r),
+            }
+            for r in self.rows
+        ]
+        drawn = {d.place: d.plot.title.partition(": ")[2] for d in self.drawings}
+        facts: dict[str, Any] = {"name": self.name, "source": self.source, "answer": self.answer(), "rows": rows}
+        return facts | {"drawings": drawn, "omitted": dict(self.omitted), "notes": list(self.notes)}
+
+    def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
+        """Return title, head and rows as text of every group that has rows; columns without content are left out."""
+        found = []
+        for key, title in GROUPS.items():
+            rows = [r for r in self.rows if r.where == key]
+            if not rows:
+                continue
+            columns = [(head, [cell(r) for r in rows]) for head, cell in _COLUMNS.items()]
+            kept = [(head, cells) for head, cells in columns if any(cells)]
+            body = [list(row) for row in zip(*(cells for _, cells in kept), strict=True)]
+            found.append((title, [head for head, _ in kept], body))
+        return found
+
+    def text(self) -> str:
+        """Format the table for a terminal."""
+        parts = [f"{self.name}: {self.source}"]
+        for title, head, rows in self.tables():
+            parts += ["", title, "", table(head, rows)]
+        return "\n".join([*parts, "", *(f"  {n}" for n in self.notes)])
+
+    def answer(self) -> str:
+        """Say in a sentence how many printed figures, statements and targets are met."""
+        counts = []
+        for met, what in (("printed_met", "printed figures and statements"), ("met", "targets")):
+            # a scan covers what is not printed; times depend on the load of the machine
+            rows = [r for r in self.rows if r.where == "paper" or (met == "met" and r.where != "speed")]
+            counted = [v for r in rows if (v := getattr(r, met)) is not None]
+            if counted:
+                counts.append(f"{sum(counted)} of {len(counted)} {what} are met")
+        scanned = [r.scanned for r in self.rows if r.scanned is not None]
+        if scanned:
+            held, tried = (sum(s[k] for s in scanned) for k in (0, 1))
+            counts[0] += f" ({held} of {tried} on the scanned records)"
+        return f"{' and '.join(counts)}." if counts else "Nothing is printed, and no target is stated."
+
+    def html(self) -> str:
+        """Return a page: the answer, figures over their bounds, the tables, the figures of the paper as ours."""
+        body = [f"<h1>{escape(self.name)}</h1>", f'<p class="answer">{escape(self.answer())}</p>']
+        body.append(f'<p class="lead">{escape(self.source)}</p>')
+        plots = [d.plot for d in self.drawings]
+        first: list[page.Diagram] = [*bounded(self.rows), *plots[:1]]
+        body.append(f'<div class="plots hero">{"".join(map(page.figure, first))}</div>')
+        body += [page.section(Section(title, tables=[Table(head, rows)])) for title, head, rows in self.tables()]
+        if plots[1:]:
+            body.append(page.section(Section("Figures of the paper, from our data", plots=plots[1:])))
+        if self.notes:
+            listed = "".join(f"<li>{escape(n)}</li>" for n in self.notes)
+            body.append(f"<section><h2>Notes</h2><ul>{listed}</ul></section>")
+        return page.page(f"{self.name}: the paper beside ours", body)
+
+
+def verdict(r: Row) -> str:
+    """Return the verdict on the printed figure, or on the target where none is printed."""
+    return r.printed_verdict() or r.verdict()
+
+
+def _ratio(r: Row) -> float | None:
+    return None if r.literal is None or not r.printed else r.literal / r.printed
+
+
+def _number(x: float | None) -> str:
+    return "" if x is None else f"{x:.4g}"
+
+
+def _range(ends: tuple[float, float] | None) -> str:
+    return "" if ends is None else f" ({_number(ends[0])} .. {_number(ends[1])})"
+
+
+def _target(r: Row) -> str:
+    return "" if r.target is None else f"{'>=' if r.at_least else '<='} {r.target:.4g}"
+
+
+_COLUMNS: dict[str, Any] = {
+    "place": lambda r: r.place,
+    "quantity": lambda r: r.quantity,
+    "reported": lambda r: _number(r.reported),
+    "printed": lambda r: _number(r.printed),
+    "literal": lambda r: _number(r.literal) + _range(r.literal_range),
+    "literal / printed": lambda r: _number(_ratio(r)),
+    "ours": lambda r: _number(r.ours) + _range(r.ours_range),
+    "seeds": lambda r: str(r.seeds or ""),
+    "against print": Row.printed_verdict,
+    "target": _target,
+    "against target": Row.verdict,
+    "note": lambda r: r.note,
+}
+
+
+def scanned(rows: Sequence[Row]) -> tuple[int, int]:
+    """Return on how many of how many rows of a scan the printed figure is met."""
+    return sum(r.printed_met is True for r in rows), len(rows)
+
+
+def nearest(scanned: Sequence[tuple[Any, Sequence[float]]], printed: Sequence[float]) -> Any:
+    """Return the setting whose replica is nearest to the print: the largest factor between them is the smallest.
+
+    Parameters
+    ----------
+    scanned : sequence of (setting, figures of the literal replica)
+    printed : sequence of float
+        Figures of the paper, in the same order.
+    """
+
+    def factor(figures: Sequence[float]) -> float:
+        return max(abs(math.log(a / b)) for a, b in zip(figures, printed, strict=True))
+
+    return min(scanned, key=lambda s: factor(s[1]))[0]
