@@ -106,7 +106,7 @@ def breaks(found: dict[str, float]) -> str:
 def ranges(family: str, names: dict[str, str]) -> str:
     """Where loops break, the ranges without an unstable draw, and the share of hard draws that is stable."""
     found = recorded(family)
-    head = ["loop", "breaks at", *(f"stable: {text}" for text in RANGES.values()), "hard draws not lost, %"]
+    head = ["loop", "breaks at", *(f"stable: {text}" for text in RANGES.values()), "stable hard draws, %"]
     lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
     for name, text in names.items():
         if name in found:

@@ -112,7 +112,7 @@ def wins(head: list[str], found: dict[str, list[str]]) -> str:
     cells = [
         f"{c} ({', '.join(f'{CONTROLLERS[n]} {found[n][head.index(c)]}' for n in names)})" for c, names in best.items()
     ]
-    text = f"Others beat both loops with a repetitive part in these columns: {'; '.join(cells)}."
+    text = f"Other controllers are better than both repetitive ones in these columns: {'; '.join(cells)}."
     return "\n".join(textwrap.wrap(text, 120, break_on_hyphens=False))
 
 

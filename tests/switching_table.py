@@ -1,4 +1,4 @@
-"""Table of what switching is worth: sliding modes, their linear laws and the PID in the worst corner."""
+"""Table of the effect of switching: sliding modes, their linear laws and the PID in the worst corner."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def markdown() -> str:
         lines.append(_row("its linear law", [found[law][p][s] for p, s in columns]))
     lines.append(_row("tuned PID", [worst("pid", p, s) for p, s in columns]))
     parts = [
-        f"{text} {found[name]['smallest_ratio']:.2g}, median {found[name]['median_ratio']:.2g}, and "
-        f"{found[name]['smallest_to_both']:.2g} over the larger ratio to it and to the tuned loop "
+        f"{text} at least {found[name]['smallest_ratio']:.2g}, median {found[name]['median_ratio']:.2g}, and at least "
+        f"{found[name]['smallest_to_both']:.2g} relative to the better of linear law and tuned loop "
         f"({found[name]['draws']} draws)"
         for name, text in (("drawn_pid", "without an observer"), ("drawn_pid_observer", "with a disturbance observer"))
     ]
@@ -42,7 +42,7 @@ def markdown() -> str:
         [
             *lines,
             "",
-            *textwrap.wrap(f"Smallest error of a drawn law over that of its linear law: {'; '.join(parts)}.", 120),
+            *textwrap.wrap(f"Error of a drawn law relative to that of its linear law: {'; '.join(parts)}.", 120),
         ]
     )
 

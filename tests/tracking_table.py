@@ -91,7 +91,7 @@ def wins() -> str:
         names = [name for name, texts in found.items() if texts[k] and float(texts[k]) < float(ours[k])]
         if names:
             said.append(f"{head()[k]} ({', '.join(f'{LOOPS[name]} {found[name][k]}' for name in names)})")
-    text = f"Of the loops that learn no period, others beat the {LOOPS[OURS]} in these columns: {'; '.join(said)}."
+    text = f"Among the loops that learn no period, these have smaller errors than the {LOOPS[OURS]}: {'; '.join(said)}."
     return "\n".join(textwrap.wrap(text, 120, break_on_hyphens=False)) if said else ""
 
 

@@ -157,8 +157,11 @@ def gallery(folder: Path) -> str:
     """Pictures that the build computes, each with the lines that make it."""
     parts = ["# Gallery", "", "Every picture is computed when this site is built.", ""]
     for name, (title, text, draw) in PICTURES.items():
-        (folder / f"{name}.svg").write_text(draw())
-        parts += [f"## {title}", "", text, "", f"![{title}](pictures/{name}.svg)", ""]
+        parts += [f"## {title}", "", text, ""]
+        for k, svg in enumerate(draw(), 1):
+            (folder / f"{name}_{k}.svg").write_text(svg)
+            parts.append(f"![{title}, {k}](pictures/{name}_{k}.svg)")
+        parts.append("")
     return "\n".join(parts)
 
 

@@ -12,22 +12,16 @@ from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 
 STYLE = """<style>
 svg { background:#fff; font-family:sans-serif } .grid { stroke:#d9e0e6; fill:none } .frame { stroke:#5d6b78; fill:none }
-.tick { fill:#5d6b78; font-size:11px }
+.tick { fill:#5d6b78; font-size:14px }
 .line { vector-effect:non-scaling-stroke; fill:none; stroke-width:1.4; stroke-linejoin:round }
 .c0 { stroke:#0b63b5 } .c1 { stroke:#d1521b } .c2 { stroke:#2a8a4a } .c3 { stroke:#8a3fa0 }
 </style>"""
 
 
-def side_by_side(*plots: Plot) -> str:
-    """Return plots in one SVG that needs no style sheet of a page."""
-    drawn = [p.svg() for p in plots]
-    width, height = 360, 270
-    inner = "".join(
-        s.replace("<svg ", f'<svg x="{k * width}" y="0" width="{width}" height="{height}" ', 1)
-        for k, s in enumerate(drawn)
-    )
-    whole = f'viewBox="0 0 {width * len(drawn)} {height}" width="{width * len(drawn)}" height="{height}"'
-    return f'<svg xmlns="http://www.w3.org/2000/svg" {whole}>{STYLE}{inner}</svg>'
+def side_by_side(*plots: Plot) -> list[str]:
+    """Return plots as SVGs that need no style sheet of a page and fit a narrow screen."""
+    own = '<svg xmlns="http://www.w3.org/2000/svg" width="360" '
+    return [p.svg().replace("<svg ", own, 1).replace(">", f">{STYLE}", 1) for p in plots]
 
 
 def loop(title: str, x: Array, y: Array, across: str = "u", up: str = "y") -> Plot:
@@ -35,7 +29,7 @@ def loop(title: str, x: Array, y: Array, across: str = "u", up: str = "y") -> Pl
     return Plot(title, across, up, [Line(title, x, y)], points=LOOP_POINTS)
 
 
-def before_after() -> str:
+def before_after() -> list[str]:
     """The built-in piezo behind a gain, and behind the inverse of an identified model."""
     data = hy.synthetic.piezo(60, 1000.0)
     inverse = hy.fit(data, "actuator").inverse()
@@ -51,7 +45,7 @@ def before_after() -> str:
     )
 
 
-def nested() -> str:
+def nested() -> list[str]:
     """Three operators on the same nested reversals."""
     u = np.asarray(hy.signals.nested_reversals(14, seed=3))
     kinds: dict[str, hy.Graph] = {
@@ -63,7 +57,7 @@ def nested() -> str:
     return side_by_side(*(loop(name, u, y) for name, y in first.items()))
 
 
-def creeping() -> str:
+def creeping() -> list[str]:
     """A step of the voltage: a memory answers at once, creep goes on."""
     t = np.arange(4000) * 1e-3
     u = np.where(t > 0.2, 1.0, 0.0)
@@ -71,7 +65,7 @@ def creeping() -> str:
     return side_by_side(loop("creep", t, y, "time (s)", "displacement"))
 
 
-def closing() -> str:
+def closing() -> list[str]:
     """Minor loops of a memory that closes them, and of one that is led by the rate of its input."""
     data = hy.synthetic.piezo(60, 1000.0)
     model = hy.fit(data, "prandtl_ishlinskii")
@@ -89,7 +83,7 @@ def closing() -> str:
     )
 
 
-def tracking() -> str:
+def tracking() -> list[str]:
     """A loop without and with its inverse."""
     data = hy.synthetic.piezo(60, 1000.0)
     model = hy.fit(data, "prandtl_ishlinskii")
@@ -117,7 +111,7 @@ def tracking() -> str:
     return side_by_side(*plots)
 
 
-PICTURES: dict[str, tuple[str, str, Callable[[], str]]] = {
+PICTURES: dict[str, tuple[str, str, Callable[[], list[str]]]] = {
     "before_after": (
         "Before and after",
         "The built-in piezo stack follows a decaying sine: driven by a gain, and by the inverse of the `actuator` "

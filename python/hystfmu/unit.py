@@ -161,7 +161,7 @@ class Unit:
 
     @property
     def state(self) -> Array:
-        """Copy of all memory, shape (n,); assignment restores that point."""
+        """Copy of all memory, shape (n,); assignment restores it."""
         return self._executor.state
 
     @state.setter

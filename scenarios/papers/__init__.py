@@ -35,7 +35,9 @@ NEEDS_DATA = ("dbo_piezo",)
 
 
 def missing(name: str, data: str | Path | None = None) -> str:
-    """Tell what a paper or data set lacks, before minutes are spent: a line, empty if it can be computed.
+    """Return a line on missing data or packages of a paper or data set before anything runs.
+
+    Empty if nothing is missing.
 
     Raises
     ------
@@ -68,7 +70,7 @@ def reproduce(
     progress : function
         Called with the fraction done, 0..1.
     full : bool
-        Run everything that the paper tried, if the default runs a part of it (``FULL`` of the paper's module).
+        Run all variants of the paper, if the default runs only a part of them (``FULL`` of the paper's module).
 
     Raises
     ------

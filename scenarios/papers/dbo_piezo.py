@@ -1,9 +1,9 @@
 """Measured piezo stack (Aye & Ang 2018, PICMA P-885.91, 200 Hz): every model on protocol P1, beside published runs.
 
 Protocol P1: u[k] is column 1 (V) of row k of the test file, y[k] column 5 (um) of row k + 1, because the sensor lags
-one sample.  The model runs free from row 0, residuals of rows 2000:4200 (one decaying sine) are fitted, and rows
-3000:13800 are the test (stroke 41.4 um).  They hold other amplitudes, and an input shaped by a feed-forward inverse, of
-which the training rows have none.  Repeatability from cycle to cycle is 0.071 um.
+one sample. The model runs free from row 0, residuals of rows 2000:4200 (one decaying sine) are fitted, and rows
+3000:13800 are the test (stroke 41.4 um). The test rows contain other amplitudes, and an input shaped by a feed-forward
+inverse, which the training rows do not contain. Repeatability from cycle to cycle is 0.071 um.
 
 Data: github.com/yan9a/DiscreteBacklashOperator (MIT licence).
 """

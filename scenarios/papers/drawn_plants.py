@@ -1,6 +1,7 @@
 """Plants drawn at random, in numpy, independent of the C core; no default of a kind of model was tuned on them.
 
-Every function takes a generator and returns the response u (n,) -> y (n,) from rest, with thresholds off every grid.
+Every function takes a random generator and returns the response u (n,) -> y (n,) from rest, with thresholds outside
+regular grids.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Models and inverses on plants that were not used for tuning, from fixed seeds and from one drawn at run time.
 
 Every model is trained on random nested reversals (the structured actuator with dynamics on a multisine) with the
-default options of its kind, and tested on other signals of the same plant.  A target that holds on the fixed seeds
-only would not be one: each row states its seeds.
+default options of its kind, and tested on other signals of the same plant. Each row states its seeds, because targets
+must also hold for other seeds.
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ def _whole(seed: int) -> tuple[Model, Response, float]:
 
 
 def _others(seed: int) -> dict[str, Array]:
-    """Return five signals, 0.6 to 2 s long, that share nothing with the multisine of the training."""
+    """Return five signals, 0.6 to 2 s long, that are independent of the multisine of the training."""
     from scipy.signal import lfilter, sawtooth
 
     t = np.arange(6000) * FAST

@@ -46,8 +46,8 @@ ELSEWHERE = 0.15  # decay per cycle of the validation in the scan of table 1
 NOISES = (0.0, 1e-4, 1e-3)  # scanned beside it
 SEEDS = 5  # of the noise of both records
 PRINTED_FALL = TABLE_1[7][0] / TABLE_1[10][0]
-ANOTHER = "another record than the paper's"
-WHY = "this sensor holds its memory in plays, not in lags: more lags add little, with noise and without"
+ANOTHER = "the record differs from that of the paper"
+WHY = "the memory of this sensor consists of plays: more lags improve little, with and without noise"
 SECONDS = 30  # of the record of the recursions
 REST = 1.0  # s at rest before the motion, for the recursions, as in any measurement
 
@@ -96,9 +96,9 @@ def _table(progress: Callable[[float], None]) -> Report:
             f"{LEFT_OUT:g} s left out; not printed: decays (training {TRAINED[0]:g} .. {TRAINED[-1]:g}, validation "
             f"{VALIDATED[0]:g} .. {VALIDATED[-1]:g} per cycle), cycles ({CYCLES[0]}, {CYCLES[1]}) and the sign in "
             f"eq. 3; the table takes {trained:g}, {validated:g}, {cycles} cycles and eq. 3 {reading}, where the "
-            "replica is nearest to the print",
+            "replica is closest to the printed figures",
             f"ours: the kind polynomial_narx, n_u = n_f = {N}, q = {Q}; medians and ranges of {SEEDS} noise seeds",
-            "elsewhere: errors against the sensor without noise, free run from a fresh start, other signals",
+            "elsewhere: errors relative to the sensor without noise, in free runs from a fresh start, on other signals",
         ),
         _drawings(*records),
         {
@@ -168,7 +168,7 @@ def _figure_3(progress: Callable[[float], None]) -> tuple[list[Row], list[Row], 
 def _rows_of_figure_3(point: Point, of: list[list[float]], as_printed: list[float]) -> list[Row]:
     literal, without, ours = of
     ratios = [[a / b for a, b in zip(without, v, strict=True)] for v in (literal, ours)]
-    spread = f"as printed f only grows: {np.median(as_printed):.3g}"
+    spread = f"if f only grows, as printed: {np.median(as_printed):.3g}"
     return [
         Row.over_seeds(
             "max error, with f, validation, mV",
@@ -181,7 +181,7 @@ def _rows_of_figure_3(point: Point, of: list[list[float]], as_printed: list[floa
             "max error, without f, validation, mV",
             PRINTED[1],
             [without, without],
-            note=f"n_u = {N}, q = {Q}: the model that the paper beats",
+            note=f"n_u = {N}, q = {Q}: the model that the paper improves on",
             place="fig. 3",
         ),
         Row.over_seeds(
@@ -234,7 +234,7 @@ def _structure(point: Point, progress: Callable[[float], None]) -> tuple[list[Ro
                 figures = [c[n][k] if c else [] for c in of]
                 rows.append(Row.over_seeds(f"{name}({n}), mV^2", printed[k], figures, note=WHY, place="table 1"))
         falls = [[a / b for a, b in zip(c[7][0], c[10][0], strict=True)] if c else [] for c in of]
-        what, best = "IC(7) / IC(10): how much the lags add", [_best(c) for c in of]
+        what, best = "IC(7) / IC(10): effect of more lags", [_best(c) for c in of]
         return [
             *rows,
             Row.over_seeds(what, PRINTED_FALL, falls, note=WHY, place="table 1", sense="least"),
@@ -469,7 +469,7 @@ def _recursions(progress: Callable[[float], None]) -> list[Row]:
             place="eqs. 13-19",
         ),
         Row.over_seeds(
-            "seeds on which it diverges with r 50 times smaller",
+            "number of seeds with divergence if r is 50 times smaller",
             None,
             [[float(np.isinf(e)) for e, _ in of[name]] for name in ("low, printed", "low")],
             note="1: diverges; below the achievable error",

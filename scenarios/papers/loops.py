@@ -1,6 +1,6 @@
 """The closed loops of this project and their requirements: tracking and margins, the stage, adaptation, speed.
 
-Everything is read from the shipped scenarios as they are now: gains, corners and limits stand in their files.
+Gains, corners and limits are read from the files of the shipped scenarios.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Structure:
         return self.errors.get(NOMINAL[reference])
 
     def excess(self, asked: Mapping[str, tuple[float, float]]) -> float:
-        """Return the largest ratio of a figure to what is asked; infinite where a case is missing."""
+        """Return the largest ratio of a figure to its requirement; infinite if a case is missing."""
         pairs = [(f, a) for k, v in asked.items() for f, a in zip((self.nominal(k), self.worst(k)), v, strict=True)]
         return max(float("inf") if f is None else f / a for f, a in pairs)
 

@@ -1,7 +1,6 @@
 """A row of a paper's table: printed figure, literal replica, ours, the verdict on the printed figure, a target.
 
-"Printed" holds only what the paper prints.  What other packages and authors report, and times, stand in groups of
-their own.
+"Printed" holds only what the paper prints.  Results of other packages and authors, and run times, have separate groups.
 """
 
 from __future__ import annotations
@@ -57,7 +56,7 @@ class Row:
     literal_range, ours_range : tuple of float, optional
         Least and largest figure over the seeds.
     scanned : tuple of int, optional
-        On how many of how many scanned records the printed figure is met.
+        Number of scanned records on which the printed figure is met, and number of scanned records.
     """
 
     quantity: str

@@ -2,7 +2,7 @@
 
 The record of the paper, 1916 samples of a magnetostrictive actuator, is not published.  A Jiles-Atherton actuator
 (`magnetostrictive_plant`) replaces it for tables 2 and 3 and the figures.  Its bias field and the decay of its sine are
-not printed, so they are scanned, and the tables take the point where the literal replica is nearest to the print.
+not printed, so they are scanned, and the tables take the point where the literal replica is closest to them.
 Table 1 is plausible for branches up to 0.8 with outputs up to 10, so outputs are scaled to that.  The branch of table 1
 and the held-out signals use the synthetic stack.  Literal: last extremum, normal equations, thresholds over the full
 range, hidden neurons and order chosen on the test half itself.  Ours: dominant extrema, increasing branch, thresholds
@@ -47,7 +47,7 @@ PAPER_LESS = 85.88  # %: the network's MSE below that of PI, section 3.3
 BIASES, DECAYS = (0.3, 0.6, 1.0), (0.02, 0.05, 0.1)  # scanned: bias field over the largest field, decay per cycle
 FEW = 500  # plays in the scan: the MSE hardly depends on their number
 ORDERS = range(1, 13)
-ANOTHER = "another actuator and record than the paper's"
+ANOTHER = "actuator and record differ from those of the paper"
 M, HIDDEN, ITERATIONS = 9, 5, 229
 SWEEP = (*range(1, 11), 15, 20, 30)
 SEEDS = 5  # each draws the noise of the record and the starts of the networks
@@ -115,11 +115,11 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
         f"record of tables 2 and 3: Jiles-Atherton actuator, {SAMPLES} samples, bias {bias:g}, decay {decay:g} per "
         f"cycle, noise {100 * NOISE:g} % of half the stroke; not printed: bias (scanned {BIASES[0]:g} .. "
         f"{BIASES[-1]:g}) and decay ({DECAYS[0]:g} .. {DECAYS[-1]:g}); the tables take the point where the replica is "
-        "nearest to the print",
+        "closest to the printed figures",
         f"medians and ranges of {SEEDS} seeds, each of which draws the noise of the record and the starts of networks",
         f"MSE in y^2, y spans {np.ptp(second.y):.3g} as the branch of the paper's table 1 does",
-        f"a_0 < 0 needs a sensor delay of 4 samples or more here; {LATE} samples show it, without delay a_0 > 0",
-        "tuned on held-out errors: the default roughness 1e-4, on the synthetic stack and on the measured rows",
+        f"a_0 < 0 here needs a sensor delay of at least 4 samples; the table uses {LATE}; without delay a_0 > 0",
+        "the default roughness 1e-4 was tuned on held-out errors of the synthetic stack and of the measured rows",
         f"hidden neurons tried: {', '.join(map(str, hidden))}",
         "full sweep, about 12 minutes: hystfmu reproduce shen_ma_2017 --full; on your own data: "
         "hystfmu fit --model constraint_factor_mlp --set sweep=100",
@@ -228,7 +228,7 @@ def _orders(halves: Sequence[Dataset]) -> list[Row]:
     what = "order m of the polynomial with the least MSE"
     return [
         Row.over_seeds(
-            what, 9.0, best, note=f"the order follows record and start: {ANOTHER}", place="sec. 3.1", sense="equal"
+            what, 9.0, best, note=f"the order depends on record and start: {ANOTHER}", place="sec. 3.1", sense="equal"
         )
     ]
 
@@ -258,7 +258,7 @@ def _branches(record: Dataset) -> list[Row]:
             b.a[0],
             0.0,
             True,
-            "< 0: every branch begins by falling; a_1 .. a_9 belong to data that are not published",
+            "< 0: at first every branch falls; a_1 .. a_9 belong to data that are not published",
             "table 1",
             "least",
         ),
@@ -333,7 +333,7 @@ def _networks(
             "number of hidden neurons with the least MSE",
             float(HIDDEN),
             count,
-            note=f"the number follows record and start: {ANOTHER}; literal: chosen on the second half itself",
+            note=f"the number depends on record and start: {ANOTHER}; literal: chosen on the second half itself",
             place="table 2",
             sense="equal",
         ),

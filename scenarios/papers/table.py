@@ -1,8 +1,8 @@
 """Table of a paper: printed figure, literal replica, ours, the verdict on each printed figure, and targets.
 
-A missed figure is said with its factor and its reason; the exit status of ``hystfmu reproduce`` changes only where a
-target is stated and missed, because the records of the papers are not published; a target on time never changes it,
-because it depends on the load of the machine.
+A missed figure is stated with its factor and reason. The exit status of ``hystfmu reproduce`` depends only on stated
+targets, because the records of the papers are not published, and not on targets for run times, because these depend on
+the load of the machine.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Report:
-    """The table of one paper, and its figures; `omitted` says by place what has neither, and why."""
+    """The table of one paper, and its figures; `omitted` lists by place the items without either, with the reason."""
 
     name: str
     source: str
@@ -151,7 +151,7 @@ def scanned(rows: Sequence[Row]) -> tuple[int, int]:
 
 
 def nearest(scanned: Sequence[tuple[Any, Sequence[float]]], printed: Sequence[float]) -> Any:
-    """Return the setting whose replica is nearest to the print: the largest factor between them is the smallest.
+    """Return the setting whose replica is closest to the printed figures: with the smallest largest factor.
 
     Parameters
     ----------

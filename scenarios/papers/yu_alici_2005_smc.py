@@ -91,7 +91,9 @@ def _figures() -> list[Row]:
         records = [measured(excitation(figure), seed) for seed in range(SEEDS)]
         of = [[fit(d, "rate_mlp", k, **o).fit["rms_percent"] for k, d in enumerate(records)] for o in (LITERAL, {})]
         name = f"{titles[figure]}: RMS on the training signal, %FS"
-        note = "network on (u, du/dt) | with plays and rates of a PI fit; as in the paper on the signal trained on"
+        note = (
+            "network on (u, du/dt) | with plays and rates of a PI fit; errors on the training signal, as in the paper"
+        )
         rows.append(Row.over_seeds(name, None, of, note=note, place=f"fig. {figure}"))
     tone = measured(np.sin(2 * np.pi * 50 * np.arange(2000) / RATE))
     literal = [fit(tone, "rate_mlp", k, **LITERAL).fit["rms_percent"] for k in range(SEEDS)]
@@ -261,7 +263,7 @@ def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
             None,
             [[e / alone for e in of] for of in closed],
             target=1.0,
-            note="the paper shows curves only: 'improved greatly'; a closed loop must be better than the open one",
+            note="the paper shows only curves ('improved greatly'); the closed loop must be better than the open one",
             place="fig. 11",
         ),
     ]

@@ -1,13 +1,12 @@
 """Zhao & Tan 2008: operator and 2-12-1 network, against the KP model, and the network inverse in cascade.
 
-The measurements of the paper are not published.  Its setup is kept: a 5 Hz decaying sine at 1000 Hz, 1200 samples,
-scaled to [-1, 1], one part for identification, the other for validation.  The actuator is that of its section II, ten
-backlash operators of full widths 0.1 .. 1, in numpy.  The paper prints neither the decay nor how the samples are parted
+The measurements of the paper are not published. Its setup is kept: a 5 Hz decaying sine at 1000 Hz, 1200 samples,
+scaled to [-1, 1], one part for identification, the other for validation. The actuator is that of its section II, ten
+backlash operators of full widths 0.1 .. 1, in numpy. The paper prints neither the decay nor the division of the samples
 nor a seed: `DECAYS`, `SPLITS` and `SEEDS` scan them, and the table takes the point where the literal replica is nearest
-to the printed figures.
-Literal: last extremum, 463 Powell-Beale iterations from one start, reconstructed inverse operator, plain least squares
-for the KP weights.
-Ours: dominant extremum, Levenberg-Marquardt, exact inverse operator, KP weights >= 0.
+to the printed figures. Literal: last extremum, 463 Powell-Beale iterations from one start, reconstructed inverse
+operator, plain least squares for the KP weights. Ours: dominant extremum, Levenberg-Marquardt, exact inverse operator,
+KP weights >= 0.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ SEEDS = 5
 REVERSALS = 400  # in the training data of ours
 REPLICA: dict[str, Any] = {"trainer": "powell_beale", "starts": 1, "iterations": 463, "range": 2.0, "decay": 0.0}
 LINEAR = 3.0  # weight of the linear term that makes the actuator invertible
-ANOTHER = "another record than the paper's"
+ANOTHER = "the record differs from that of the paper"
 MARGIN = 0.98  # fraction of the range that the wanted outputs of the cascade use
 
 
@@ -105,11 +104,11 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
             "printed: a measured actuator, data not published; here: ten backlash operators, both scaled to [-1, 1]",
             "printed MSE: read as an RMS, because it exceeds the square of the largest error",
             f"literal: last extremum, 463 Powell-Beale iterations, one start; medians and ranges of {SEEDS} seeds",
-            f"not printed: decay (scanned over {DECAYS[0]:g} .. {DECAYS[-1]:g} per cycle), parting of the rows (halves "
-            f"of {' or '.join(map(str, SPLITS))}), seed ({SEEDS}); the table takes decay {decay:g} and {size} rows, "
-            "where the larger factor between the replica's max and RMS and the printed ones is smallest",
+            f"not printed: decay (scanned over {DECAYS[0]:g} .. {DECAYS[-1]:g} per cycle), division of the rows ("
+            f"halves of {' or '.join(map(str, SPLITS))}), seed ({SEEDS}); the table takes decay {decay:g} and {size} "
+            "rows, where max and RMS of the replica are closest to the printed ones",
             "validation rows are those of the second half, which no model of this table is trained on",
-            f"the virgin curve, {VIRGIN} rows, does not count on the decaying sine; on the held-out signals it does",
+            f"the virgin curve, {VIRGIN} rows, counts only on the held-out signals, not on the decaying sine",
             f"held-out signals: literal trained on the decaying sine, ours on {REVERSALS} random nested reversals",
             "defaults of zhao_tan_mlp and play_bank_mlp were tuned on these signals, with other thresholds",
         ),
@@ -372,7 +371,7 @@ def _largest(model: Model, r: Array, plant: Response) -> float:
 
 
 def _where(y: Array, wanted: Array) -> float:
-    """Return the size of the wanted output at the largest error, relative to its maximum; the virgin curve is out."""
+    """Return the size of the wanted output at the largest error, relative to its maximum, without the virgin curve."""
     e, r = np.abs(y - wanted)[VIRGIN:], np.abs(wanted)[VIRGIN:]
     return float(r[np.argmax(e)] / r.max())
 

@@ -11,15 +11,8 @@ from block_files import input_between_outputs, patched
 from raw import function
 
 from hystfmu.base.errors import InputError
-from hystfmu.core.continuous import ContinuousExecutor
-from hystfmu.core.executor import Executor
+from hystfmu.core.executor import ContinuousExecutor, Executor
 from hystfmu.graph import Graph, Input, Node, Output
-
-
-@pytest.mark.parametrize("step", [np.inf, -1.0, np.nan])
-def test_a_file_with_an_impossible_step_is_refused(step: float) -> None:
-    with pytest.raises(InputError, match="step"):
-        Executor(patched(Graph.single(Node("c", "creep")).to_bytes(), 60, struct.pack("<d", step)))
 
 
 def test_a_port_of_an_internal_row_is_refused() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from excitation import every_block
 
-from hystfmu.core.groups import group
 from hystfmu.core.library import BlockType, block_types
+from hystfmu.graph.listing import group
 
 EXPECTED = {  # by hand, from the equations
     "pid": {"Gains": "Kp Ki Kd", "Filters": "tau", "Limits": "u_min u_max"},

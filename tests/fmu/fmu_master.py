@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import ctypes as C
 import zipfile
 from pathlib import Path
@@ -120,17 +121,30 @@ class Master:
         )
         self.resources = target / "resources"
         self.messages: list[tuple[int, str, str]] = []
+        self.names: list[bytes] = []
         self.token, self.ports = token or graph.token, {p.name: p for p in graph.ports}
         if location is None:
             location = self.resources.as_uri() if fmi == 2 else f"{self.resources}/"
-        self.c = self._instantiate(location.encode())
+        self.c = self.instantiate(location.encode())
 
-    def _instantiate(self, location: bytes | None) -> C.c_void_p:
+    def instantiate(
+        self,
+        location: bytes | None,
+        name: bytes | None = b"i",
+        token: bytes | None = b"",
+        logging: bool = False,
+        references: list[int] | None = None,
+        update: Any = None,
+    ) -> C.c_void_p:
+        """Make an instance, with intermediate updates of the variables `references` in Co-Simulation of FMI 3.0."""
+        token = self.token.encode() if token == b"" else token
+
         def log3(_: Any, status: int, category: bytes, text: bytes) -> None:
             self.messages.append((status, category.decode(), text.decode()))
 
-        def log2(_: Any, _name: bytes, status: int, category: bytes, text: bytes) -> None:
-            self.messages.append((status, category.decode(), text.decode()))
+        def log2(_: Any, name: bytes, *said: Any) -> None:
+            self.names.append(name)
+            log3(_, *said)
 
         if self.fmi == 2:
             kind = C.CFUNCTYPE(None, C.c_void_p, C.c_char_p, C.c_int, C.c_char_p, C.c_char_p)
@@ -140,18 +154,25 @@ class Master:
             make = self.lib.fmi2Instantiate
             make.restype = C.c_void_p
             kind2 = 0 if self.interface == "me" else 1
-            return C.c_void_p(make(b"i", kind2, self.token.encode(), location, C.byref(self._functions), 0, 0))
+            return C.c_void_p(make(name, kind2, token, location, C.byref(self._functions), 0, int(logging)))
         self._log = C.CFUNCTYPE(None, C.c_void_p, C.c_int, C.c_char_p, C.c_char_p)(log3)
         if self.interface == "me":
             make = self.lib.fmi3InstantiateModelExchange
             make.restype = C.c_void_p
-            return C.c_void_p(make(b"i", self.token.encode(), location, 0, 0, None, self._log))
+            return C.c_void_p(make(name, token, location, 0, int(logging), None, self._log))
         make = self.lib.fmi3InstantiateCoSimulation
         make.restype = C.c_void_p
-        events = int(self.interface == "event")
-        return C.c_void_p(
-            make(b"i", self.token.encode(), location, 0, 0, events, 0, None, C.c_size_t(0), None, self._log, None)
-        )
+        n, flags = len(references or ()), (0, int(logging), int(self.interface == "event"), 0)
+        listed = None if references is None else (C.c_uint * n)(*references)
+        return C.c_void_p(make(name, token, location, *flags, listed, C.c_size_t(n), None, self._log, update))
+
+    def another(self, **given: Any) -> Master:
+        """Make another instance of the same binary, as `instantiate` does, with messages of its own."""
+        made = copy.copy(self)
+        made.messages, made.names = [], []
+        where = self.resources.as_uri() if self.fmi == 2 else f"{self.resources}/"
+        made.c = made.instantiate(where.encode(), **given)
+        return made
 
     def call(self, name: str, *arguments: Any) -> int:
         """Call fmi2<name> or fmi3<name> of the instance and return the status."""

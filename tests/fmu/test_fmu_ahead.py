@@ -18,8 +18,7 @@ from fmpy.simulation import Input
 from fmu_master import ERROR, OK, Array, H, Master, mixed, single
 
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Node, Output
-from hystfmu.graph import Input as Port
+from hystfmu.graph import Graph, Node
 
 SIZE = C.c_size_t(1)
 
@@ -112,19 +111,6 @@ def test_a_sampled_block_samples_at_the_end_of_the_step(make: Callable[..., Mast
     assert m.get("du") == pytest.approx(3.0, rel=1e-12)
 
 
-def test_derivatives_belong_to_one_step(make: Callable[..., Master]) -> None:
-    m = make(play(0.0))
-    m.initialize()
-    assert m.set("u", 1.0) == OK
-    assert slope(m, 100.0) == OK
-    assert m.get("u") == 1.0
-    assert m.get("y") == 0.0  # nothing moves before the step
-    assert m.step(0.0) == OK
-    assert m.get("y") == 1.0 + 100.0 * H
-    assert m.step(H) == OK
-    assert m.get("y") == 1.0 + 100.0 * H
-
-
 def test_derivatives_of_zero_change_no_bit(make: Callable[..., Master]) -> None:
     graph, u = mixed(), np.sin(np.arange(100.0))
     plain, zero = make(graph), make(graph)
@@ -140,62 +126,8 @@ def test_derivatives_of_zero_change_no_bit(make: Callable[..., Master]) -> None:
     assert np.array(got).tobytes() == np.array(want).tobytes()
 
 
-def test_a_saved_state_keeps_the_derivatives(make: Callable[..., Master]) -> None:
-    m = make(play(0.0))
-    m.initialize()
-    assert m.set("u", 1.0) == OK
-    assert slope(m, 100.0) == OK
-    status, state = m.deserialize(m.memory())
-    assert status == OK
-    assert m.step(0.0) == OK
-    y = m.get("y")
-    assert m.call("Reset") == OK
-    assert m.restore(state) == OK
-    assert m.step(0.0) == OK
-    assert m.get("y") == y == 1.0 + 100.0 * H
-    assert m.forget(state) == OK
-
-
-@pytest.mark.parametrize(
-    ("value", "order", "message"),
-    [(1.0, 0, "order must be in 1..3"), (1.0, 4, "order must be in 1..3"), (math.nan, 1, "not finite")],
-)
-def test_a_bad_derivative_is_refused(make: Callable[..., Master], value: float, order: int, message: str) -> None:
-    m = make(play(0.1))
-    m.initialize()
-    before = m.memory()
-    assert slope(m, value, order) == ERROR
-    assert message in m.messages[-1][2]
-    assert m.memory() == before
-
-
-def test_an_input_that_would_leave_its_range_stops_the_step(make: Callable[..., Master]) -> None:
-    m = make(play(0.1))
-    m.initialize()
-    assert m.set("u", 1e308) == OK
-    assert slope(m, 1e308) == OK
-    assert slope(m, 1e308, order=3) == OK
-    assert m.call("DoStep", C.c_double(0), C.c_double(1e3), C.c_int(1)) == ERROR
-    assert "out of its range" in m.messages[-1][2]
-    assert m.get("u") == 1e308
-    assert m.get("y") == 0.0
-
-
 # ---- FMI 3.0 ------------------------------------------------------------------------------------------------------
 _B, _D = C.c_bool, C.c_double
-
-
-def test_each_input_has_derivatives_of_its_own(tmp_path: Path) -> None:
-    nodes = [Node(n, "backlash_sum", {"n": 1}, {"w0": 1.0, "w": [0.0]}) for n in "abc"]
-    inputs, outputs = [Port(f"u{n}", (f"{n}.u",)) for n in "abc"], [Output(f"y{n}", f"{n}.y") for n in "abc"]
-    m = Master(Graph(nodes, [], inputs, outputs).with_step(H), tmp_path, 2)
-    m.initialize()
-    for name, value, at in (("ua", 10.0, 1.0), ("ub", -20.0, 2.0), ("uc", 40.0, 3.0)):
-        assert m.set(name, at) == OK
-        assert slope(m, value, name=name) == OK
-    assert m.step(0.0) == OK
-    assert [m.get(f"y{n}") for n in "abc"] == pytest.approx([1 + 10 * H, 2 - 20 * H, 3 + 40 * H], rel=1e-14)
-    m.free()
 
 
 UPDATE = C.CFUNCTYPE(None, C.c_void_p, _D, _B, _B, _B, _B, C.POINTER(_B), C.POINTER(_D))
@@ -204,27 +136,20 @@ UPDATE = C.CFUNCTYPE(None, C.c_void_p, _D, _B, _B, _B, _B, C.POINTER(_B), C.POIN
 class Asked(Master):
     """An FMI 3.0 instance that asks `answer(t)` for what to do in an intermediate update."""
 
-    def __init__(self, graph: Graph, folder: Path, names: tuple[str, ...] = ("u",)) -> None:
+    def __init__(self, graph: Graph, folder: Path) -> None:
         self.answer: Callable[[float], Any] = lambda t: None
         self.flags: list[tuple[bool, ...]] = []
-        self.names = names
         super().__init__(graph, folder, 3)
 
-    def _instantiate(self, location: bytes | None) -> C.c_void_p:
-        def log(_: Any, status: int, category: bytes, text: bytes) -> None:
-            self.messages.append((status, category.decode(), text.decode()))
+    def instantiate(self, location: bytes | None, **given: Any) -> C.c_void_p:
+        """Make an instance whose updates come here."""
 
         def update(_: Any, t: float, wanted: bool, readable: bool, done: bool, early: bool, *_out: Any) -> None:
             self.flags.append((wanted, readable, done, early))
             self.answer(t)
 
-        self._log = C.CFUNCTYPE(None, C.c_void_p, C.c_int, C.c_char_p, C.c_char_p)(log)
         self._update = UPDATE(update)
-        references = (C.c_uint * len(self.names))(*[self.ports[n].reference for n in self.names])
-        make = self.lib.fmi3InstantiateCoSimulation
-        make.restype = C.c_void_p
-        words = [b"i", self.token.encode(), location, 0, 0, 0, 0, references, C.c_size_t(len(self.names)), None]
-        return C.c_void_p(make(*words, self._log, self._update))
+        return super().instantiate(location, references=[self.ports["u"].reference], update=self._update)
 
 
 def test_an_intermediate_update_hands_over_the_input_at_the_end(tmp_path: Path) -> None:
@@ -268,12 +193,6 @@ def test_an_input_that_is_not_finite_there_discards_the_step(tmp_path: Path) -> 
     assert m.step(0.0) == OK
     assert m.get("y") == pytest.approx(0.2, abs=1e-15)
     m.free()
-
-
-def test_a_variable_without_intermediate_updates_is_refused(tmp_path: Path) -> None:
-    m = Asked(play(0.1), tmp_path, ("y",))
-    assert not m.c.value
-    assert "is no input of type Float64" in m.messages[-1][2]
 
 
 @pytest.mark.parametrize(("names", "update"), [(True, False), (False, True)], ids=["callback", "variables"])

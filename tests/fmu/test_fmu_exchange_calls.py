@@ -115,21 +115,6 @@ def test_input_without_finite_value(make: Make, bad: float) -> None:
     assert m.integrate(u, H, euler(2)).tobytes() == expected.tobytes()
 
 
-def test_wrong_number_of_states(make: Make) -> None:
-    m = make(mixed(), "me")
-    m.begin(np.array([0.1]))
-    names = ["GetContinuousStates", "GetNominalsOfContinuousStates", "SetContinuousStates"]
-    names.append("GetDerivatives" if m.fmi == 2 else "GetContinuousStateDerivatives")
-    for name in names:
-        for n in (0, 1, 3):
-            assert m.vector(name, n)[0] == ERROR
-            assert m.messages[-1][2] == f"fmi{m.fmi}{name}: the unit has 2 of them. Got room for {n}."
-    assert m.vector("GetEventIndicators", 1)[0] == ERROR
-    assert m.vector("GetEventIndicators", 0)[0] == OK
-    status, nominals = m.vector("GetNominalsOfContinuousStates")
-    assert (status, list(nominals)) == (OK, [1.0, 1.0])
-
-
 def test_tunable_parameters_are_set_in_event_mode(make: Make) -> None:
     m = make(Graph.single(Node("c", "creep", {}, {"w": [1.0, 1.0], "T": [0.1, 0.2]})), "me")
     m.begin(np.array([1.0]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes as C
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -199,67 +199,44 @@ def test_derivatives_of_inputs_reach_every_sample(make: Make) -> None:
     assert m.get("u") == pytest.approx(0.1 + slope * n * H)
 
 
-class Asked(Master):
-    """An FMI 3.0 instance with intermediate updates of `u`: `given` tells its value at a time."""
-
-    def __init__(self, m: Master, given: Callable[[float], float]) -> None:
-        self.fmi, self.prefix, self.lib, self.ports, self.messages = 3, "fmi3", m.lib, m.ports, []
-        log = C.CFUNCTYPE(None, C.c_void_p, C.c_int, C.c_char_p, C.c_char_p)
-        self._log = log(lambda _, status, kind, text: self.messages.append((status, kind.decode(), text.decode())))
-        kind = C.CFUNCTYPE(None, C.c_void_p, C.c_double, *[C.c_bool] * 4, C.c_void_p, C.c_void_p)
-        self._update = kind(lambda _, t, *flags: self.told.append((t, self.set("u", given(t)))))
-        self.told: list[tuple[float, int]] = []
-        make, u = m.lib.fmi3InstantiateCoSimulation, (C.c_uint * 1)(m.ports["u"].reference)
-        make.restype = C.c_void_p
-        words = (b"i", m.token.encode(), f"{m.resources}/".encode(), 0, 0, 0, 0)
-        self.c = C.c_void_p(make(*words, u, C.c_size_t(1), None, self._log, self._update))
+UPDATE = C.CFUNCTYPE(None, C.c_void_p, C.c_double, *[C.c_bool] * 4, C.c_void_p, C.c_void_p)
 
 
-@pytest.fixture
-def asked(make: Make) -> Iterator[Callable[[Callable[[float], float]], Asked]]:
-    made: list[Asked] = []
+def asked(m: Master, given: Callable[[float], float]) -> tuple[Master, list[float]]:
+    """Make an FMI 3.0 instance with updates of `u`, whose value `given` tells; return the list of their times, too."""
+    told: list[float] = []
 
-    def new(given: Callable[[float], float]) -> Asked:
-        made.append(Asked(make(mixed()), given))
-        made[-1].initialize()
-        return made[-1]
+    def answer(_: object, t: float, *flags: object) -> None:
+        told.append(t)
+        made.set("u", given(t))
 
-    yield new
-    for m in made:
-        m.free()
+    update = UPDATE(answer)
+    made = m.another(references=[m.ports["u"].reference], update=update)
+    made.update = update  # type: ignore[attr-defined]
+    made.initialize()
+    return made, told
 
 
 @only_fmi3
-def test_an_intermediate_update_comes_before_every_sample(asked: Callable[..., Asked]) -> None:
+def test_an_intermediate_update_comes_before_every_sample(make: Make) -> None:
     n = 4
-    m = asked(lambda t: 0.1 + 30 * t)
+    m, times = asked(make(mixed()), lambda t: 0.1 + 30 * t)
     assert m.step(0.0, n * H) == OK
-    times = [t for t, _ in m.told]
     np.testing.assert_allclose(times, H * np.arange(1, n + 1), rtol=1e-12)
     want = mixed().executor().run(np.array([[0.0], *[[0.1 + 30 * t] for t in times]]), 4, H)[-1]
     assert [m.get(p.name) for p in mixed().ports if p.kind == "output"] == want.tolist()
+    m.free()
 
 
 @only_fmi3
-def test_an_update_without_a_value_ends_the_step_at_the_last_sample(asked: Callable[..., Asked]) -> None:
-    m = asked(lambda t: 0.1 if t < 2.5 * H else np.nan)
+def test_an_update_without_a_value_ends_the_step_at_the_last_sample(make: Make) -> None:
+    m, _ = asked(make(mixed()), lambda t: 0.1 if t < 2.5 * H else np.nan)
     assert m.step(0.0, 4 * H) == DISCARD
     assert m.last_time.value == pytest.approx(2 * H)
     assert m.set("u", 0.1) == OK
     want = mixed().executor().run(np.array([[0.0], [0.1], [0.1]]), 4, H)[-1]
     assert [m.get(p.name) for p in mixed().ports if p.kind == "output"] == want.tolist()
-
-
-# ---- Model Exchange -------------------------------------------------------------------------------------------------
-def test_samples_that_an_importer_misses_are_taken_with_the_input_of_the_event(make: Make) -> None:
-    graph = single("narx_network")
-    u, want = held(graph, [1, 3, 3, 3, 3, 3])
-    m = make(graph, "me")
-    got = [m.begin(u[0])]
-    for k in range(1, len(u)):
-        assert m.set_time(3 * k * H) == OK
-        got.append(m.event(u[k]))
-    assert np.array(got).tobytes() == want.tobytes()
+    m.free()
 
 
 # ---- events in Co-Simulation ----------------------------------------------------------------------------------------

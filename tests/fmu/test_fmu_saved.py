@@ -77,24 +77,6 @@ def test_overwriting_a_state(make: Make) -> None:
     assert m.memory() == now
 
 
-def test_freed_states(make: Make) -> None:
-    m = make()
-    m.initialize()
-    state = m.save()
-    assert m.forget(state) == OK
-    before = m.memory()
-    for call in (m.restore, m.forget):
-        m.messages.clear()
-        assert call(state) == ERROR
-        assert m.messages == [(ERROR, "logStatusError", GONE)]
-    name = "SerializedFMUstateSize" if m.fmi == 2 else "SerializedFMUStateSize"
-    assert m.call(name, state, C.byref(C.c_size_t())) == ERROR
-    assert m.memory() == before
-    null = C.c_void_p(None)
-    free = "FreeFMUstate" if m.fmi == 2 else "FreeFMUState"
-    assert m.call(free, C.byref(null)) == OK, "the standards: a null pointer is ignored"
-
-
 @pytest.mark.parametrize("address", [0, 1, 0xDEADBEEF, 2**63])
 def test_foreign_pointers(make: Make, address: int) -> None:
     m, other = make(), make()
@@ -123,20 +105,6 @@ def test_damaged_bytes(make: Make) -> None:
         assert m.messages[-1][2].startswith("The serialized state cannot be read: ")
     assert m.memory() == content
     assert m.deserialize(content + b"more")[0] == OK
-
-
-def test_bytes_of_another_model(make: Make) -> None:
-    m, other = make(), make(single("backlash_sum"))
-    assert m.deserialize(other.memory())[0] == ERROR
-    assert m.messages[-1][2] == "The serialized state cannot be read: it was saved by another model."
-
-
-def test_buffer_size(make: Make) -> None:
-    m = make()
-    state = m.save()
-    name = "SerializeFMUstate" if m.fmi == 2 else "SerializeFMUState"
-    assert m.call(name, state, C.create_string_buffer(10), C.c_size_t(10)) == ERROR
-    assert m.messages[-1][2].endswith("Got room for 10.")
 
 
 def test_many_states_survive_a_reset(make: Make) -> None:

@@ -8,8 +8,7 @@ from scipy.signal import cont2discrete, lfilter
 
 from hystfmu import Graph, InputError, Node
 from hystfmu.base.arrays import Array
-from hystfmu.core.columns import Recursion, parallel_lags
-from hystfmu.graph.discretised import discretised
+from hystfmu.graph.columns import Recursion, discretised, parallel_lags
 
 SEED = int(np.random.default_rng().integers(2**31))
 H = 1e-3

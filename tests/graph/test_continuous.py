@@ -5,8 +5,7 @@ import pytest
 from excitation import configurations, node, rows
 
 from hystfmu import Graph, InputError, Model, Node
-from hystfmu.core.continuous import ContinuousExecutor
-from hystfmu.core.executor import Executor
+from hystfmu.core.executor import ContinuousExecutor, Executor
 from hystfmu.core.library import block_types
 from hystfmu.graph import Input, Output
 

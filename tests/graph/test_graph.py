@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from hystfmu import Graph, InputError, Node, Unit
-from hystfmu.core.executor import Executor
 from hystfmu.graph import Input, Output
 
 PLAYS = {"r": [0.1, 0.2, 0.3], "w": [1.0, 2.0, 0.5], "w0": 0.7}
@@ -103,19 +102,6 @@ def test_dependencies_follow_the_wires():
         [Output("y", "a.y"), Output("q", "b.y"), Output("d", "z.y")],
     )
     assert g.dependencies() == {"y": ("u",), "q": ("v",), "d": ()}
-
-
-def test_every_byte_of_a_block_file_is_checked():
-    good = chain("a", "b").to_bytes()
-    for cut in (0, 7, 19, len(good) // 2, len(good) - 1):
-        with pytest.raises(InputError):
-            Executor(good[:cut])
-    rng = np.random.default_rng(0)
-    for at in rng.integers(0, len(good), 200):
-        bad = bytearray(good)
-        bad[at] ^= 1 << int(rng.integers(8))
-        with pytest.raises(InputError):
-            Executor(bytes(bad))
 
 
 def test_unit_refuses_what_an_fmu_refuses():

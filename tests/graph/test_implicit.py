@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 from test_inverse import chain, dead_zones, fitted, plays_only, wanted
 
 from hystfmu import Graph, InputError, Model, Node, Unit
-from hystfmu.core.continuous import ContinuousExecutor
+from hystfmu.core.executor import ContinuousExecutor
 from hystfmu.data import signals
 from hystfmu.graph import Input, Output
 from hystfmu.inverse import inverse

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hystfmu import Graph, InputError, Model, Node
-from hystfmu.core.continuous import ContinuousExecutor
+from hystfmu.core.executor import ContinuousExecutor
 from hystfmu.data import signals
 from hystfmu.graph import Input, Output
 from hystfmu.inverse import inverse

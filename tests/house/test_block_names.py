@@ -125,8 +125,8 @@ ALLOWED: dict[str, dict[str, str]] = {
         "scaling": "at_rest(), plant_model(): gains in the place of dynamics, and behind the device",
         "sum": "plant_model(): what the model misses",
     },
+    "demo/loop.py": dict.fromkeys(("noise", "pid"), "loop(): units of the scenario"),
     "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
-    "demo/loop.py": {"noise": "unit of the loop", "pid": "unit of the loop"},
     "face/defaults.py": {"reference": "the reference signal of a new scenario"},
     "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},
     "modelica/actuator": dict.fromkeys(

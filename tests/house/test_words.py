@@ -52,7 +52,9 @@ RIDDLES: dict[str, tuple[str, str]] = {
     r"\b(stop|stops|stopped|cease|ceases) to (matter|count)\b": ("is deleted", "An extremum stops to matter there."),
     r"\bwhat that (differs|gives|costs)\b": ("its difference, its cost", "A case and what that differs from the case."),
     r"\b(that|those|models|files) of before\b": ("of an older version", "It is empty for models of before."),
-    r"\bheld against\b": ("compared with, tested against", "It is held against its limits alone."),
+    r"\bh(eld|olds?|olding)( it| them| one \w+)? against\b": ("compares with", "The test holds it against the unit."),
+    r"\bgives? way to\b": ("is replaced by", "A kind without an inverse gives way to the next."),
+    r"\btells? nothing\b": ("is not informative", "A record of one speed tells nothing."),
     r"\b(a|an|the) \w+ that is none\b": ("invalid; no number", "A name that is none is refused."),
     r"\bso is the\b": ("repeat the verb", "If it is wrong, so is the set."),
 }

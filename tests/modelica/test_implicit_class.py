@@ -13,6 +13,7 @@ import simulate
 from made_graphs import MADE, chain, static_forms
 
 from hystfmu.base.errors import InputError
+from hystfmu.core.library import block_types
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
@@ -58,6 +59,14 @@ def test_exported_static_forms_give_what_predict_gives(tmp_path: Path) -> None:
     error = np.abs(y - model.predict(u)).max()
     print(f"{error:.1e}")
     assert error <= 1e-12
+
+
+def test_every_static_operator_has_a_static_form() -> None:
+    """One that is added to the core needs a line in STATIC, else its implicit inverse has no Modelica form."""
+    blocks = [Node("b", name).block for name in block_types()]
+    operators = {b.name for b in blocks if b.family == "operators" and b.rate == "hysteretic"}
+    assert len(operators) > 10
+    assert operators <= set(STATIC)
 
 
 def test_what_the_inverse_alone_needs_stands_in_its_package_alone(tmp_path: Path) -> None:

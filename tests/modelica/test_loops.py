@@ -160,6 +160,60 @@ def test_example_agrees_with_the_units_of_the_scenario(
     assert tracking <= limit
 
 
+COMPENSATOR = ("compensator_operator", "compensator_network")
+EVERETT = [0.65, 1.4, 0.65, 2.25, 1.4, 0.65, 3.2, 2.25, 1.4, 0.65]
+PREISACH = Node("preisach", "preisach", {"n": 4}, {"lo": -2.0, "hi": 2.0, "E": EVERETT})
+SLOPES = {"b_rise": [-0.8], "c_rise": [-0.6], "b_fall": [0.8], "c_fall": [-0.6]}
+DUHEM = Node("duhem", "duhem", {}, {"k": 0.6, "a_rise": [0.5], "a_fall": [0.5], **SLOPES})
+# operator of the plant, nodes and wires of its inverse, where its command comes in and out, percent of the stroke
+OTHERS = {
+    "Preisach": (
+        PREISACH,
+        [Node("inverse", "implicit_inverse", {}, {"lo": -2.0, "hi": 2.0}), PREISACH],
+        [("inverse.u", "preisach.u"), ("preisach.y", "inverse.h")],
+        ("feedforward.v", "inverse.y", "inverse.u"),
+        0.001,
+    ),
+    "Duhem": (
+        DUHEM,
+        [Node("inverse", "scaling", {"n": 1}, {"gain": 1 / 0.9})],
+        [("feedforward.v", "pid.u_ff"), ("reference.r", "pid.y_d")],
+        ("pid.u", "inverse.u", "inverse.y"),
+        0.1,
+    ),
+}
+
+
+@pytest.mark.parametrize("example", OTHERS)
+def test_example_of_an_operator_agrees_with_a_loop_of_units(example: str, tmp_path: Path) -> None:
+    """An operator that no scenario has in its plant, with the references and the controller of the scenario pid."""
+    operator, inverse, wires, (command, into, out), limit = OTHERS[example]
+    h, units = 1e-4, scenario_parts("pid")[0]
+    values = {"b": [1.0], "a": [1 / OMEGA_N**2, 2 * 0.7 / OMEGA_N, 1.0]}
+    ports = [Input("u", (f"{operator.name}.u",))], [Output("y", "g0.y")]
+    g0 = Node("g0", "transfer_function", {"na": 2}, values)
+    plant = Unit(Graph([operator, g0], [(f"{operator.name}.y", "g0.u")], *ports))
+    closed = command == "pid.u"
+    names = ["reference", "feedforward", *(["pid"] if closed else [])]
+    nodes = [Node(n, units[n]["block"], units[n].get("dims", {}), units[n]["values"]) for n in names]
+    delay = Node("delay", "delay", {"n": 1})
+    joined = [(f"reference.{d}r_lead", f"feedforward.{d}r") for d in ("", "d", "dd")]
+    joined += [*wires, (command, into), (out, "delay.u")]
+    inputs = [Input("y", ("pid.y",))] if closed else []
+    ends = [Output("u", "delay.y"), Output("r", "reference.r")]
+    rest = Unit(Graph([*nodes, *inverse, delay], joined, inputs, ends, sort=False))
+    now = simulate.run(f"HystFMU.Examples.{example}", tmp_path / "r.npz").at(h)
+    rows = closed_loop(plant, rest, len(now["time"]), h)
+    got = np.column_stack([now[n] for n in ("reference.r", "delay.y", "plant.y")])
+    error = np.abs(got - rows).max(axis=0) / np.abs(rows).max(axis=0)
+    print(f"{example}: largest differences of r, u, y:", *(f"{e:.1e}" for e in error))
+    assert error.max() <= 1e-8
+    late = now["time"] > 0.1
+    tracking = 100 * np.sqrt(np.mean((got[:, 2] - got[:, 0])[late] ** 2)) / 2.0
+    print(f"tracking error {tracking:.4f} % of the stroke")
+    assert tracking <= limit
+
+
 # example, scenario, case
 FIGURES = [(example, name, "sine_10") for example, name, _, f, *_ in LOOPS if f == 10.0]
 FIGURES += [("ZhaoTan", "cascade_learned", "zhao_tan_sine_10"), ("BoucWen", "pid", "other_class_10")]
@@ -187,6 +241,33 @@ def test_example_gives_the_figures_of_the_scenario(example: str, name: str, case
     e = (now["plant.y"] - now["reference.r"])[now["time"] >= 0.1 - 1e-9]
     figures = tomllib.loads((SCENARIOS / name / "baseline.toml").read_text())["case"][case]["metrics"]
     assert 100 * np.sqrt(np.mean(e**2)) / 2 == pytest.approx(figures["tracking"], rel=1e-6)
+
+
+def test_network_of_the_ipmc_sensor_gives_the_figures_of_the_scenario(tmp_path: Path) -> None:
+    """Plays sampled ten times as fast as there: their output is held for 0.1 ms, not run straight for 1 ms."""
+    now = simulate.run("HystFMU.Examples.IpmcNetwork", tmp_path / "r.npz").at(1e-3)
+    r, v, s = (now[k] for k in ("reference.r", "sensor.y", "compensator.u"))
+    name = "papers/ipmc_bfbnn_compensator"
+    models = {k: Model.load(SCENARIOS / "models" / f"ipmc_{k}.model.toml") for k in ("sensor", *COMPENSATOR)}
+    sensed = np.ravel(models["sensor"].predict(r, 1e-3))
+    inner = models["compensator_operator"].graph.run(sensed, 1e-3)
+    made = np.ravel(models["compensator_network"].graph.run(inner, 1e-3))
+    print(
+        f"sensor {np.abs(v - sensed).max() / np.ptp(sensed):.1e}, network {np.abs(s - made).max() / 10:.1e} of the span"
+    )
+    assert np.abs(v - sensed).max() <= 2e-3 * np.ptp(sensed)
+    assert np.abs(s - made).max() <= 5e-3 * 10
+    # the network of the scenario on the voltage of this sensor: the same operations
+    again = np.ravel(models["compensator_network"].graph.run(models["compensator_operator"].graph.run(v, 1e-3), 1e-3))
+    assert np.abs(s - again).max() <= 1e-9 * 10
+    with (SCENARIOS / name / "baseline.csv").open() as text:
+        rows = [row for row in csv.DictReader(text) if row["case"] == "sine_3" and float(row["t"]) < 0.99]
+    at = [round(float(row["t"]) * 1e3) for row in rows]
+    assert len(at) > 5
+    assert np.abs(s[at] - [float(row["compensator.y"]) for row in rows]).max() <= 5e-3 * 10
+    tracking = 100 * np.sqrt(np.mean((s - r)[now["time"] >= 0.1] ** 2)) / 10
+    print(f"error {tracking:.3f} % of the stroke")
+    assert tracking <= 0.73  # the limit of the scenario
 
 
 def test_realisations_of_minor_loops_agree(tmp_path: Path) -> None:

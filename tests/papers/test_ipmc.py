@@ -342,7 +342,7 @@ def test_table_meets_its_targets():
     assert sum(r.quantity.startswith("without / with f") and r.target == 5.0 for r in report.rows) == 7
     assert by_name["f after 20 cycles of amplitude 1"].literal == pytest.approx(68.7, abs=0.05)
     assert by_name["TC(9), mV^2"].printed == 4.68e-6
-    assert by_name["IC(7) / IC(10): how much the lags add"].scanned == (0, 12), "table 1 stays missed"
+    assert by_name["IC(7) / IC(10): effect of more lags"].scanned == (0, 12), "table 1 stays missed"
     third = [r for r in report.rows if r.place == "fig. 3"]
     assert [r.printed for r in third] == [0.014, 0.14, pytest.approx(10)]
     assert 1 / 1.2 < third[0].literal / third[0].printed < 1.2, "the replica is of the paper's order"

@@ -44,13 +44,19 @@
     if (seen(e) && !(name(e) || '').trim()) say(e, 'no name');
   for (const e of document.querySelectorAll('svg, canvas')) if (seen(e) && !e.getAttribute('role')) say(e, 'no role');
   for (const e of document.querySelectorAll('img:not([alt])')) say(e, 'no alternative text');
-  // texts of a picture do not lie on one another
-  for (const svg of document.querySelectorAll('figure svg')) {
+  // texts of a picture lie inside it, and not on one another
+  for (const svg of document.querySelectorAll('svg')) {
+    if (svg.parentElement && svg.parentElement.closest('svg')) continue;
     const texts = [...svg.querySelectorAll('text')].filter(seen).map(e => [e, e.getBoundingClientRect()]);
-    texts.forEach(([e, a], k) => texts.slice(k + 1).forEach(([other, b]) => {
-      const over = ['left', 'top'].map((low, i) => Math.min(a[['right', 'bottom'][i]], b[['right', 'bottom'][i]]) - Math.max(a[low], b[low]));
-      if (over[0] > 1 && over[1] > 3) say(e, `lies on "${other.textContent}"`);
-    }));
+    const whole = svg.getBoundingClientRect();
+    texts.forEach(([e, a], k) => {
+      const out = Math.max(whole.left - a.left, a.right - whole.right, whole.top - a.top, a.bottom - whole.bottom);
+      if (out > 1) say(e, `${out.toFixed(1)} points outside of its picture`);
+      texts.slice(k + 1).forEach(([other, b]) => {
+        const over = ['left', 'top'].map((low, i) => Math.min(a[['right', 'bottom'][i]], b[['right', 'bottom'][i]]) - Math.max(a[low], b[low]));
+        if (over[0] > 0 && over[1] > 2) say(e, `lies on "${other.textContent}"`);
+      });
+    });
   }
   // what the keyboard reaches: in the order of the document, nothing hidden
   for (const e of document.querySelectorAll('[tabindex]')) if (e.tabIndex > 0) say(e, 'its own place in the order of focus');

@@ -1,11 +1,14 @@
-"""Pages from files, with a count of what they request."""
+"""Pages from files, with a count of what they request, and a drag in their explorer."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -30,3 +33,19 @@ def opened(browser: Browser, file: Path, waits: bool = True, **options: Any) -> 
     context.close()
     assert outside == []
     assert told == []
+
+
+def dragged(p: Page) -> dict[str, np.ndarray]:
+    """Drag the input of an explorer to and fro; return the columns of the file that the page saves."""
+    p.locator("canvas.loop").scroll_into_view_if_needed()
+    box = p.locator("canvas.loop").bounding_box()
+    assert box is not None
+    for k, share in enumerate([0.2, 0.9, 0.35, 0.7]):
+        p.mouse.move(box["x"] + share * box["width"], box["y"] + box["height"] / 2, steps=1 if k == 0 else 5)
+        if k == 0:
+            p.mouse.down()
+    p.mouse.up()
+    with p.expect_download() as waited:
+        p.get_by_role("button", name="Save the path").click()
+    head, *rows = csv.reader(waited.value.path().read_text().splitlines())
+    return dict(zip(head, np.array(rows, dtype=float).T, strict=True))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import re
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from kinds_of_pages import SCENARIOS, data
-from opened_page import opened
+from opened_page import dragged, opened
 
 import hystfmu as hy
 from hystfmu.scenario import Scenario
@@ -52,6 +51,7 @@ def test_the_matrix_sorts_by_a_scenario_and_says_what_the_data_say(browser: Brow
     of_pid = {r["case"]: r["metrics"][0]["value"] for r in told if r["scenario"] == "pid"}
     with opened(browser, run) as p:
         matrix = p.locator("table.matrix").first
+        p.get_by_text("Scenarios against cases").click()
         matrix.get_by_role("button", name="pid").click()
         rows = [[c.strip() for c in r.locator("th, td").all_text_contents()] for r in matrix.locator("tr").all()[1:]]
         column = matrix.locator("tr").first.locator("th").all_text_contents().index("pid")
@@ -65,6 +65,7 @@ def test_a_cell_leads_to_its_case_by_pointer_and_key(browser: Browser, run: Path
     with opened(browser, run) as p:
         fold = p.locator("details", has=p.locator('[id="sliding_mode/sine_100"]'))
         assert fold.get_attribute("open") is None
+        p.get_by_text("Scenarios against cases").click()
         p.locator('a[href="#sliding_mode/sine_100"]').click()
         assert fold.get_attribute("open") is not None
         assert fold.locator("figure").first.is_visible()
@@ -163,22 +164,6 @@ def test_two_runs_are_read_at_once(browser: Browser, made: Callable[[str], Path]
         p.locator(".hero").get_by_role("button", name="change in %").click()
         signed = [float(v) for v in p.locator(".hero td:nth-child(5)").all_text_contents()]
         assert signed == sorted(signed)
-
-
-def dragged(p: Page) -> dict[str, np.ndarray]:
-    """Drag the input of an explorer to and fro; return the columns of the file that the page saves."""
-    p.locator("canvas.loop").scroll_into_view_if_needed()
-    box = p.locator("canvas.loop").bounding_box()
-    assert box is not None
-    for k, share in enumerate([0.2, 0.9, 0.35, 0.7]):
-        p.mouse.move(box["x"] + share * box["width"], box["y"] + box["height"] / 2, steps=1 if k == 0 else 5)
-        if k == 0:
-            p.mouse.down()
-    p.mouse.up()
-    with p.expect_download() as waited:
-        p.get_by_role("button", name="Save the path").click()
-    head, *rows = csv.reader(waited.value.path().read_text().splitlines())
-    return dict(zip(head, np.array(rows, dtype=float).T, strict=True))
 
 
 def test_the_plant_of_a_loop_runs_behind_its_inverse(browser: Browser, run: Path) -> None:

@@ -1,4 +1,4 @@
-"""Substeps and first-order hold against closed forms, the same bits in every engine; delays; missed events."""
+"""Substeps and first-order hold, compared with closed forms, the same bits in every engine; delays; missed events."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ equation
   tested.y = (if time > 0.3005 then 1.3 else 1)*(0.13 + 0.8*sin(20*time - 0.2)) + 0.02*sin(170*time);
   annotation (experiment(StopTime = 1, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Adaptive inverse behind dynamics and a delay, with a sudden change, limits and a stretch at rest. The test holds it against the unit at every sample.</p>
+<p>Adaptive inverse behind dynamics and a delay, with a sudden change, limits and a stretch at rest. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.AdaptiveInverse\">Inverse.AdaptiveInverse</a>.</p>
 </html>"));
 end AdaptiveInverse;

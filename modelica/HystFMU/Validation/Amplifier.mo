@@ -13,6 +13,6 @@ equation
   annotation (
     experiment(StopTime = 0.02, Interval = 0.0001, Tolerance = 1e-12),
     Documentation(info = "<html>
-<p>Amplifier at its current limit, at a limit of voltage, and between them, with a held input; the test holds it against the unit of the same name.</p>
+<p>Amplifier at its current limit, at a limit of voltage, and between them, with a held input; the test compares it with the unit of the same name.</p>
 </html>"));
 end Amplifier;

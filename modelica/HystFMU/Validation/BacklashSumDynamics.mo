@@ -7,7 +7,7 @@ equation
   tested.u = 0.1 + (0.2 + exp(-8*time))*sin(400*time);
   annotation (experiment(StopTime = 0.2, Interval = 0.0001, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Ten plays and a linear term before dynamics of 500 Hz, default values. The test holds it against the unit at every sample.</p>
+<p>Ten plays and a linear term before dynamics of 500 Hz, default values. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.BacklashSumDynamics\">Plants.BacklashSumDynamics</a>.</p>
 </html>"));
 end BacklashSumDynamics;

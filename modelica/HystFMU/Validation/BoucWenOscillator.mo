@@ -7,7 +7,7 @@ equation
   tested.u = 120*sin(190*time) + 30*sin(410*time);
   annotation (experiment(StopTime = 0.1, Interval = 1e-05, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Benchmark plant driven by two tones. The test holds it against the unit at every sample.</p>
+<p>Benchmark plant driven by two tones. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.BoucWenOscillator\">Plants.BoucWenOscillator</a>.</p>
 </html>"));
 end BoucWenOscillator;

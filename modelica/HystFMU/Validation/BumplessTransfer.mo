@@ -8,7 +8,7 @@ equation
   tested.u_present = 1e300*sin(5*time);
   annotation (experiment(StopTime = 1.1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Bumpless transfer: the output starts at another command and fades to its own, values of its first vector. The test holds it against the unit at every sample.</p>
+<p>Bumpless transfer: the output starts at another command and fades to its own, values of its first vector. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BumplessTransfer\">Control.BumplessTransfer</a>.</p>
 </html>"));
 end BumplessTransfer;

@@ -5,7 +5,7 @@ model DecayingSine "Decaying sine reference with derivatives and preview"
   Sources.DecayingSine tested(amplitude = 1.5, offset = 0.2, frequency = 2.3, phase = 0.4, decay = 1.1, lead = 0.003) annotation (Placement(transformation(extent = {{-20, -20}, {20, 20}})));
   annotation (experiment(StopTime = 1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Decaying sine reference with derivatives and preview. The test holds it against the unit at every sample.</p>
+<p>Decaying sine reference with derivatives and preview. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.DecayingSine\">Sources.DecayingSine</a>.</p>
 </html>"));
 end DecayingSine;

@@ -7,7 +7,7 @@ equation
   tested.u = sin(7*time) + time;
   annotation (experiment(StopTime = 1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Delay by three steps. The test holds it against the unit at every sample.</p>
+<p>Delay by three steps. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Delay\">Dynamics.Delay</a>.</p>
 </html>"));
 end Delay;

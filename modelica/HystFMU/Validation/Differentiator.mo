@@ -7,7 +7,7 @@ equation
   tested.u = sin(7*time) + 0.3*cos(23*time);
   annotation (experiment(StopTime = 1.1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Filtered derivative. The test holds it against the unit at every sample.</p>
+<p>Filtered derivative. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Differentiator\">Dynamics.Differentiator</a>.</p>
 </html>"));
 end Differentiator;

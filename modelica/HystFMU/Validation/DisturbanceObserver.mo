@@ -8,7 +8,7 @@ equation
   tested.y = 1.2*sin(20*time - 0.1) + 0.05;
   annotation (experiment(StopTime = 1, Interval = 0.001, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Disturbance observer with a known delay and limits. The test holds it against the unit at every sample.</p>
+<p>Disturbance observer with a known delay and limits. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.DisturbanceObserver\">Control.DisturbanceObserver</a>.</p>
 </html>"));
 end DisturbanceObserver;

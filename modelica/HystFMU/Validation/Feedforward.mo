@@ -9,7 +9,7 @@ equation
   tested.ddr = -400*sin(20*time);
   annotation (experiment(StopTime = 1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Feed-forward of a sine. The test holds it against the unit at every sample.</p>
+<p>Feed-forward of a sine. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.Feedforward\">Control.Feedforward</a>.</p>
 </html>"));
 end Feedforward;

@@ -8,7 +8,7 @@ equation
   tested.u[2] = cos(5*time);
   annotation (experiment(StopTime = 1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Two signals, the second with a lower limit only. The test holds it against the unit at every sample.</p>
+<p>Two signals, the second with a lower limit only. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.InRange\">Dynamics.InRange</a>.</p>
 </html>"));
 end InRange;

@@ -9,7 +9,7 @@ equation
   tested.u_ff = 1.1*sin(62.83185307179586*time);
   annotation (experiment(StopTime = 0.35, Interval = 0.001, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Iterative learning over three periods, with lead, filter and limits. The test holds it against the unit at every sample.</p>
+<p>Iterative learning over three periods, with lead, filter and limits. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.IterativeLearning\">Control.IterativeLearning</a>.</p>
 </html>"));
 end IterativeLearning;

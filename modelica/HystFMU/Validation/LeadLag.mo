@@ -9,7 +9,7 @@ equation
   tested.u_ff = 1.1*sin(20*time);
   annotation (experiment(StopTime = 1, Interval = 0.001, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Lead-lag controller of two sections with limits. The test holds it against the unit at every sample.</p>
+<p>Lead-lag controller of two sections with limits. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.LeadLag\">Control.LeadLag</a>.</p>
 </html>"));
 end LeadLag;

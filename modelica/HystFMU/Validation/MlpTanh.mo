@@ -8,7 +8,7 @@ equation
   tested.u[2] = cos(11*time) - 0.3;
   annotation (experiment(StopTime = 1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Network with tanh. The test holds it against the unit at every sample.</p>
+<p>Network with tanh. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.Mlp\">Networks.Mlp</a>.</p>
 </html>"));
 end MlpTanh;

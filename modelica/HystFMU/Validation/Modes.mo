@@ -13,6 +13,6 @@ equation
   annotation (
     experiment(StopTime = 0.03, Interval = 0.0001, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Two lightly damped modes with a held input, from rest; the test holds it against the unit of the same name.</p>
+<p>Two lightly damped modes with a held input, from rest; the test compares it with the unit of the same name.</p>
 </html>"));
 end Modes;

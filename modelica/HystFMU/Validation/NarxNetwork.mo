@@ -7,7 +7,7 @@ equation
   tested.u = sin(7*time);
   annotation (experiment(StopTime = 1.1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>NARX network of two neurons with two lags of the output. The test holds it against the unit at every sample.</p>
+<p>NARX network of two neurons with two lags of the output. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.NarxNetwork\">Networks.NarxNetwork</a>.</p>
 </html>"));
 end NarxNetwork;

@@ -8,7 +8,7 @@ equation
   tested.f = 0.5*cos(5*time);
   annotation (experiment(StopTime = 1.1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Polynomial network of degree 3 without lagged outputs, direct feed-through. The test holds it against the unit at every sample.</p>
+<p>Polynomial network of degree 3 without lagged outputs, direct feed-through. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>.</p>
 </html>"));
 end PolynomialNfir;

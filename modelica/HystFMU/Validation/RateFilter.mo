@@ -7,7 +7,7 @@ equation
   tested.u = sin(7*time);
   annotation (experiment(StopTime = 1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Lag of a sine and its rate. The test holds it against the unit at every sample.</p>
+<p>Lag of a sine and its rate. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.RateFilter\">Dynamics.RateFilter</a>.</p>
 </html>"));
 end RateFilter;

@@ -10,7 +10,7 @@ equation
   tested.y = 0.8*sin(7*time) - 0.5*cos(11*time) + 0.35 + 0.05*sin(90*time);
   annotation (experiment(StopTime = 1.1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Dead zone as printed. The test holds it against the unit at every sample.</p>
+<p>Dead zone as printed. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.RecursiveLeastSquares\">Networks.RecursiveLeastSquares</a>.</p>
 </html>"));
 end RecursiveLeastSquaresPrinted;

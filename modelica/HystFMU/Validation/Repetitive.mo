@@ -9,7 +9,7 @@ equation
   tested.active = if time > 0.0605 and time < 0.0755 then 0 else 1;
   annotation (experiment(StopTime = 0.17, Interval = 0.001, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Repetitive control over four periods, with both filters and a stretch that is not learnt. The test holds it against the unit at every sample.</p>
+<p>Repetitive control over four periods, with both filters and a stretch that is not learnt. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.Repetitive\">Control.Repetitive</a>.</p>
 </html>"));
 end Repetitive;

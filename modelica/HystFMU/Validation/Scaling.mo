@@ -8,7 +8,7 @@ equation
   tested.u[2] = cos(5*time);
   annotation (experiment(StopTime = 1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Two scaled signals with limits. The test holds it against the unit at every sample.</p>
+<p>Two scaled signals with limits. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Scaling\">Dynamics.Scaling</a>.</p>
 </html>"));
 end Scaling;

@@ -5,7 +5,7 @@ model Sine "Sine reference with a preview"
   Sources.Sine tested(amplitude = 1.5, offset = 0.2, frequency = 3, phase = 0.4, lead = 0.01) annotation (Placement(transformation(extent = {{-20, -20}, {20, 20}})));
   annotation (experiment(StopTime = 1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Sine reference with a preview. The test holds it against the unit at every sample.</p>
+<p>Sine reference with a preview. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Sine\">Sources.Sine</a>.</p>
 </html>"));
 end Sine;

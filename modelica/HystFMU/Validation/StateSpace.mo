@@ -7,7 +7,7 @@ equation
   tested.u = sin(7*time);
   annotation (experiment(StopTime = 1.1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Lag of 0.05 s, discretised for 0.01 s. The test holds it against the unit at every sample.</p>
+<p>Lag of 0.05 s, discretised for 0.01 s. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.StateSpace\">Dynamics.StateSpace</a>.</p>
 </html>"));
 end StateSpace;

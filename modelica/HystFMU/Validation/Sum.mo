@@ -9,7 +9,7 @@ equation
   tested.u[3] = time;
   annotation (experiment(StopTime = 1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Weighted sum of three signals. The test holds it against the unit at every sample.</p>
+<p>Weighted sum of three signals. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Sum\">Dynamics.Sum</a>.</p>
 </html>"));
 end Sum;

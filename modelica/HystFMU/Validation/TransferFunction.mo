@@ -13,6 +13,6 @@ equation
   annotation (
     experiment(StopTime = 0.05, Interval = 0.0001, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Second-order dynamics, 500 Hz, damping 0.7, with a held input, from rest; the test holds it against the unit of the same name with hold = zoh.</p>
+<p>Second-order dynamics, 500 Hz, damping 0.7, with a held input, from rest; the test compares it with the unit of the same name with hold = zoh.</p>
 </html>"));
 end TransferFunction;

@@ -7,7 +7,7 @@ equation
   tested.u = 1.3 + 40*max(time - 0.01, 0) - 110*max(time - 0.02, 0) + 90*max(time - 0.025, 0);
   annotation (experiment(StopTime = 0.05, Interval = 0.0001, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Third-order dynamics with direct feed-through and ramps as input, from equilibrium. The test holds it against the unit at every sample.</p>
+<p>Third-order dynamics with direct feed-through and ramps as input, from equilibrium. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.TransferFunction\">Dynamics.TransferFunction</a>.</p>
 </html>"));
 end TransferFunctionSteady;

@@ -1,7 +1,7 @@
-"""Wrong calls of the face become one line: `checked` compares the arguments with the annotations after an exception.
+"""One-line errors for wrong calls of the public functions: after an exception, `checked` compares arguments and
+annotations.
 
-A call that works costs nothing and is never refused.  What fails with arguments of the right types is a fault of the
-program and stays as it is.
+A correct call is never checked or refused. An exception from arguments of correct types is a bug and is passed on.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _REMEDIES = {
 def checked(thing: T) -> T:
     """Decorate a function, or a class with its public methods.
 
-    The wrapper raises InputError where a call does not fit the signature, or fails with an argument of a wrong type.
+    The wrapper raises InputError if a call does not fit the signature, or fails with an argument of a wrong type.
     """
     if inspect.isclass(thing):
         for name, member in list(vars(thing).items()):
@@ -73,7 +73,7 @@ def checked(thing: T) -> T:
 
 
 def _fault(function: Callable[..., Any], arguments: tuple[Any, ...], named: Mapping[str, Any]) -> str | None:
-    """Say what is wrong with a call; None if its arguments have the right types."""
+    """Describe the error of a call; None if its arguments have correct types."""
     parts = [p for p in function.__qualname__.split(".") if p not in ("<locals>", "__init__")]
     title, signature = f"{'.'.join(parts)}()", inspect.signature(function)
     bound_to = [p for p in signature.parameters if p in ("self", "cls")]
@@ -153,12 +153,9 @@ def _fits(value: Any, hint: Any) -> bool:
     if inspect.isclass(hint) and issubclass(hint, os.PathLike):
         return isinstance(value, os.PathLike)
     if getattr(hint, "_is_protocol", False):
-        return not isinstance(value, (str, bytes)) and all(hasattr(value, name) for name in _attributes(hint))
+        names = [n for n in vars(hint) if not n.startswith("_") or n == "__getitem__"]
+        return not isinstance(value, (str, bytes)) and all(hasattr(value, name) for name in names)
     return isinstance(value, hint) if inspect.isclass(hint) else True
-
-
-def _attributes(protocol: Any) -> list[str]:
-    return [n for n in vars(protocol) if not n.startswith("_") or n == "__getitem__"]
 
 
 def _parts(inside: tuple[Any, ...]) -> tuple[bool, list[Any]]:

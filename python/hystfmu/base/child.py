@@ -61,7 +61,7 @@ def _signal_name(number: int) -> str:
 
 
 def tell_unconfined() -> None:
-    """Say once, on stderr, what this system cannot keep foreign FMUs from."""
+    """State once, on stderr, which protections against foreign FMUs this system lacks."""
     may = unconfined()
     if may and may not in _TOLD:
         _TOLD.add(may)
@@ -71,19 +71,19 @@ def tell_unconfined() -> None:
 class Child:
     """Python with this package on its path, in a session of its own; its output goes to a file.
 
-    A pipe would be open as long as any process that the child has started, and waited for as long.  On Linux a
-    supervisor ends these processes with the child.  Elsewhere its process group ends, on Windows the child alone.
+    A pipe would stay open until all processes that the child has started end, and reading would wait for it. On Linux a
+    supervisor ends these processes with the child. Elsewhere its process group ends, on Windows the child alone.
 
     Parameters
     ----------
     *arguments : str
         Of Python.
     box : Box, optional
-        Confines the child as far as this system can, and keeps most variables of the environment from it.
+        Confines the child as far as this system can, and passes only some environment variables.
     keep : collection of int
         Descriptors that stay open in it; not on Windows.
     told : bool
-        Whether to say, once, what this system cannot keep it from.
+        Whether to state, once, which protections this system lacks.
     """
 
     def __init__(self, *arguments: str, box: Box | None = None, keep: Collection[int] = (), told: bool = True) -> None:
@@ -126,7 +126,7 @@ class Child:
         seconds : float
             Time limit (s).
         look : function
-            Called again and again while it runs.  The time begins anew when it returns true.
+            Called repeatedly while the child runs. If it returns true, the time limit starts again.
 
         Returns
         -------
@@ -149,7 +149,7 @@ class Child:
             return self._last_output().decode(errors="replace").strip().splitlines(), in_time
 
     def poll(self) -> int | None:
-        """Return the status if it has ended, else None.  What it has put out too much is dropped."""
+        """Return the status if it has ended, else None. Excess output is dropped."""
         self._drop_output()
         return self._process.poll()
 
@@ -173,7 +173,10 @@ class Child:
         return (self._dropped + content.lstrip(b"\0"))[-MOST_LOG:]
 
     def _drop_output(self) -> None:
-        """Keep a child that prints without end from filling the disk; the file becomes one with a hole."""
+        """Drop old output of a child that prints without end, so that it does not fill the disk.
+
+        The file becomes sparse.
+        """
         if getattr(os.fstat(self._output.fileno()), "st_blocks", 0) * 512 > _MOST_OUTPUT:
             last = self._last_output()
             whole, newline, _ = last.rpartition(b"\n")  # the rest of a line that is being written gets lost
@@ -195,12 +198,12 @@ _FLAGS = [getattr(os, f"O_{name}", 0) for name in ("NOFOLLOW", "NONBLOCK", "BINA
 
 
 def open_result(path: str | Path) -> BufferedReader:
-    """Open a result: a regular file with one name, not behind a link.  What is checked is what is read.
+    """Open a result: a regular file with one name, not a link. The check applies to the opened file.
 
     Raises
     ------
     InputError
-        There is no such file, or something else is in its place.
+        There is no such regular file.
     """
     try:
         handle = os.open(path, os.O_RDONLY | sum(_FLAGS))

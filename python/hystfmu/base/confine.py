@@ -1,10 +1,10 @@
 """Confine foreign native code to files that it needs, without network and other processes, on Linux.
 
-Landlock and seccomp need no rights and leave what is open already: results and output of the process.  What a process
-has given up, no call of its own brings back, nor one of the processes that it starts.
+Landlock and seccomp need no privileges. They do not affect files that are already open: results and output of the
+process. Neither the process nor its child processes can regain what it has given up.
 
-Landlock: https://docs.kernel.org/userspace-api/landlock.html.
-This module imports the standard library alone: it runs before anything else is loaded.
+Landlock: https://docs.kernel.org/userspace-api/landlock.html. This module imports only the standard library, because it
+runs before anything else is loaded.
 """
 
 from __future__ import annotations
@@ -98,21 +98,21 @@ def _landlock() -> int:
 
 
 def unconfined() -> str:
-    """Return what this system cannot keep native code from; an empty string if it can."""
+    """Return the protections that this system lacks; an empty string if it has all."""
     version = _landlock()
     may = ["truncate your files" if version else "read and write your files"] if version < 3 else []
     return " and ".join(may if can_refuse() else [*may, "use the network", "act on your other processes"])
 
 
 def confine(box: Box) -> None:
-    """Confine this process, which has one thread, as far as the system can.
+    """Confine this single-threaded process as far as the system can.
 
     Its own folder becomes the current and the temporary one.  It loses capabilities and unknown variables.
 
     Raises
     ------
     OSError
-        The system can, but refuses.
+        The system supports confinement but refuses it.
     """
     os.chdir(box.folder)
     variables = known(os.environ)

@@ -28,7 +28,8 @@ class InputError(ValueError):
     """
 
     def __str__(self) -> str:
-        """Return the line; names and values of a file cannot steer the terminal that shows it."""
+        """Return the line with control characters escaped, so that names and values of a file cannot control the
+        terminal."""
         return printable(" ".join(super().__str__().split()))
 
 
@@ -48,7 +49,7 @@ EXTRAS = {
 
 
 class MissingExtra(InputError):
-    """A package that an extra brings is not installed; the text names the command that installs it."""
+    """An optional package is not installed; the text names the command that installs it."""
 
 
 @contextmanager
@@ -60,7 +61,7 @@ def extras(what: str, extra: str = "") -> Iterator[None]:
     what : str
         What needs them, for the message.
     extra : str
-        The extra to name, for packages that several bring; default that of `EXTRAS`.
+        The extra to name if several install the package; default: that of `EXTRAS`.
 
     Raises
     ------
@@ -91,7 +92,7 @@ def meant(word: str, known: Iterable[str]) -> str:
 
 
 def meant_file(path: str | Path) -> str:
-    """Return the same for a path that does not exist, from what stands beside its first missing part."""
+    """Return the same for a missing path, from the entries of its last existing folder."""
     missing = Path(path)
     while not missing.parent.exists():
         missing = missing.parent

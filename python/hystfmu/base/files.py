@@ -1,4 +1,4 @@
-"""Untrusted input files: size limits, one-line errors.  Writes are atomic and replace nothing but regular files."""
+"""Untrusted input files: size limits, one-line errors. Writes are atomic and replace only regular files."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
 
 
 def check_source(path: str | Path) -> os.stat_result:
-    """Refuse a path that would be waited for or never end; return what the system says about it.
+    """Refuse a path that blocks or never ends, such as a pipe; return its status.
 
     Raises
     ------
@@ -70,13 +70,13 @@ def check_source(path: str | Path) -> os.stat_result:
 def written(path: str | Path, apart: re.Pattern[bytes] | None = None) -> Iterator[IO[bytes]]:
     """Open a file for an atomic write: write a temporary file in the same folder, then rename it.
 
-    A link stays: the file behind it is written.  A file keeps its mode; a new one follows the umask.
+    If the path is a link, the target of the link is written. A file keeps its mode; a new one follows the umask.
 
     Parameters
     ----------
     path : str or Path
     apart : pattern, optional
-        What does not make the content another one, see `hystfmu.base.replacing`.
+        Pattern of parts that do not count as a difference, see `hystfmu.base.replacing`.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def written(path: str | Path, apart: re.Pattern[bytes] | None = None) -> Iterato
 
 
 def check_target(path: str | Path, folder: bool = False) -> int | None:
-    """Check that a path can be written as a regular file; return the mode of the file that is there, if any.
+    """Check that a path can be written as a regular file; return the mode of the existing file, if any.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def read_toml(path: str | Path, kind: type[M], most: int = MOST_BYTES) -> M:
     Raises
     ------
     InputError
-        One line with the file, the key, the rule and the value.  Of several errors it gives the first and their number.
+        One line with the file, the key, the rule and the value. It states all errors.
     """
     return check(load_toml(path, most), kind, path)
 
@@ -163,7 +163,7 @@ def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
     Raises
     ------
     InputError
-        One line with the file: it cannot be read, is too large, is not TOML or holds what is not printable.
+        One line with the file: it cannot be read, is too large, is not TOML or contains unprintable characters.
     """
     content = read_bytes(path, most)  # outside `try`: an InputError is a ValueError, but not a syntax error
     try:
@@ -181,7 +181,7 @@ def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
 
 
 def _check_printable(table: dict[str, Any], path: str | Path) -> None:
-    """Refuse keys and texts that an XML file cannot hold, or that would steer a terminal or show another text."""
+    """Refuse keys and texts with characters that XML does not allow, or that would control a terminal or hide text."""
     left: list[tuple[str, Any]] = [("", table)]
     while left:
         place, value = left.pop()
@@ -211,7 +211,7 @@ def check_format(data: dict[str, Any], present: int, path: str | Path, required:
     present : int
     path : str or Path
     required : bool
-        Whether a file without the key is one of an older version.
+        Whether a file without the key belongs to an older version.
 
     Raises
     ------
@@ -237,7 +237,7 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key]
     kind : type
         The pydantic model.
     path : path or callable
-        The file that holds the data, or which file states a key.
+        The file with the data, or a function that returns the file that states a key.
 
     Raises
     ------

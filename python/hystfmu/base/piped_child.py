@@ -1,7 +1,7 @@
 """A child process for foreign native code, with a pipe for calls; not on Windows.
 
-It has less of this process than one of `multiprocessing`: neither its terminal and its main module, nor the helper that
-removes shared memory for whoever asks it.  It finds its work in a file.
+It inherits less than a child of `multiprocessing`: neither the terminal and the main module, nor the helper that
+removes shared memory. It reads its task from a file.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _TASK = "task"
 
 
 class Count:
-    """A number in a file that two processes hold; the other one may have written anything."""
+    """A number in a file that two processes share; its content is not trusted."""
 
     def __init__(self, handle: int) -> None:
         self._handle = handle
@@ -43,11 +43,12 @@ class PipedChild:
     Parameters
     ----------
     target : function
-        What it runs, of a module of this package: takes a pipe, a `Count`, the number of its parent and the words.
+        Function of a module of this package that it runs: takes a pipe, a `Count`, the process number of its parent and
+        the arguments.
     folder : str
         Its own folder.
     words : tuple
-        What can be pickled.
+        Arguments that can be pickled.
     box : Box or None
         Confines it.
     """
@@ -84,7 +85,7 @@ class PipedChild:
 
 
 def main(pipe: int, count: int, folder: str) -> None:
-    """In the child: do what the parent asks for."""
+    """Run the task in the child."""
     target, words = pickle.loads((Path(folder) / _TASK).read_bytes())  # our own parent wrote it
     target(Connection(pipe), Count(count), os.getppid(), *words)
 

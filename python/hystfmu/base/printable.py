@@ -1,7 +1,7 @@
 """Printable text for terminals, XML files and pages: other characters become visible escapes.
 
-A terminal obeys control characters, of which U+0080 to U+009F are the less known half; bidirectional overrides show a
-name as another one; XML 1.0 cannot hold most control characters, and UTF-8 no surrogates.
+Control characters, also U+0080 to U+009F, control a terminal. Bidirectional overrides show a name as a different one.
+XML 1.0 allows few control characters, and UTF-8 no surrogates.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def printable(text: str, lines: bool = False) -> str:
     ----------
     text : str
     lines : bool
-        Whether line ends stay: in a text of several lines, not in a name.
+        Whether line ends are kept, for texts of several lines.
     """
     if text.isascii() and text.isprintable():
         return text
@@ -30,7 +30,7 @@ def printable(text: str, lines: bool = False) -> str:
 
 
 def unprintable(text: str) -> bool:
-    """Tell whether a text has a character that `printable` would replace; line ends and tabs are none."""
+    """Return whether a text has a character that `printable` would replace; line ends and tabs do not count."""
     return not text.isprintable() and any(not _is_printable(c) and c not in "\n\t" for c in text)
 
 
@@ -40,7 +40,7 @@ def escape(text: str, quote: bool = True) -> str:
 
 
 def xml_text(text: str) -> str:
-    """Return text that XML 1.0 can hold; names that it can hold stay as they are, so that others find them."""
+    """Return text that is valid in XML 1.0; valid names do not change, so that other tools find them."""
     return _NO_XML.sub(lambda m: _escaped(m[0]), text)
 
 

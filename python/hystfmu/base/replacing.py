@@ -1,6 +1,6 @@
 """Existing files that a command may replace: those that it wrote itself, and with --force all.
 
-The same content again is no replacement.  In Python nothing is asked: `save` and `export` replace a file.
+Writing the same content again is always allowed. From Python, `save` and `export` always replace a file.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class _Rule:
 
 @dataclass(frozen=True)
 class _New:
-    """A file that is written and waits for its name."""
+    """A file that is written but does not have its final name yet."""
 
     file: Path
     target: Path
@@ -42,7 +42,7 @@ _WAITING: ContextVar[list[_New] | None] = ContextVar("waiting", default=None)
 
 @contextmanager
 def keeping(force: bool) -> Iterator[None]:
-    """Refuse to replace files of other content in this context, unless `force`."""
+    """Refuse to replace files with different content in this context, unless `force`."""
     before = _RULE.set(_Rule(force))
     try:
         yield
@@ -51,19 +51,20 @@ def keeping(force: bool) -> Iterator[None]:
 
 
 def own(*paths: str | Path) -> None:
-    """Allow to replace these files, and all in these folders: the command wrote them, or is asked to change them."""
+    """Allow replacement of these files, and of all files in these folders: the command wrote them, or must change
+    them."""
     if rule := _RULE.get():
         rule.own.update(_real(p) for p in paths)
 
 
 def may_replace(path: str | Path) -> bool:
-    """Return whether a file of any content may stand at `path` afterwards."""
+    """Return whether the file at `path` may be replaced by any content."""
     rule, real = _RULE.get(), _real(path)
     return rule is None or rule.force or not real.exists() or any(p in rule.own for p in (real, *real.parents))
 
 
 def refuse_existing(*paths: str | Path) -> None:
-    """Refuse, before anything runs, files whose content is never twice the same.
+    """Refuse, before anything runs, existing files whose content differs in each run.
 
     Raises
     ------
@@ -76,13 +77,13 @@ def refuse_existing(*paths: str | Path) -> None:
 
 
 def refusal(path: str | Path) -> InputError:
-    """Return the error of a file that stays."""
+    """Return the error for a file that must not be replaced."""
     return InputError(f"{path}: exists with other content. Name another file, or replace it with --force.")
 
 
 @contextmanager
 def together() -> Iterator[None]:
-    """Give all files that are written in this context their names at its end, or none of them."""
+    """Rename all files that are written in this context to their final names at its end, or none of them."""
     waiting: list[_New] = []
     before = _WAITING.set(waiting)
     try:
@@ -98,7 +99,7 @@ def together() -> Iterator[None]:
 
 
 def place(file: Path, target: Path, shown: str | Path, apart: re.Pattern[bytes] | None = None) -> None:
-    """Give a file that is written its name, at once or at the end of `together`; remove it where nothing changes.
+    """Rename a written file to its final name, at once or at the end of `together`; remove it if nothing changes.
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ def place(file: Path, target: Path, shown: str | Path, apart: re.Pattern[bytes] 
     shown : path
         The target as the user names it.
     apart : pattern, optional
-        What does not count in a comparison of contents, such as the time that a fit took.
+        Pattern of parts that are ignored in a comparison of contents, such as the run time of a fit.
 
     Raises
     ------

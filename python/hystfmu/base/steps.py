@@ -1,7 +1,7 @@
 """Finished steps of a long command: a repeated call resumes after an interrupt.
 
-A step is known by a hash of its inputs, of its options and of this package; its files by hashes of their content.  The
-record is a file in the folder that the command writes into.  Where anything differs or is damaged, the step runs anew.
+A step is identified by a hash of its inputs, its options and this package, and its files by hashes of their content.
+The record is a file in the output folder of the command. If anything differs or is damaged, the step runs again.
 """
 
 from __future__ import annotations
@@ -44,20 +44,22 @@ class Steps:
         self.kept: list[str] = []
 
     def claim(self, *of: Any, removed: Sequence[Path] = ()) -> None:
-        """Take the folder for what is made of these inputs; a command may then replace what it made of them before.
+        """Reserve the folder for results of these inputs.
+
+        The command may then replace its earlier results of the same inputs.
 
         Parameters
         ----------
         *of : Any
-            What the folder belongs to, as JSON can write it.
+            Identification of the inputs, as values of JSON.
         removed : sequence of Path
-            Files and folders that go before they are made anew.
+            Files and folders that are removed before they are made again.
 
         Raises
         ------
         InputError
-            In a command without --force: the folder holds what was made of other inputs, a file in it has changed
-            since, or one would go that was not made by it.
+            In a command without --force: the folder contains results of other inputs, one of its files was changed, or
+            a file that the command did not make would be removed.
         """
         record, known = self._folder / RECORD, self._known.get(_FOLDER)
         key = hashlib.sha256(json.dumps(of).encode()).hexdigest()
@@ -78,13 +80,13 @@ class Steps:
             write_text(record, json.dumps(self._known, indent=1))
 
     def made(self, paths: Sequence[Path]) -> None:
-        """Note that these files, and all in these folders, are what was made of the inputs of `claim`."""
+        """Record that these files, and all in these folders, are results of the inputs of `claim`."""
         names = [file.relative_to(self._folder).as_posix() for file in _files(paths)]
         self._known[_FOLDER]["made"] = dict(zip(names, _hashes(_files(paths)), strict=True))
         write_text(self._folder / RECORD, json.dumps(self._known, indent=1))
 
     def run(self, name: str, inputs: Sequence[Any], files: Sequence[Path], make: Callable[[], Any]) -> Any:
-        """Return the value of a step, and run it unless it is finished and its files are as it wrote them.
+        """Return the value of a step; run it unless it is finished and its files are unchanged.
 
         Steps may run in several threads.
 
@@ -93,11 +95,11 @@ class Steps:
         name : str
             Of the step, unique in the folder.
         inputs : sequence
-            All that the step depends on, as JSON can write it.
+            All inputs of the step, as values of JSON.
         files : sequence of Path
             What the step writes.
         make : function
-            The step; its value is one that JSON gives back as it was.
+            The step; JSON must reproduce its value exactly.
         """
         key = hashlib.sha256(json.dumps([_package(), name, list(inputs)]).encode()).hexdigest()
         known = self._known.get(name)
@@ -131,7 +133,8 @@ def _hashes(files: Sequence[Path]) -> list[str]:
 
 @cache
 def _package() -> str:
-    """Return a hash of names, sizes and times of the files of the package: those of one version may be edited."""
+    """Return a hash of names, sizes and times of the files of the package, because files of one version may be
+    edited."""
     found = hashlib.sha256()
     for at, folders, names in os.walk(PACKAGE):
         folders[:] = sorted(f for f in folders if f != "__pycache__")

@@ -1,10 +1,10 @@
 """Watch over a process with foreign native code on Linux: when it ends, all its child processes end, too.
 
-The supervisor is a sub-reaper: processes whose parents have died become its children, whatever session or process group
-they made for themselves, so that none is lost.  It ends as the process ended, with the same status or signal.  It ends
-the process when it is told to by SIGTERM, or when its own parent is gone.
+The supervisor is a sub-reaper: orphaned processes become its children, even if they made their own session or process
+group. So none escapes. It ends with the same status or signal as the process. It ends the process after a SIGTERM, or
+when its own parent has ended.
 
-This module imports the standard library alone: it is a process of its own and is to start fast.
+This module imports only the standard library, because it is a separate process that must start fast.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ _PAUSE = 2e-3  # s: between two looks for processes that are still there
 
 
 def supervise(parent: int) -> None:
-    """Fork.  The child returns and goes on; this process watches over it and never returns.
+    """Fork. The function returns in the child; this process supervises the child and never returns.
 
     Parameters
     ----------
     parent : int
-        The process whose end is that of all.
+        The process whose end ends all others.
     """
     prctl = C.CDLL(None).prctl
     awaited = {signal.SIGTERM, signal.SIGCHLD}

@@ -1,7 +1,7 @@
 """System calls by name, and what a process gives up: calls, seccomp(2), and the rights of root, capabilities(7).
 
 linux/filter.h, linux/seccomp.h.
-This module imports the standard library alone: it runs before anything else is loaded.
+This module imports only the standard library, because it runs before anything else is loaded.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ def call(name: str, *arguments: object) -> int:
 def drop_capabilities() -> None:
     """Empty all sets of this thread.
 
-    No program that it starts has one again: a user who may not change the bounding set has no capability, and the
-    process has said before that it takes no new privileges.
+    Programs that it starts cannot regain capabilities: the bounding set is empty or cannot be changed, and the process
+    has renounced new privileges before.
 
     Raises
     ------
@@ -123,10 +123,10 @@ def can_refuse() -> bool:
 
 
 def refuse_calls(signals: bool) -> None:
-    """Refuse what reaches services and other processes of the user.
+    """Refuse system calls that reach services and other processes of the user.
 
-    A process may act on itself.  A filter sees numbers and no threads: another thread is another process to it.  A
-    program of another architecture has other numbers of calls: it ends.
+    A process may act on itself. A filter sees only process numbers: a thread counts as another process. A program of
+    another architecture has other call numbers, so it is killed.
 
     Parameters
     ----------
@@ -179,6 +179,6 @@ def _not_among(argument: int, *values: int) -> list[_Line]:
 
 
 def _compared(argument: int, values: tuple[int, ...]) -> list[_Line]:
-    """Return lines that skip one more line if the lower half of an argument, all that the system takes, is a value."""
+    """Return lines that skip one more line if the lower half of an argument, the only part that counts, has a value."""
     lines = [(_EQUAL, len(values) - k, 0, value) for k, value in enumerate(values)]
     return [(_LOAD, 0, 0, 16 + 8 * argument), *lines]

@@ -1,6 +1,7 @@
-"""Arrays of an untrusted file, as a confined process tells them: a line of JSON with all, then a line and npy for each.
+"""Arrays of an untrusted file, as a confined process returns them: one line of JSON for all, then a line and npy data
+for each.
 
-This module is imported by the processes that parse such a file, which load no more of the package than they need.
+The processes that parse such a file import this module; they load no other part of the package.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Seq
     Parameters
     ----------
     arrays : function
-        Returns the arrays of a file by its path, and what to say about it; it may raise any exception.
+        Returns the arrays of a file from its path, and a remark; it may raise any exception.
     words : sequence of str
         Source, result (an existing file), the most bytes of all values together, and the name of
         the one array whose values are wanted, or nothing for all.
@@ -80,7 +81,7 @@ def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Seq
 
 
 def _write(out: IO[bytes], found: Sequence[Found], said: list[str], most: int, asked: str) -> None:
-    """Write the list of all arrays and the values of those that fit."""
+    """Write the list of all arrays, and the values within the size limit."""
     _line(out, {"said": said, "arrays": [[a.name, list(map(int, a.shape)), a.unit, a.first] for a in found]})
     for a in found:
         if asked not in ("", a.name) or len(a.shape) > 2 or a.nbytes > most:

@@ -28,7 +28,7 @@ _WORDS = "hystfmu.words"  # of the command line, in the context
 
 
 class _Commands(click.Group):
-    """List commands by purpose; report what ends one early as one line on stderr.
+    """List commands by purpose; report errors and interrupts as one line on stderr.
 
     The exit status of an `InputError` is 2, that of an interrupt 130.
     """

@@ -46,7 +46,7 @@ class Columns:
         train : str, optional
             Rows that a fit counts.
         with_output : bool
-            Whether an output is needed; else it is read where it is clear which column it is.
+            Whether an output is required; if not, it is read only if its column is clear.
 
         Raises
         ------
@@ -101,7 +101,7 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
             help="Resample uneven steps to this rate, by default the median step.  Gaps are refused.",
         ),
         click.option(
-            "--decimal", type=click.Choice([".", ","]), help="Decimal sign, where 1,234 could be read in two ways."
+            "--decimal", type=click.Choice([".", ","]), help="Decimal sign, for ambiguous numbers such as 1,234."
         ),
         click.option(
             "--covariate",
@@ -110,13 +110,13 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
             metavar="COLUMN",
             help="Name or number of the column of a further input, such as load or temperature; repeatable.",
         ),
-        click.option("--record", metavar="COLUMN", help="Column that marks records; each has a memory of its own."),
+        click.option("--record", metavar="COLUMN", help="Column that numbers records; each has its own memory."),
         click.option(
             "--lag",
             type=click.IntRange(0),
             default=0,
             metavar="ROWS",
-            help="Rows by which the sensor of the output is late; a fit reports a lag that it finds.",
+            help="Delay of the output sensor in rows; a fit reports the lag that it finds.",
         ),
         click.option("--rate", type=float, metavar="HZ", help="Sample rate of a file without a time column."),
         click.option("--output", default="", metavar="COLUMN", help="Name or number of the output column."),

@@ -69,7 +69,7 @@ def design() -> None:
     "percent",
     type=click.FloatRange(0, 90),
     metavar="PERCENT",
-    help="Error of the natural frequencies of the plant [default: 20, or less if the loop is unstable there].",
+    help="Assumed error of the natural frequencies of the plant [default: 20, or less if the loop is then unstable].",
 )
 @json_option
 def repetitive(
@@ -84,12 +84,12 @@ def repetitive(
 ) -> None:
     """Add repetitive control to a loop.
 
-    SCENARIO is a folder with a stable loop, for example from 'hystfmu start'.  The block adds its corrections to the
-    command of the controllers.  Errors decrease from period to period in every case with a periodic reference, for the
-    slopes and delays in [margins] of the scenario, and for modes that are off.  A cutoff or gain without this property
-    is refused with the reachable value.
+    SCENARIO is a folder with a stable loop, for example from 'hystfmu start'. The block adds its corrections to the
+    command of the controllers. Errors decrease from period to period in every case with a periodic reference, for the
+    slopes and delays in [margins] of the scenario, and for shifted modes. A cutoff or gain without this property is
+    refused, and the error states the reachable value.
 
-    The new scenario contains the taps and the cases whose references have this period.  All of them run once.
+    The new scenario contains the filter taps and the cases whose references have this period. All these cases run once.
     The exit status is 1 if a limit of a case or of the loop is missed.
 
     \b
@@ -141,13 +141,13 @@ def _structure(name: str, text: str) -> None:
         short_help=f"{text[0].upper()}{text[1:]}.",
         help=f"""Replace the controllers of a loop by a tuned one: {text}.
 
-        SCENARIO is a folder with a loop.  Every unit on a way from the measured output to the command is taken out; one
-        unit with the same reference, measurement and feed-forward stands in their place, its gains in the file.  It has
-        the largest gain whose loop keeps the peak of the sensitivity, and 12 dB in the loops of all cases,
-        for the slopes and delays in [margins] of the scenario and for modes that are off.
+        SCENARIO is a folder with a loop. One new unit replaces all units between the measured output and the command.
+        It has the same reference, measurement and feed-forward; the file states its gains. The gain is the largest one
+        that keeps the limit of the sensitivity peak, and a peak of 12 dB in the loops of all cases, for the slopes and
+        delays in [margins] of the scenario and for shifted modes.
 
-        All cases run once; those that change the old controllers themselves are left out.  The exit status is 1 if a
-        limit of a case or of the loop is missed.
+        All cases run once, except cases that change the old controllers. The exit status is 1 if a limit of a case or
+        of the loop is missed.
 
         \b
         Example: hystfmu design {name} mine/loop -o mine/{name}
@@ -169,7 +169,7 @@ def _structure(name: str, text: str) -> None:
         default=5.0,
         show_default=True,
         metavar="PERCENT",
-        help="Error of the natural frequencies of the plant, beside the cases of the scenario.",
+        help="Assumed error of the natural frequencies, in addition to the cases of the scenario.",
     )
     @json_option
     def command(
@@ -240,7 +240,7 @@ def _folder(out: str, source: Path) -> Path:
     Raises
     ------
     InputError
-        It is that of the scenario, or a file.
+        The folder is that of the scenario, or a file.
     """
     into = Path(out)
     if into.exists() and not into.is_dir():
@@ -252,9 +252,9 @@ def _folder(out: str, source: Path) -> Path:
 
 
 def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
-    """Write a scenario, with its results as baseline if they are good, and return what its loop breaks.
+    """Write a scenario, with its results as baseline if they are good, and return the broken limits of its loop.
 
-    It is made in a temporary folder, so that nothing is written if one of the files may not be replaced.
+    It is built in a temporary folder, so that nothing is written if one of the files must not be replaced.
     """
     from hystfmu.base.files import read_bytes, write_bytes
     from hystfmu.face.running import run

@@ -106,9 +106,9 @@ def fit(
 ) -> None:
     """Identify a model from measured data.
 
-    DATA is a text file of columns, as it is or packed by gzip, a MAT or an HDF5 file.  Encoding, separator, decimal
-    sign, preamble and units of measure are found; one line says what was assumed.  Several files are several records,
-    each with a memory of its own.
+    DATA is a file with columns: text, also packed by gzip, or another format of the extra 'files'. Encoding, separator,
+    decimal sign, preamble and units of measure are detected; one line states all assumptions. Several files are several
+    records, each with its own memory.
 
     \b
     Example: hystfmu fit piezo.csv --model zhao_tan_mlp -o piezo.model.toml
@@ -193,7 +193,7 @@ def fit(
 
 
 def _refuse_other(path: str, data: Dataset, key: str, seed: int) -> None:
-    """Refuse, before a fit that takes long, an existing file that holds no model of these rows and this kind."""
+    """Before the fit, refuse an existing file that does not contain a model of these rows and this kind."""
     from hystfmu.base.files import load_toml
 
     if may_replace(path):

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 @click.option(
     "--source",
     is_flag=True,
-    help="Also pack the C source: one file that contains the data, and needs FMI headers.",
+    help="Also pack the C source: one file with the data; it needs the FMI headers.",
 )
 @click.option(
     "--modelica", "folder", type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write a Modelica package into."
@@ -97,9 +97,9 @@ def export(
     blocking_force (N), capacitance (F, small signal), capacitance_ratio (mean over small signal), or inductance (H,
     mean) and resistance (ohm) of a coil, resonance (Hz) and damping.
 
-    --controller makes one unit of all between reference r and measured output y on one side and command u on the other:
-    feed-forward, controller, inverse, known limits, anti-windup.  It is called once for each sample.  With u_present,
-    the command that acts before the start, it takes over without a jump.
+    --controller exports one unit with the inputs reference r and measured output y and the output command u:
+    feed-forward, controller, inverse, known limits, anti-windup. The unit is called once per sample. Its input
+    u_present is the command before the start: the unit takes over without a jump.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
@@ -169,7 +169,7 @@ def export(
 
 
 def _stepped(model: hy.Model, step: float) -> hy.Model:
-    """A model file without a sample period, with this one."""
+    """Set the sample period of a model file that has none."""
     if model.step is not None:
         raise InputError(f"--step must be left out: the model was identified with a step of {model.step:g} s")
     if not 0 < step < float("inf"):
@@ -217,7 +217,7 @@ def _controller(
 
 
 def _block(name: str, values: dict[str, Any]) -> Block:
-    """The block of that name with these sizes and values."""
+    """Return the block of this name with these sizes and values."""
     import hystfmu as hy
     from hystfmu.graph.listing import find
 

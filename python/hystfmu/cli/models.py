@@ -43,8 +43,8 @@ def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
     type=click.Choice(["auto", "exact", "implicit", "learned", "adaptive"]),
     default="auto",
     show_default=True,
-    help="Closed-form inverse, one root of the model per step, a network by the recipe of the papers, or a closed form "
-    "that learns its weights while it runs; auto: the first of the other three that the model admits.",
+    help="exact: closed form; implicit: one root of the model per step; learned: a network, as in the papers; "
+    "adaptive: a closed form that learns its weights during operation; auto: the first of the others that is possible.",
 )
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Option of the method; repeatable.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the learned inverse.")
@@ -59,17 +59,17 @@ def inverse(
 
     The input of the inverse is the wanted output of the model; its output is the model input that produces it.
 
-    Recipe of the learned inverse: the model answers random nested reversals; input and output are exchanged; the
-    inverse operator of Zhao & Tan and a few plays of the wanted output feed a network of 12 neurons, which corrects the
-    wanted output in front of the exact inverse of fitted plays.  Options: hidden, N (plays), starts, iterations, ...
-    Options of the implicit inverse: lo, hi.
+    The learned inverse is trained with the response of the model to random nested reversals, with input and output
+    exchanged. A network of 12 neurons reads the inverse operator of Zhao & Tan and a few plays of the wanted output. It
+    corrects the wanted output in front of the exact inverse of fitted plays. Options: hidden, N (plays), starts,
+    iterations, ... Options of the implicit inverse: lo, hi.
 
     Linear dynamics and a delay behind the hysteresis are inverted by a feed-forward from a few samples of the wanted
     output.  The output of the model lags by whole steps; the command prints this lag.
 
-    The adaptive inverse is that of a Prandtl-Ishlinskii model.  Its inputs are v, the wanted output before dynamics and
-    delay (a feed-forward, plus what a feedback adds), the reference y_d, and the measured output y.  Options: f_n, zeta
-    and delay of what stands behind a static model, T (s) of a drift, and others of the block (hystfmu blocks
+    The adaptive inverse exists for Prandtl-Ishlinskii models. Its inputs are v, the wanted output before dynamics and
+    delay (feed-forward plus feedback), the reference y_d, and the measured output y. Options: f_n, zeta and delay of
+    the dynamics after a static model, time constant T (s) of a drift, and others of the block (hystfmu blocks
     adaptive_inverse).
 
     \b

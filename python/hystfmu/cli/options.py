@@ -25,7 +25,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the re
 unconfined_option = click.option(
     "--unconfined",
     is_flag=True,
-    help="Run foreign FMUs with your rights, for one that needs a licence server, another program or its own files.",
+    help="Run foreign FMUs with your rights, for example if one needs a licence server or another program.",
 )
 
 
@@ -39,8 +39,8 @@ def _level(context: click.Context, option: click.Parameter, asked: bool) -> None
 
 _FORCE = "hystfmu.force"  # of the command that runs, in its context
 _HOW_MUCH = (
-    (("-v", "--verbose"), "Print also what the tables summarise, and how long each step takes."),
-    (("-q", "--quiet"), "Print only what is wrong; the exit status tells the outcome."),
+    (("-v", "--verbose"), "Print also the details behind the tables, and the time of each step."),
+    (("-q", "--quiet"), "Print problems only; the exit status states the outcome."),
 )
 
 
@@ -66,7 +66,7 @@ class Command(click.Command):
         for names, text in _HOW_MUCH:
             self.params.append(click.Option(names, is_flag=True, expose_value=False, callback=_level, help=text))
         if any(isinstance(p.type, (OutputFile, OutputFolder)) for p in self.params):
-            text = "Replace existing files of other content, which are refused otherwise."
+            text = "Replace existing files with different content; without this option they are refused."
             self.params.append(click.Option(["--force"], is_flag=True, expose_value=False, callback=_force, help=text))
 
     def invoke(self, ctx: click.Context) -> Any:

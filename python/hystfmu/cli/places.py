@@ -10,14 +10,14 @@ from hystfmu.report.verbosity import echo
 
 
 def found(paths: Sequence[str]) -> list[Path]:
-    """Return scenarios or studies; those that HystFMU ships by the names they have in its repository.
+    """Return scenarios or studies; shipped ones by their names in the repository.
 
-    A line on stderr says where these are.
+    A line on stderr states their folder.
 
     Raises
     ------
     InputError
-        A path leads nowhere; the sentence has the names near to it.
+        A path does not exist; the error suggests similar names.
     """
     from hystfmu.scenario.system.folders import here_or_shipped, shipped_names, shipped_scenarios
 

@@ -35,10 +35,10 @@ def predict(
 ) -> None:
     """Simulate a model on the input column of a file.
 
-    Measured outputs are not used (free run); where there are any, the errors against them are printed.  Row 0 is the
-    output after initialisation with the first input.  Row k is the output of an FMU after setting u_k and calling
-    doStep(t_{k-1}, h).  Warns if rows lie outside the range that a network was trained on; the network clips its inputs
-    there.  Covariates are the columns that have their names in the model; --covariate names others, in its order.
+    Measured outputs are not used (free run); if there are any, the errors are printed. Row 0 is the output after
+    initialisation with the first input. Row k is the output of an FMU after setting u_k and calling doStep(t_{k-1}, h).
+    Warns if rows lie outside the range that a network was trained on; the network clips its inputs there. Covariates
+    are read from columns with the names in the model; --covariate names other columns, in the order of the model.
 
     \b
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
@@ -91,9 +91,9 @@ def predict(
 def check(model: str, data: str, columns: Columns, factor: float, as_json: bool) -> None:
     """Test whether a device has drifted, from a new record.
 
-    The model runs free on DATA.  Its error is compared with the one on held-out rows that MODEL states, or on training
-    rows; rows whose input lies outside the trained range do not count.  The table shows the error that would be left if
-    only the offset, the gain, the lag or the loop of the device had changed.  The exit status is 1 if it has drifted.
+    The model runs free on DATA. Its error is compared with the error on held-out or training rows that MODEL states.
+    Rows with inputs outside the trained range do not count. The table shows the remaining error after a correction of
+    only the offset, the gain, the lag or the loop. The exit status is 1 if it has drifted.
 
     \b
     Example: hystfmu check piezo.model.toml today.csv

@@ -39,7 +39,7 @@ _BEGUN = "finished steps are kept; to go on with the others:"
     "folder",
     type=OUTPUT_FOLDER,
     metavar="DIR",
-    help="Write a page per paper: tables, and its figures from our data.",
+    help="Write a page per paper with tables and with its figures from our data.",
 )
 @json_option
 def reproduce(
@@ -47,12 +47,12 @@ def reproduce(
 ) -> None:
     """Reproduce the result tables of the papers.
 
-    Each row gives its place in the paper, the printed figure, a literal replica and the result of HystFMU on the same
-    quantity, and says whether the printed figure is met or by which factor it is missed, and on how many of the
-    records that are scanned where a paper does not print its own.  Figures of networks are medians of seeds, with
-    their range.  The exit status is 1 if a stated target is missed; a missed figure without a target, or a target on
-    time, which depends on the load of the machine, does not change it.  Rows without data or package are listed
-    first and skipped; the exit status is then 1, too, or 2 if nothing is left to run.
+    Each row states a quantity, its place in the paper, the printed figure, the result of a literal replica and of
+    HystFMU, and whether the printed figure is met or by which factor it is missed. If a paper does not state its
+    record, several records are scanned, and the row states on how many of them the figure is met. Figures of networks
+    are medians over seeds, with their range. The exit status is 1 if a stated target is missed. Missed figures without
+    a target and missed run times do not change it. Papers without data or packages are listed first and skipped; then
+    the exit status is 1, too, or 2 if none can run.
 
     The papers are Python files of the repository, which this command imports; no package contains them.
 
@@ -110,7 +110,7 @@ def _papers(folder: str | None) -> ModuleType:
 @click.option(
     "-o", "out", default="demo", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
 )
-@click.option("--full", is_flag=True, help="Fit five kinds of model and run all shipped scenarios too; needs torch.")
+@click.option("--full", is_flag=True, help="Fit five kinds of model and run all shipped scenarios too.")
 def demo(out: str, full: bool) -> None:
     """Run the whole workflow on built-in data.
 
@@ -151,7 +151,7 @@ def demo(out: str, full: bool) -> None:
 @click.option(
     "--amplifier", metavar="NAME=VALUE,...", help="Limits of the amplifier: slew, max, min, current, capacitance."
 )
-@click.option("--requirements", metavar="FILE", help="TOML file with the last ten options as keys.")
+@click.option("--requirements", metavar="FILE", help="TOML file with the options from --error to --amplifier as keys.")
 @json_option
 def start(
     data: tuple[str, ...],
@@ -228,7 +228,7 @@ def start(
 
 
 def _contender(c: Contender) -> dict[str, Any]:
-    """Return a structure of the race as numbers."""
+    """Return the figures of a compared controller structure."""
     t = c.tuned
     return {
         "structure": t.structure.name,

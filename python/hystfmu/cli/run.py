@@ -39,15 +39,15 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
     "settings",
     multiple=True,
     metavar="UNIT.NAME=VALUE",
-    help="Override a parameter, or with @FILE.json those of a file; repeatable. The limits alone decide then. A case "
-    "that sets the parameter itself keeps its value, unless yours is relative ('*1.2') or --case names it.",
+    help="Override a parameter, or with @FILE.json those of a file; repeatable. Then only the limits are tested. A "
+    "case that sets the parameter itself keeps its value, unless yours is relative ('*1.2') or --case names the case.",
 )
 @click.option(
     "--engine",
     type=click.Choice(["fmpy", "native"]),
     default="fmpy",
     show_default=True,
-    help="fmpy simulates FMUs (reference), native runs the whole loop in the C core; same bits.",
+    help="fmpy simulates FMUs (reference); native runs the whole loop in the C core, with the same bits.",
 )
 @click.option(
     "--coupling",
@@ -100,8 +100,8 @@ def run(
 ) -> None:
     """Run scenarios and compare them with limits and baselines.
 
-    A scenario is a closed loop of FMUs, simulated by fmpy.  A folder of scenarios runs them all.  Shipped scenarios run
-    by name, such as scenarios/pid, if the current folder has no such folder.
+    A scenario is a closed loop of FMUs, simulated by fmpy. If SCENARIOS is a folder of scenarios, all of them run.
+    Shipped scenarios run by name, such as scenarios/pid, if the current folder has no folder of this name.
 
     'hystfmu simulate' runs an FMU or an SSP archive.
 

@@ -34,11 +34,11 @@ def margins(
     """Compute the margins of loops and check their limits.
 
     Opens the loop of each case at the input of its plant and linearises it: controllers, observers and delays exactly,
-    the plant with its dynamics, hysteresis and inverse with the sector of slopes along the path of the case.
-    Margins hold for slope 1, or without an inverse for the largest slope of a plant that never has slope 1. Stability
-    is checked over the sector with 0, 1/2, 1 and 2 further steps of delay.
-    Exits with 1 if a limit in [margins] of a scenario is broken, or if a loop is unstable for a slope of its own path
-    and [margins] does not name its case in expected_unstable.
+    the plant with its dynamics, hysteresis and inverse with the sector of slopes along the path of the case. Margins
+    hold for slope 1. Without an inverse, and if the slope of the plant is never 1, they hold for its largest slope.
+    Stability is checked over the sector with 0, 1/2, 1 and 2 further steps of delay. The exit status is 1 if a limit in
+    [margins] of a scenario is broken, or if a loop is unstable for a slope along its path and expected_unstable in
+    [margins] does not name this case.
 
     \b
     Example: hystfmu margins scenarios/pid scenarios/pid_observer
@@ -132,9 +132,10 @@ def ssp(
 
     Other simulators run the archive; 'hystfmu simulate X.ssp' runs archives of other tools.
 
-    Other simulators step all components at once, each with the values of the previous step.  Therefore neighbouring
-    units become one component, which keeps the order of the scenario.  The last lines state the largest difference from
-    the scenario for each recorded output.  Exits with 1 if one is above --tolerance, but writes the archive.
+    Other simulators step all components at once, each with the values of the previous step. Therefore neighbouring
+    units become one component, which keeps the order of the scenario. The last lines state the largest difference from
+    the scenario for each recorded output. If one is above --tolerance, the archive is written, but the exit status is
+    1.
 
     With -o X.fmu the whole loop becomes one FMU that steps all its units in the order of the scenario.
 

@@ -28,7 +28,7 @@ class _Of(click.Option):
 
 
 class _Simulate(Command):
-    """The command: options that only one kind of file takes have a section of their own in the help."""
+    """The command; its help has separate sections for options that only one kind of file takes."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, those of one kind of file last."""
@@ -84,7 +84,7 @@ class _Simulate(Command):
     type=click.Choice(["fmpy", "native"]),
     default="fmpy",
     show_default=True,
-    help="fmpy simulates FMUs (reference), native runs exported blocks in the C core; same bits.",
+    help="fmpy simulates FMUs (reference); native runs exported blocks in the C core, with the same bits.",
 )
 @click.option(
     "--coupling",

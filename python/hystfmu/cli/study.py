@@ -28,7 +28,7 @@ from hystfmu.report.verbosity import VERBOSE, echo, level, say
 @click.option(
     "--retry",
     type=click.Choice(["failed"]),
-    help="Run failed rows again; those that failed at a limit which was raised always run again.",
+    help="Run failed rows again. Rows that failed at a limit run again in any case if this limit was raised.",
 )
 @unconfined_option
 @json_option

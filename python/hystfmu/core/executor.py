@@ -1,4 +1,7 @@
-"""Executor of a graph in the C core: set, get, start, step, run, tangent, state."""
+"""Executor of a graph in the C core: set, get, start, step, run, tangent, state; and its continuous-time form.
+
+The form is that which a Model Exchange solver drives: evaluate, derivatives, commit, sample.
+"""
 
 from __future__ import annotations
 
@@ -16,10 +19,6 @@ def _message(error: RawError) -> str:
     text = C.create_string_buffer(512)
     library().hyst_message(C.byref(error), text, len(text))
     return text.value.decode(errors="replace")
-
-
-def _raise(error: RawError) -> None:
-    raise InputError(_message(error))
 
 
 SEED = np.dtype([("parameter", np.int64), ("column", np.int64), ("size", np.float64)])
@@ -56,13 +55,13 @@ class Executor:
     def __init__(self, file: bytes) -> None:
         lib, error, size = library(), RawError(), C.c_size_t()
         if lib.hyst_graph_measure(file, len(file), C.byref(size), C.byref(error)):
-            _raise(error)
+            raise InputError(_message(error))
         self._memory = (C.c_double * ((size.value + 15) // 8 + 2))()  # doubles do not need 16-byte alignment
         handle = C.c_void_p()
         if lib.hyst_graph_open(
             file, len(file), C.byref(self._memory), C.sizeof(self._memory), C.byref(handle), C.byref(error)
         ):
-            _raise(error)
+            raise InputError(_message(error))
         self._lib, self._g = lib, handle
         n = C.c_int64()
         state = lib.hyst_graph_state(handle, C.byref(n))
@@ -70,7 +69,7 @@ class Executor:
 
     def _check(self, status: int) -> None:
         if status:
-            _raise(self._lib.hyst_graph_error(self._g).contents)
+            raise InputError(self.error())
 
     @property
     def handle(self) -> C.c_void_p:
@@ -108,7 +107,7 @@ class Executor:
         self._check(self._lib.hyst_graph_step(self._g, t_end, dt))
 
     def end_of_step(self, start: float, t: float, h: float) -> float:
-        """Return the end (s) of a step of `h` at `t` by a clock that began at `start`, without its rounding."""
+        """Return the end (s) of a step of `h` at `t` without rounding errors of a clock that started at `start`."""
         return float(self._lib.hyst_graph_end_of_step(self._g, start, t, h))
 
     def run(self, u: Array, n_outputs: int, h: float, t0: float = 0.0) -> Array:
@@ -143,7 +142,7 @@ class Executor:
         rows: NDArray[np.intp] | None = None,
         step: float = 1e-6,
     ) -> tuple[Array, Array]:
-        """Run as `run` does, with the derivatives of the outputs by parameters and start states beside it.
+        """Run like `run`, and also compute derivatives of the outputs with respect to parameters and start states.
 
         Parameters
         ----------
@@ -154,12 +153,12 @@ class Executor:
         h : float
             Time between rows (s).
         seeds : array of `SEED`, shape (m,)
-            In the order of columns 0, 1, ..., and within a column of nodes.  Columns stand in the order of the first
-            node that they change, those of one node with several seeds first.
+            In the order of columns 0, 1, ..., and within a column in the order of nodes. Columns are sorted by the
+            first node that they change; those of a node with several seeds come first.
         rows : array of int, shape (k,), optional
             Rows to return, rising; default: all.
         step : float
-            Part of a column by which differences move blocks that do not state their sensitivity.
+            Step of finite differences, relative to a column, for blocks without stated sensitivity.
 
         Returns
         -------
@@ -179,10 +178,8 @@ class Executor:
         raw = _Sensitivity(columns, len(seeds), len(picked), *places)
         size = self._lib.hyst_sensitivity_measure(self._g, C.byref(raw))
         memory = np.empty(size // 8 + 2)
-        t0 = 0.0
-        self._check(
-            self._lib.hyst_sensitivity_run(self._g, len(u), t0, h, u.ctypes.data, C.byref(raw), memory.ctypes.data)
-        )
+        run = self._lib.hyst_sensitivity_run
+        self._check(run(self._g, len(u), 0.0, h, u.ctypes.data, C.byref(raw), memory.ctypes.data))
         return y, dy
 
     def tangent_between(self, t: float, du: Array, n_outputs: int) -> Array:
@@ -199,9 +196,90 @@ class Executor:
 
     @property
     def state(self) -> Array:
-        """Copy of everything that a run changes, shape (n,); assignment restores that point."""
+        """Copy of all values that a run changes, shape (n,); assignment restores them."""
         return self._state.copy()
 
     @state.setter
     def state(self, value: Array) -> None:
         self._state[:] = value
+
+
+class ContinuousExecutor(Executor):
+    """An `Executor` whose continuous states belong to the caller; see `fmu_build/core/graph/continuous.h`.
+
+    Call `start` first.  Then set inputs and `x`, call `evaluate`, and read outputs and `derivatives`, as often as the
+    solver needs.  Call `commit` on each accepted step and `sample` once per sample period.
+
+    Parameters
+    ----------
+    file : bytes
+        A block file.
+
+    Raises
+    ------
+    InputError
+        Raised as by `Executor`.
+    """
+
+    def __init__(self, file: bytes) -> None:
+        super().__init__(file)
+        lib = self._lib
+        self._places = [lib.hyst_graph_continuous(self._g, k) for k in range(lib.hyst_graph_n_continuous(self._g))]
+
+    @property
+    def is_sampled(self) -> bool:
+        """True if the graph has a block that advances at sample times only."""
+        return bool(self._lib.hyst_graph_is_sampled(self._g))
+
+    @property
+    def x(self) -> Array:
+        """Copy of the continuous states, shape (n,); assignment sets them."""
+        return np.array([place[0] for place in self._places])
+
+    @x.setter
+    def x(self, value: Array) -> None:
+        for place, v in zip(self._places, value, strict=True):
+            place[0] = v
+
+    def evaluate(self, t: float) -> None:
+        """Evaluate the outputs at time `t` (s) for the present inputs and continuous states; memories do not change."""
+        self._lib.hyst_graph_evaluate(self._g, t)
+
+    def derivatives(self) -> Array:
+        """Return the derivatives of `x` (1/s), shape (n,), at the point of the last `evaluate`."""
+        dx = np.empty(len(self._places))
+        self._lib.hyst_graph_derivatives(self._g, dx.ctypes.data)
+        return dx
+
+    def tangent(self, du: Array, dx: Array, n_outputs: int) -> tuple[Array, Array]:
+        """Tangent at the point of the last `evaluate`: exact, one-sided at kinks.
+
+        Parameters
+        ----------
+        du : array, shape (n_inputs,)
+            Seeds of the inputs of the graph.
+        dx : array, shape (n,)
+            Seeds of `x`.
+        n_outputs : int
+            Number of scalar outputs.
+
+        Returns
+        -------
+        dy : array, shape (n_outputs,)
+            Tangent of the outputs.
+        ddx : array, shape (n,)
+            Tangent of the derivatives.
+        """
+        du, dx = np.ascontiguousarray(du, dtype=np.float64), np.ascontiguousarray(dx, dtype=np.float64)
+        dy, ddx = np.empty(n_outputs), np.empty(len(self._places))
+        pointers = [a.ctypes.data for a in (du, dx, dy, ddx)]
+        self._lib.hyst_graph_tangent(self._g, *pointers)
+        return dy, ddx
+
+    def commit(self, t: float) -> None:
+        """Evaluate at `t` (s) and update the hysteretic memories with their inputs."""
+        self._lib.hyst_graph_commit(self._g, t)
+
+    def sample(self, t: float, dt: float) -> None:
+        """Evaluate at `t` (s), advance the sampled blocks by `dt` (s), then evaluate all outputs."""
+        self._check(self._lib.hyst_graph_sample(self._g, t, dt))

@@ -99,7 +99,7 @@ class Var:
     unit : str
         Unit of measure; "1" or empty without one.
     follows : str
-        Input whose unit of measure it has in a graph that states one; "" for none.
+        Input with the same unit of measure in a graph that states one; "" for none.
     start, lo, hi : float
         Default and limits.
     raw : RawVar
@@ -120,7 +120,7 @@ class Var:
 
     @property
     def interval(self) -> str:
-        """The legal values in words, e.g. ``"a float in [0, inf)"``."""
+        """Valid values in words, e.g. ``"a float in [0, inf)"``."""
         text = C.create_string_buffer(160)
         library().hyst_interval(C.byref(self.raw), text, len(text))
         return text.value.decode()
@@ -153,7 +153,7 @@ class BlockType:
     rate : str
         Rate class in continuous time: function, continuous, hysteretic, sampled.
     inverts, invert_condition : str or None
-        The block that it inverts exactly (dead_zones and scaling invert themselves), and the condition.
+        Block that this block inverts exactly (dead_zones and scaling invert themselves), and the condition.
     tolerance : str
         Tolerance class of its numerical error: rounding, iteration, integration.
     rule_error, rule_step : float
@@ -161,7 +161,7 @@ class BlockType:
     smooth : float
         Distance from a point within which its tangent holds.
     trial : int
-        Not 0: the graph finds the output by trial, so that input number `trial` (from 1) equals the first input.
+        If not 0, the graph searches the output so that input number `trial` (from 1) equals the first input.
     hold : str
         Hold of the inputs within a step, for blocks without a parameter of that name: zoh, foh.
     """
@@ -199,7 +199,7 @@ class BlockType:
 
     @property
     def tried(self) -> str | None:
-        """The input that trials of the output make equal to the first one: a wire into it closes no loop."""
+        """Input that equals the first input after the search of the output: a wire into it does not close a loop."""
         return self.of("input")[self.trial - 1].name if self.trial else None
 
     @property
@@ -239,32 +239,37 @@ def library() -> C.CDLL:
     if not path.exists():
         raise ImportError(f"the compiled core {path.name} is missing: install the package with 'pip install .'")
     lib = C.CDLL(str(path))
-    lib.hyst_graph_measure.argtypes = [C.c_char_p, C.c_size_t, C.POINTER(C.c_size_t), C.POINTER(RawError)]
-    size, handle = C.c_size_t, C.POINTER(C.c_void_p)
-    lib.hyst_graph_open.argtypes = [C.c_char_p, size, C.c_void_p, size, handle, C.POINTER(RawError)]
-    lib.hyst_message.argtypes = [C.POINTER(RawError), C.c_char_p, C.c_size_t]
-    lib.hyst_interval.argtypes = [C.POINTER(RawVar), C.c_char_p, C.c_size_t]
-    lib.hyst_graph_error.restype = C.POINTER(RawError)
-    lib.hyst_graph_start.argtypes = [C.c_void_p, C.c_double]
-    lib.hyst_graph_step.argtypes = [C.c_void_p, C.c_double, C.c_double]
-    lib.hyst_graph_end_of_step.argtypes = [C.c_void_p, C.c_double, C.c_double, C.c_double]
-    lib.hyst_graph_end_of_step.restype = C.c_double
-    lib.hyst_graph_run.argtypes = [C.c_void_p, C.c_int64, C.c_double, C.c_double, C.c_void_p, C.c_void_p]
-    lib.hyst_graph_value.argtypes = [C.c_void_p, C.c_int64]
-    lib.hyst_graph_value.restype = _D
-    lib.hyst_graph_set.argtypes = [C.c_void_p, C.c_int64, C.c_double]
-    lib.hyst_graph_state.argtypes = [C.c_void_p, C.POINTER(C.c_int64)]
-    lib.hyst_graph_state.restype = _D
-    for of_graph in (lib.hyst_graph_error, lib.hyst_graph_defaults, lib.hyst_graph_n_continuous):
-        of_graph.argtypes = [C.c_void_p]
-    lib.hyst_graph_n_continuous.restype = C.c_int64
-    lib.hyst_graph_tangent_between.argtypes = [C.c_void_p, C.c_double, *[C.c_void_p] * 5]
-    lib.hyst_sensitivity_measure.argtypes = [C.c_void_p, C.c_void_p]
-    lib.hyst_sensitivity_measure.restype = C.c_size_t
-    lib.hyst_sensitivity_run.argtypes = [C.c_void_p, C.c_int64, C.c_double, C.c_double, *[C.c_void_p] * 3]
-    for nothing in (lib.hyst_interval, lib.hyst_graph_defaults, lib.hyst_graph_tangent_between, lib.hyst_columns_run):
-        nothing.restype = None
-    lib.hyst_columns_run.argtypes = [C.c_void_p, C.c_int64, C.c_void_p, C.c_int64, *[C.c_void_p] * 3]
+    pointer, whole, real, size = C.c_void_p, C.c_int64, C.c_double, C.c_size_t
+    error, status = C.POINTER(RawError), C.c_int
+    for name, result, *arguments in (
+        ("graph_measure", status, C.c_char_p, size, C.POINTER(size), error),
+        ("graph_open", status, C.c_char_p, size, pointer, size, C.POINTER(pointer), error),
+        ("message", status, error, C.c_char_p, size),
+        ("interval", None, C.POINTER(RawVar), C.c_char_p, size),
+        ("graph_error", error, pointer),
+        ("graph_defaults", None, pointer),
+        ("graph_start", status, pointer, real),
+        ("graph_step", status, pointer, real, real),
+        ("graph_end_of_step", real, pointer, real, real, real),
+        ("graph_run", status, pointer, whole, real, real, pointer, pointer),
+        ("graph_value", _D, pointer, whole),
+        ("graph_set", status, pointer, whole, real),
+        ("graph_state", _D, pointer, C.POINTER(whole)),
+        ("graph_n_continuous", whole, pointer),
+        ("graph_continuous", _D, pointer, whole),
+        ("graph_is_sampled", status, pointer),
+        ("graph_evaluate", None, pointer, real),
+        ("graph_derivatives", None, pointer, pointer),
+        ("graph_commit", None, pointer, real),
+        ("graph_sample", status, pointer, real, real),
+        ("graph_tangent", None, *[pointer] * 5),
+        ("graph_tangent_between", None, pointer, real, *[pointer] * 5),
+        ("sensitivity_measure", size, pointer, pointer),
+        ("sensitivity_run", status, pointer, whole, real, real, *[pointer] * 3),
+        ("columns_run", None, pointer, whole, pointer, whole, *[pointer] * 3),
+    ):
+        function = getattr(lib, f"hyst_{name}")
+        function.restype, function.argtypes = result, arguments
     return lib
 
 

@@ -27,7 +27,7 @@ class Covariates:
     names : tuple of str
         Names of the inputs of a model; identifiers.
     units : tuple of str
-        Units of measure; empty where none is stated.
+        Units of measure; empty if none is stated.
     values : array, shape (n, m)
         A column for each.
     """
@@ -75,7 +75,8 @@ class Covariates:
         Raises
         ------
         InputError
-            A name that is no identifier, is taken or occurs twice; another number of rows; a value that is not finite.
+            A name that is not an identifier, is already used or occurs twice; a wrong number of rows; a value that is
+            not finite.
         """
         names: list[str] = []
         units: list[str] = []
@@ -116,7 +117,7 @@ class Covariates:
 
     @classmethod
     def joined(cls, parts: Sequence[Covariates]) -> Covariates:
-        """Put the rows of records with the same covariates one after the other."""
+        """Concatenate the rows of records with the same covariates."""
         return cls(parts[0].names, parts[0].units, np.vstack([part.values for part in parts]))
 
 
@@ -127,7 +128,10 @@ def split(label: str) -> tuple[str, str]:
 
 
 def identifier(text: str, otherwise: str) -> str:
-    """Return a heading as a name: other characters as low lines; without a letter first, `otherwise`."""
+    """Return a heading as an identifier: other characters become underscores.
+
+    If it does not start with a letter, return `otherwise`.
+    """
     name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
     if not _IDENTIFIER.fullmatch(name):
         return otherwise

@@ -1,4 +1,4 @@
-"""CSV files that HystFMU writes itself: columns without loss of a bit, the first line names them."""
+"""CSV files that HystFMU writes: numbers without rounding, names of columns in the first line."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def csv_rows(columns: Iterable[Array]) -> str:
 
 
 def csv_head(names: Iterable[str]) -> str:
-    """Format the first line; a name of a foreign FMU may hold commas, quotes or line ends."""
+    """Format the first line; a name of a foreign FMU may contain commas, quotes or line ends."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerow(map(printable, names))
     return text.getvalue()

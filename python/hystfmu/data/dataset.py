@@ -50,8 +50,8 @@ class Dataset:
     t : array, list or column of a data frame, shape (n,)
         Time in s, increasing in equal steps.
     u, y : array, list or column of a data frame, shape (n,)
-        Input and output of the actuator or sensor.  A y that is NaN in every row means that no output was measured; a
-        model can still predict it.
+        Input and output of the actuator or sensor. If y is NaN in every row, no output was measured; a model can still
+        predict it.
     name : str
         Short name for tables.
     path : str
@@ -71,11 +71,11 @@ class Dataset:
     Attributes
     ----------
     read_as : str
-        What was assumed about the file of origin, one line; empty for generated data.
+        One line with the assumptions about the file of origin; empty for generated data.
     titles : tuple of str
-        What the file of origin calls input and output, without units of measure; empty for generated data.
+        Names of input and output in the file of origin, without units of measure; empty for generated data.
     held : array of bool, shape (n,), or None
-        Rows among the training rows whose residuals do not count, see `with_held`; default none.
+        Training rows whose residuals do not count, see `with_held`; default none.
 
     Raises
     ------
@@ -127,7 +127,10 @@ class Dataset:
             try:
                 column = np.array(given, dtype=np.float64)  # a copy: the dataset must not change under a model
             except (TypeError, ValueError) as e:
-                raise InputError(f"{where}: The '{key}' array must hold numbers. {_one_line(e)}") from None
+                text = " ".join(str(e).split()).rstrip(".")
+                raise InputError(
+                    f"{where}: The '{key}' array must hold numbers. {text[:1].upper()}{text[1:]}."
+                ) from None
             if column.ndim != 1:
                 raise InputError(
                     f"{where}: The '{key}' array must be one-dimensional. Got shape {column.shape} instead."
@@ -251,7 +254,7 @@ class Dataset:
         return found
 
     def with_held(self, held: NDArray[np.bool_]) -> Dataset:
-        """Return the same data with rows that no fit may use the output of; the input runs through them.
+        """Return the same data with held-out rows: fits do not use their output, but the input is continuous.
 
         Parameters
         ----------
@@ -273,12 +276,12 @@ class Dataset:
 
     @property
     def stem(self) -> str:
-        """Name for files: that of the record, or those of several, as far as a file system takes it."""
+        """Name for files: that of the record or of several records, shortened to a valid file name."""
         return self.name.encode()[:MOST_STEM].decode(errors="ignore")
 
     @property
     def identity(self) -> list[str | int]:
-        """All that a fit reads: hash of the values, name, titles, units of measure, training rows."""
+        """Identification of all inputs of a fit: hash of the values, name, titles, units of measure, training rows."""
         texts = [self.name, self.path, *self.titles, self.unit_u, self.unit_y]
         return [self.sha256, *texts, self.train.start, self.train.stop]
 
@@ -380,12 +383,12 @@ class Dataset:
         return made
 
     def aligned(self, lag: int) -> Dataset:
-        """Return the same run with the output of a late sensor moved back.
+        """Return the same run with the output of a delayed sensor shifted back.
 
         Parameters
         ----------
         lag : int
-            Rows by which the output comes late; as many rows at the end are lost.
+            Delay of the output in rows; as many rows at the end are lost.
 
         Raises
         ------
@@ -412,13 +415,13 @@ class Dataset:
         return self._of_same_rows(replace(self, y=y))
 
     def with_names(self, names: Sequence[str]) -> Dataset:
-        """Return the same data with other names of the covariates, unless they are these in another order."""
+        """Return the same data with other names of the covariates, unless these are the same names in another order."""
         if set(names) == set(self.covariates.names):
             return self
         return self._of_same_rows(replace(self, covariates=replace(self.covariates, names=tuple(names))))
 
     def place(self, row: int) -> str:
-        """Name a `row`, counted from 0, for a message: by its line where the data come from a file."""
+        """Name a `row`, counted from 0, for a message: by its line if the data come from a file."""
         where = self.path or self.name
         return row_of(where, row) if self._lines is None else line_of(where, self._lines, row)
 
@@ -449,7 +452,7 @@ class Dataset:
     def to_pandas(self) -> pandas.DataFrame:
         """Return a data frame: index ``t [s]``, columns u, y and covariates with their units of measure in brackets.
 
-        `hystfmu.read` makes the same data of it again.
+        `hystfmu.read` converts it back to the same data.
 
         Raises
         ------
@@ -464,8 +467,3 @@ class Dataset:
         columns = dict(zip(labels, (self.u, self.y), strict=True))
         columns |= dict(zip(self.covariates.labels, self.covariates.values.T, strict=True))
         return pandas.DataFrame(columns, index=pandas.Index(self.t, name="t [s]"))
-
-
-def _one_line(e: Exception) -> str:
-    text = " ".join(str(e).split())
-    return f"{text[:1].upper()}{text[1:].rstrip(chr(46))}."

@@ -116,7 +116,7 @@ def check_increasing(t: Array, place: Callable[[int], str]) -> None:
 
 
 def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array] | None) -> Array:
-    """Check that the time has equal steps; put rounded printed times back on the even grid.
+    """Check that the time has equal steps; correct rounded printed times to the uniform grid.
 
     Steps may differ by 1e-6 of the step.  Printed times may instead differ from the even grid by half a count of their
     last digit, if that count is at most a quarter of the step: coarser digits could hide a missing sample.
@@ -141,7 +141,8 @@ def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array
         Times that do not increase, or not in equal steps.
     """
     check_increasing(t, place)
-    h, error = _step_error(t)
+    h = float(t[-1] - t[0]) / (len(t) - 1)
+    error: Array = np.abs(np.diff(t) - h)
     if (error <= STEP_TOLERANCE * h + 4 * np.spacing(np.abs(t).max())).all():
         return t
     if digits:
@@ -155,9 +156,3 @@ def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array
         f"{place(n)}: The time must increase in equal steps (to 1e-6 of the step, or to the digits printed). "
         f"Got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s: resample on request (--resample)."
     )
-
-
-def _step_error(t: Array) -> tuple[float, Array]:
-    h = float(t[-1] - t[0]) / (len(t) - 1)
-    error: Array = np.abs(np.diff(t) - h)
-    return h, error

@@ -1,8 +1,8 @@
 """Resampling of uneven steps to a fixed rate: linear interpolation, turning points kept, no gaps.
 
-Linear interpolation adds no information, but it cuts a turning point that lies between two new rows, and extrema are
-what hysteresis remembers.  So the new row nearest to a turning point of u takes the measured values of that point.  Its
-time error is at most half a step, at a point where u is stationary.  There is no low-pass filter: choose a rate near
+Linear interpolation adds no information, but it cuts off a turning point between two new rows, and the memory of
+hysteresis consists of extrema. So the new row nearest to a turning point of u takes the measured values of that point.
+Its time error is at most half a step, at a point where u is stationary. There is no low-pass filter: choose a rate near
 that of the data.
 """
 
@@ -34,7 +34,7 @@ class Unevenness:
     rate : float
         Rate of the grid (Hz).
     lost, rows : int
-        Points of the grid without a sample, and all of them.
+        Number of points of the grid without a sample, and of all points.
     off : float
         Largest distance to the grid (steps).
     """
@@ -51,9 +51,9 @@ class Unevenness:
 
 
 def unevenness(t: Array) -> Unevenness | None:
-    """Describe times (n,) that a small repair makes even; None for others.
+    """Describe times (n,) that become uniform by a small correction; None for other times.
 
-    At most 2 % of the samples may be lost, three in a row, and the stamps be off by 0.3 steps.
+    At most 2 % of the samples may be lost, at most three in a row, and time stamps may deviate by 0.3 steps.
     """
     steps = np.diff(t)
     median = float(np.median(steps))
@@ -103,7 +103,7 @@ def resample(
     t, u, y : array, shape (m,)
         From the first time to the last one, or at most one step less.
     rows : slice
-        New rows that cover the time of the old ones.
+        New rows that cover the same time.
 
     Raises
     ------

@@ -1,10 +1,10 @@
 """Reversals of a noisy input: noise estimate, and the turning points outside the noise.
 
 The estimate is difference-based (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625-633; Hall, Kay &
-Titterington, Biometrika 77 (1990) 521-528).  A k-th difference reduces a smooth path by its step to the power k and
-amplifies white noise to sigma sqrt(C(2k, k)).  The k-th differences of white noise change sign in a share
-arccos(-k / (k + 1)) / pi of the rows.  The first order k that comes near this share gives sigma from the median of the
-absolute differences, which is robust to kinks.  Trap: without the sign test, a coarsely sampled sine counts as noise.
+Titterington, Biometrika 77 (1990) 521-528). A k-th difference reduces a smooth path by its step to the power k and
+amplifies white noise to sigma sqrt(C(2k, k)). The k-th differences of white noise change sign in a share arccos(-k / (k
++ 1)) / pi of the rows. Sigma follows from the median of the absolute differences of the first order k with about this
+share. The median is robust to kinks. Trap: without the sign test, a coarsely sampled sine counts as noise.
 """
 
 from __future__ import annotations
@@ -45,7 +45,10 @@ def noise(v: Array) -> float:
 
 
 def turning_points(u: Array, band: float) -> Array:
-    """Return the rows (m,) of the extrema of u (n,) from which it moves back by more than `band`; a plateau is none."""
+    """Return the rows (m,) of the extrema of u (n,) after which u moves back by more than `band`.
+
+    A plateau does not count.
+    """
     found: list[int] = []
     top = bottom = direction = 0
     for k, value in enumerate(u.tolist()):

@@ -30,9 +30,9 @@ def decaying_sine(
 
 @checked
 def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samples: int = 200) -> Array:
-    """Return the sum of a sine of amplitude 1 - share and one `ratio` times as fast of amplitude share; shape (n,).
+    """Return the sum of a sine of amplitude 1 - share and a sine `ratio` times as fast of amplitude share; shape (n,).
 
-    Its minor loops drift.  It lasts `cycles` of the slow sine, each of `samples` rows.
+    Its minor loops drift. Its length is `cycles` periods of the slow sine, each of `samples` rows.
     """
     c = np.arange(round(cycles * samples) + 1) / samples
     return np.asarray((1 - share) * np.sin(2 * np.pi * c) + share * np.sin(2 * np.pi * ratio * c))
@@ -42,8 +42,8 @@ def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samp
 def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Array:
     """Return a path of alternating ramps, shape (n,), with steps of about `step`.
 
-    Each of the `count` levels is drawn uniformly between the last level and +-1, from `seed`.  Half of the reversals
-    land inside the last loop, so that loops nest.  The path starts at 0.
+    Each of the `count` levels is drawn uniformly between the last level and +-1, from `seed`. Half of the reversals lie
+    inside the last loop, so that the loops are nested. The path starts at 0.
     """
     rng = np.random.default_rng(seed)
     levels = [0.0]

@@ -19,7 +19,6 @@ from hystfmu.face.explore import explorer
 from hystfmu.face.model import Model
 from hystfmu.face.verbs import fit
 from hystfmu.fmu.check.check import check_fmu
-from hystfmu.identify import description
 from hystfmu.identify.kinds import Kind
 from hystfmu.model.accuracy import held_out_table
 from hystfmu.report import terminal
@@ -33,9 +32,7 @@ from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.report.terminal import verdicts
 from hystfmu.scenario.system.folders import shipped_scenarios
 
-KEYS: tuple[
-    Kind, ...
-] = (  # the first is the model of the short demonstration: no other one errs less, and it needs no further package
+KEYS: tuple[Kind, ...] = (  # the first is the model of the short demonstration: no other one errs less
     "actuator",
     "prandtl_ishlinskii",
     "zhao_tan_mlp",
@@ -66,11 +63,9 @@ def demo(out: Path, full: bool = False) -> bool:
     Raises
     ------
     InputError
-        If `out` cannot be written, or what `full` needs is not installed.
+        If `out` cannot be written, or the package is installed without its scenarios.
     """
     keys = KEYS if full else KEYS[:1]
-    for key in keys:  # a missing extra is told before anything is fitted
-        description(key)
     shipped = sorted(p.parent for p in shipped_scenarios().glob("*/scenario.toml")) if full else []
     train, other = piezo(seed=0), piezo(seed=1000)
     steps = Steps(out)
@@ -159,7 +154,7 @@ def _checked(m: Model, path: Path, version: Literal[2, 3]) -> list[str]:
 
 
 def _sections(models: list[Model], inverse: Model, rows: list[list[str]], data: Dataset) -> list[Section]:
-    """Return what precedes the loops: before and after compensation, the models, the explorer."""
+    """Return the sections before the loops: before and after compensation, the models, the explorer."""
     wanted = models[0].predict(data.u, data.h)  # a displacement that the actuator can follow
     slope, offset = np.polyfit(data.y, data.u, 1).tolist()
     before = displacement(slope * wanted + offset, data.h)

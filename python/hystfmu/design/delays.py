@@ -1,9 +1,9 @@
 """State spaces of sampled graphs: exact tangent of one step at rest, delays cut out and put back as states.
 
-The core keeps everything that a run changes in one vector.  A step from a point beside rest, in each direction of
-that vector and of the inputs, gives the columns of A, B, C and D.  At rest all values of a controller are zero, so that
-differences lose no digits, and a small step stays inside the layer of a switching term.  A memory of hysteresis has no
-tangent; the caller replaces it by a gain.
+The core keeps everything that a run changes in one vector. The columns of A, B, C and D are differences of one step
+from the rest and from a point near it, in each direction of this vector and of the inputs. At rest all values of a
+controller are zero, so that differences lose no digits, and a small step stays in the linear range of a switching term.
+A memory of hysteresis has no tangent; the caller replaces it by a gain.
 
 In discrete form a delay of n steps is exactly n states.  In continuous form it has no finite order; a Pade approximant
 replaces it on request.
@@ -210,7 +210,7 @@ def _differences(graph: Graph, h: float) -> StateSpace:
 
 
 def trimmed(system: StateSpace) -> StateSpace:
-    """Keep the states that an input reaches and an output shows: parameters and clocks in the vector do neither."""
+    """Keep only controllable and observable states; parameters and clocks in the vector are neither."""
     A, B, C, D = system
     moved = _closure(A != 0, (B != 0).any(axis=1))
     shown = _closure((A != 0).T, (C != 0).any(axis=0))
@@ -228,7 +228,7 @@ def _closure(edges: NDArray[np.bool_], first: NDArray[np.bool_]) -> NDArray[np.b
 
 
 def _check(graph: Graph, h: float, system: StateSpace) -> None:
-    """Refuse a graph whose small motion differs from that of its tangent."""
+    """Refuse a graph whose response to small signals differs from that of its tangent."""
     A, B, C, D = system
     m, p = B.shape[1], C.shape[0]
     u = np.zeros((CHECKED, m))

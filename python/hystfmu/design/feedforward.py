@@ -20,22 +20,22 @@ from hystfmu.base.errors import InputError
 from hystfmu.design.linear import linearise
 from hystfmu.design.plants import Plant
 from hystfmu.graph import Graph, Node
-from hystfmu.graph.discretised import discretised
+from hystfmu.graph.columns import discretised
 from hystfmu.model import Model
 
 
 def scan_harmonics(n: Array, turn: float) -> Array:
     """Return the amplitudes of sin(2 pi n f t) in the triangle of amplitude 1 of the block ``reference``.
 
-    The acceleration of a triangle consists of impulses; turn-arounds of stated length make rectangles of them, whose
-    spectrum is a sinc, and raise the speed of the lines.
+    The acceleration of a triangle consists of impulses. With turns of stated length they become rectangles, whose
+    spectrum is a sinc, and the speed of the lines increases.
 
     Parameters
     ----------
     n : array, shape (m,)
         Numbers of the harmonics, from 1 on; even ones are 0.
     turn : float
-        Share of the period in the turn-arounds, as the parameter of the block.
+        Share of the period for the turns, as the parameter of the block.
     """
     return np.asarray(8 / (np.pi * n) ** 2 * np.sin(np.pi * n / 2) * np.sinc(n * turn / 2) / (1 - turn / 2))
 
@@ -65,7 +65,7 @@ def scan_feedforward(
     delay : float
         Steps between the command and the dynamics.
     highest : float
-        Largest frequency of a tone (Hz); below the Nyquist rate and below what the dynamics are known for.
+        Largest frequency of a tone (Hz), below the Nyquist rate and within the range of the known dynamics.
 
     Returns
     -------
@@ -169,7 +169,7 @@ def preview(plant: Plant, h: float) -> Preview:
 def transfer_function(plant: Plant, name: str, hold: str = "zoh") -> Node:
     """Return the modes of a plant as one transfer function that starts steady; its delay is left out.
 
-    A static rest would be direct feed-through: it becomes a mode that is far faster than the others.
+    The static rest, which would be direct feed-through, becomes a mode that is much faster than the others.
     """
     f_n, zeta, share = list(plant.f_n), list(plant.zeta), list(plant.share)
     if abs(plant.rest) > 1e-9:
@@ -198,7 +198,8 @@ def _times(polynomials: list[Array]) -> Array:
 
 
 def _zeros(plant: Plant, seen: list[int]) -> Node | None:
-    """Return the filter that undoes the zeros between modes and all modes but the first; None if it is not stable."""
+    """Return the filter that compensates the zeros between modes and all modes except the first; None if it is not
+    stable."""
     total = sum(plant.share[i] for i in seen)
     dens = [_second_order(plant.f_n[i], plant.zeta[i]) for i in sorted(seen, key=lambda i: plant.f_n[i])]
     order = sorted(seen, key=lambda i: plant.f_n[i])

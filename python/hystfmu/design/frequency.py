@@ -27,7 +27,7 @@ BESIDE = np.sinh(np.linspace(-np.arcsinh(30.0), np.arcsinh(30.0), 61))  # half-w
 
 @functools.lru_cache(maxsize=8)
 def grid(period: int = 0) -> Array:
-    """Return angles in (0, pi], shape (m,); with a memory of `period` steps fine enough for its multiples."""
+    """Return angles in (0, pi], shape (m,), fine enough for the harmonics of a memory of `period` steps."""
     angles = np.geomspace(1e-4, 1.0, POINTS) * np.pi
     if period:
         angles = np.union1d(angles, np.linspace(0, np.pi, period * PER_LINE // 2 + 1)[1:])
@@ -38,8 +38,8 @@ def grid(period: int = 0) -> Array:
 def beside(poles: Complex, angles: Array) -> Array:
     """Return angles around the resonances of these poles that a grid resolves too coarsely, shape (k,).
 
-    Trap: two crossings of abs(L) = 1 on both sides of a lightly damped mode lie between two points of the grid, and the
-    margins at them are lost.  Poles of creep may lie below the grid; angles down to them are added.
+    Trap: two crossings of abs(L) = 1 on both sides of a lightly damped mode may lie between two points of the grid, and
+    their margins would be missed. Poles of creep may lie below the grid; angles down to them are added.
     """
     at, width = np.abs(np.angle(poles)), np.abs(1 - np.abs(poles))
     spacing = np.maximum(at, angles[0]) * (angles[1] / angles[0] - 1)
@@ -84,7 +84,7 @@ def _on_grid(content: tuple[tuple[tuple[int, ...], bytes], ...], period: int) ->
 
 
 def roots(f: Callable[[Array], Array], angles: Array, values: Array) -> Array:
-    """Return the angles at which f changes its sign, one in each interval of a grid, by bisection of all at once.
+    """Return the angles at which f changes its sign, one per interval of a grid, by simultaneous bisection.
 
     `values` is f on the grid of `angles`, shape (m,).
     """
@@ -98,7 +98,8 @@ def roots(f: Callable[[Array], Array], angles: Array, values: Array) -> Array:
 
 
 def least(f: Callable[[Array], Array], angles: Array, values: Array) -> float:
-    """Return the least value of f, refined around the least value of a grid by golden sections of its neighbours."""
+    """Return the least value of f: the least value on a grid, refined by golden-section search between its
+    neighbours."""
     k = int(np.argmin(values))
     a, b = angles[max(k - 1, 0)], angles[min(k + 1, len(angles) - 1)]
     found = float(values[k])

@@ -1,4 +1,4 @@
-"""Gains of a controller with units of measure, without which a gain cannot be reused in another loop."""
+"""Gains of a controller with their units of measure, which are needed to reuse a gain in another loop."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Linear systems of python-control from blocks, graphs and models.
 
-A continuous transfer function stays one; all that is sampled is a state space, exact for a step h: products of
-polynomials lose poles near z = 1.  A controller with a smoothed switching term counts for small s.  A graph gives its
-exact tangent at rest: hysteresis enters with the slope of the ascending branch.
+A continuous transfer function remains one. Sampled systems become state spaces, exact for a step h, because products of
+polynomials lose poles near z = 1. A controller with a smoothed switching term is linearised for small s. A graph gives
+its exact tangent at rest: hysteresis enters with the slope of the ascending branch.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError, extras
-from hystfmu.core.continuous import ContinuousExecutor
+from hystfmu.core.executor import ContinuousExecutor
 from hystfmu.design.delays import StateSpace, close, cut, sampled, shift_registers
 from hystfmu.design.delays import pade as pade_of
 from hystfmu.graph import Graph, Node
@@ -93,7 +93,7 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
 
 
 def feedthrough(part: Graph | Model) -> StateSpace:
-    """Return what passes a graph without dynamics: gains, and delays as states."""
+    """Return the part of a graph without dynamics: gains, and delays as states."""
     opened = cut(part.graph if isinstance(part, Model) else part)
     A, B, C, D = linearise(opened.graph)
     static = A[:0, :0], B[:0], C[:, :0], D

@@ -1,7 +1,7 @@
 """Open loop of a sampled controller, delays and plant, and its stability margins.
 
-All parts are state spaces.  Trap: the polynomials of several lags and integrators near z = 1 lose their roots to
-rounding, and with creep the response itself.  Hysteresis enters as a gain, given by `describing_function`.
+All parts are state spaces. Trap: with several lags and integrators near z = 1, rounding changes the roots of
+polynomials, and with creep even the response. Hysteresis enters as a gain, given by `describing_function`.
 
 Not every gain at which the Nyquist curve runs through -1 is a limit: a curve that encircles -1 once more and once less
 may stay stable, and a conditionally stable loop has limits on both sides.
@@ -41,7 +41,7 @@ class Margins:
     gain_db : float
         Upper gain margin, by which the gain may grow (dB).
     gain_low_db : float
-        Lower gain margin, negative (dB): the gain may fall so far.  -inf where the loop stays stable.
+        Lower gain margin (dB), negative: limit of a decreasing gain; -inf if the loop stays stable.
     phase_deg : float
         Phase margin (degrees).
     delay_s, delay_steps : float
@@ -71,7 +71,7 @@ class Margins:
 
     @property
     def conditional(self) -> bool:
-        """True if the loop is conditionally stable: it loses its stability where the gain falls."""
+        """True if the loop is conditionally stable: it becomes unstable if the gain decreases."""
         return self.stable and self.gain_low_db > -np.inf
 
     def __str__(self) -> str:
@@ -123,7 +123,7 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
 
 
 def _behind_hold(plant: Node | Graph | Model, h: float) -> Any:
-    """Return the plant as a sample sees it, which is taken before the command of the same step comes."""
+    """Return the plant as seen by a sample, which is taken before the command of the same step."""
     control = python_control()
     G, step = to_control(plant, h), control.ss(*shift_registers((1,)), h)
     if (G.noutputs, G.ninputs) != (1, 1):
@@ -187,7 +187,7 @@ def margins_of(
     h : float
         Step (s).
     stable : function
-        Whether the closed loop is stable for a factor of the gain, which a response does not tell.
+        Returns whether the closed loop is stable for a factor of the gain; the response alone does not show this.
 
     Returns
     -------
@@ -242,7 +242,7 @@ def crossed(L: Callable[[Array], Complex], angles: Array, values: Complex) -> Ar
 
 
 def _static(L: Callable[[Array], Complex], beside: complex) -> Array:
-    """Return L at z = 1, shape (1,), or (0,) where a pole lies there, so that L beside it is another one."""
+    """Return L at z = 1, shape (1,), or shape (0,) if there is a pole."""
     with suppress(np.linalg.LinAlgError), np.errstate(all="ignore"):
         found = L(np.zeros(1))
         if abs(found[0] - beside) < 0.5 * abs(beside):

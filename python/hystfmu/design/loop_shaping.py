@@ -31,10 +31,10 @@ class LoopShaping:
     robust : control.StateSpace
         The robust controller without the weight.
     b_opt : float
-        Largest margin that any controller reaches: size of coprime factor perturbations, at most 1.  Below 0.25 the
-        weight asks for too much.
+        Largest margin that any controller reaches: size of coprime factor perturbations, at most 1. Below 0.25 the
+        weight is too demanding.
     b : float
-        Margin that this controller is sure to reach, b_opt / ratio.
+        Guaranteed margin of this controller, b_opt / ratio.
     """
 
     controller: Any
@@ -53,7 +53,7 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
     W : control.TransferFunction or control.StateSpace
         Weight before the plant; it gives the loop its shape.
     ratio : float
-        Margin given away against the optimum, above 1; 1.1 is usual.
+        Ratio of the optimal margin to that of this controller, above 1; 1.1 is usual.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
     Raises
     ------
     InputError
-        `ratio` is not above 1, or the shaped plant has states that its input does not reach or its output not show.
+        `ratio` is not above 1, or the shaped plant has uncontrollable or unobservable states.
     """
     if not ratio > 1:
         raise InputError(f"The ratio must be a float in (1, inf). Got {ratio:g} instead.")
@@ -88,7 +88,7 @@ def robust_controller(system: StateSpace, ratio: float) -> tuple[StateSpace, flo
     system : (A, B, C, D)
         Continuous state space, one input and one output.
     ratio : float
-        Margin given away against the optimum, above 1.
+        Ratio of the optimal margin to that of this controller, above 1.
     """
     # here, so that a process for a foreign FMU does not wait for it
     from scipy.linalg import solve_continuous_are
@@ -127,7 +127,7 @@ FAST = 3.0  # times the sampling rate (rad/s over 1/s): poles and zeros above ar
 
 @functools.lru_cache(maxsize=64)
 def robust_filters(plant: Plant, h: float, weight: float, zero: float) -> tuple[Node, ...]:
-    """Return filters of static gain 1 that stand before an integral; empty if there is no such controller.
+    """Return filters of static gain 1 in series before an integral; empty if there is no such controller.
 
     Parameters
     ----------

@@ -1,12 +1,13 @@
 """Linear plants behind the inverse of a hysteresis, and the set of plants that agree with a record.
 
-A plant is a sum of second-order modes and a static rest, with static gain 1, behind a held command that comes late:
+A plant is a sum of second-order modes and a static rest with static gain 1. Its input is a held, delayed command:
 
     G(s) = e^(-s tau) (c + sum_i k_i / (1 + 2 zeta_i s / w_i + s^2 / w_i^2)),  c + sum_i k_i = 1.
 
-The set holds the identified plant, its modes and its delay at the ends of what is known of them, and a resonance that
-the record did not excite: above the band in which input and output are coherent it may stand anywhere.  A loop is
-designed for all of them at once, with every local slope of plant over inverse in a sector.
+The set contains the identified plant, plants with modes and delay at the ends of their confidence intervals, and plants
+with a resonance that the record did not excite. Its frequency may have any value above the band in which input and
+output are coherent. A loop is designed for all of them at once, with every local slope of plant over inverse in a
+sector.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ class Plant:
     delay : float
         Delay behind the held command (s).
     name : str
-        What differs from the identified plant.
+        Text on the difference from the identified plant.
     """
 
     f_n: tuple[float, ...] = ()
@@ -75,7 +76,7 @@ class Plant:
         return np.asarray(found)
 
     def state_space(self, h: float) -> StateSpace:
-        """Return A, B, C, D of the same plant: two states a mode, then the past commands that still act."""
+        """Return A, B, C, D of the same plant: two states per mode, then the past commands that still act."""
         # here, so that a process for a foreign FMU does not wait for it
         from scipy.linalg import expm
 
@@ -128,7 +129,7 @@ class Unseen:
     Attributes
     ----------
     above : float
-        Lowest frequency at which it may stand (Hz).
+        Lowest possible frequency (Hz).
     share : float
         Its share of the static gain.
     zeta : float
@@ -143,7 +144,7 @@ class Unseen:
     to: float | None = None
 
     def frequencies(self, h: float) -> Array:
-        """Return the places that are tried (Hz), shape (m,)."""
+        """Return the frequencies that are tried (Hz), shape (m,)."""
         last = BEYOND / (2 * h) if self.to is None else self.to
         if last <= self.above:
             return np.array([self.above])
@@ -152,7 +153,7 @@ class Unseen:
 
 @dataclass(frozen=True)
 class PlantSet:
-    """Plants that a record leaves possible, with the angles at which each is looked at.
+    """Plants that agree with a record, with the angles at which their responses are evaluated.
 
     Attributes
     ----------
@@ -167,7 +168,8 @@ class PlantSet:
     response : array, shape (m, k)
         Response of each plant at its angles.
     beside : tuple of (Plant, Plant)
-        The identified plant with one of its numbers a standard error less and more: what a device is expected to be.
+        The identified plant with one of its parameters changed by a standard error in both directions: expected
+        devices.
     """
 
     h: float
@@ -178,7 +180,7 @@ class PlantSet:
     beside: tuple[tuple[Plant, Plant], ...] = ()
 
     def missed(self, z: Complex) -> Array:
-        """Return the expected power of 1 - G'/G at z, shape (m,): what a feed-forward for G misses on a device G'."""
+        """Return the expected power of 1 - G'/G at z, shape (m,): error of a feed-forward for G on a device G'."""
         G = self.plants[0].response(z, self.h)
         total = np.zeros(len(z))
         for pair in self.beside:
@@ -258,7 +260,7 @@ def _beside(
 
 
 def _differing(p: Plant, errors: Sequence[tuple[float, float, float]], delay_error: float, h: float) -> Iterator[Plant]:
-    """Yield the plant with modes and delay at the ends of what is known of them."""
+    """Yield the plant with modes and delay at the ends of their confidence intervals."""
     sides = (-1.0, 0.0, 1.0) if p.f_n else (0.0,)
     for side, damping, more in product(sides, (1.0, LESS_DAMPED) if p.f_n else (1.0,), LATER):
         if side == 0 and damping == 1 and more == 0:

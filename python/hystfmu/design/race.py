@@ -1,12 +1,13 @@
 """Comparison of controller structures on one set of plants, each tuned under the same limits.
 
-For every structure the values beside the integral gain are searched; the gain is then the largest one whose loop keeps
-the limits.  What counts is the error that is left of what disturbs the loop (`Aim`): model error at the harmonics of
-the references, what the feed-forward misses, and noise.
+For every structure, a search varies the values other than the integral gain. The integral gain is the largest one that
+keeps the limits. The criterion is the remaining error for the disturbances in `Aim`: model error at the harmonics of
+the references, error of the feed-forward, and noise.
 
 A loop keeps the limits if the identified plant has a peak of the sensitivity of at most `ms_db`, and every plant of the
-set, with every slope of the sector, one of at most `set_ms_db`.  Such a peak bounds all margins from below: gain
-margins Ms / (Ms -+ 1) and a phase margin of 2 asin(1 / (2 Ms)) (Skogestad & Postlethwaite, 2nd ed., section 2.4.3).
+set, with every slope of the sector, one of at most `set_ms_db`. A limit of the peak gives lower bounds of all margins:
+gain margins Ms / (Ms -+ 1) and a phase margin of 2 asin(1 / (2 Ms)) (Skogestad & Postlethwaite, 2nd ed., section
+2.4.3).
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ class Tuned:
 
 @dataclass(frozen=True)
 class Race:
-    """Outcome: the structures that keep the limits, best first, and why each other one does not."""
+    """Outcome: the structures that keep the limits, best first, and for the others the reasons."""
 
     found: tuple[Tuned, ...]
     refused: dict[str, str] = field(default_factory=dict)
@@ -158,7 +159,7 @@ def tune(structure: Structure, plants: PlantSet, design: Design, aim: Aim, limit
 
 
 class _View:
-    """A set of plants seen by the search: responses, and what disturbs the loop."""
+    """Data of the search: responses of a set of plants, and disturbances of the loop."""
 
     def __init__(self, plants: PlantSet, aim: Aim, limits: Limits) -> None:
         self.plants, self.aim, self.limits = plants, aim, limits
@@ -199,7 +200,7 @@ class _View:
         return bool(unencircled(X).all())
 
     def narrow(self, C: Complex) -> float:
-        """Return by how much the error counts more because the bandwidth is below the limit; 1 if it is not."""
+        """Return the penalty factor of the error for a bandwidth below the limit; 1 if it is not below."""
         missing = self.limits.bandwidth / max(self.bandwidth(C[0] * self.G[0]), 1e-9)
         return 1.0 if missing <= 1 else TOO_SLOW * missing**4
 
@@ -209,7 +210,7 @@ class _View:
         return float(self.plants.angles[0][large[0]] / (2 * np.pi * self.plants.h)) if len(large) and large[0] else 0.0
 
     def error(self, C: Complex, C_wide: Complex) -> float:
-        """Return the expected RMS error of the identified plant: what is left of model error and doubt, and noise."""
+        """Return the expected RMS error of the identified plant: remaining model error and uncertainty, and noise."""
         left = float((self.power / np.abs(1 + C * self.low) ** 2).sum())
         X = C_wide * self.G_wide
         return float(np.sqrt(left + self.aim.noise**2 * np.mean(np.abs(X / (1 + X)) ** 2)))
@@ -261,8 +262,8 @@ def distances(X: Complex, slopes: tuple[float, float]) -> Array:
 def unencircled(X: Complex) -> NDArray[np.bool_]:
     """Return whether each closed loop with slope 1 is stable, shape (m,): no encirclement of -1 (Nyquist).
 
-    The open loops have one integrator and else no unstable pole: along half the circle 1 + X turns back to the positive
-    real axis, where it began before the integrator.
+    The open loops have one integrator and no unstable pole. Along the upper half of the unit circle, the angle of 1 + X
+    must return to the positive real axis.
     """
     f = 1 + X
     turned = np.angle(f[:, 1:] / f[:, :-1]).sum(axis=1) + np.angle(f[:, 0])
@@ -270,7 +271,7 @@ def unencircled(X: Complex) -> NDArray[np.bool_]:
 
 
 def _rounded_down(x: float) -> float:
-    """Return a positive number with three digits that is not larger: what the search allowed allows no more."""
+    """Return a positive number rounded down to three digits, so that the limits of the search still hold."""
     digits = int(np.floor(np.log10(x))) - 2
     unit = 10.0**digits
     return float(f"{np.floor(x / unit * (1 + 1e-12)) * unit:.3g}")

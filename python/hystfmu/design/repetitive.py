@@ -28,7 +28,7 @@ EDGE = 0.5  # share of the taps of L that a cosine window tapers
 
 @dataclass(frozen=True)
 class RepetitiveFilters:
-    """Taps as the block `repetitive` takes them, and what they reach.
+    """Taps for the block `repetitive`, and the resulting convergence.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class RepetitiveFilters:
     contraction: tuple[float, ...]
 
     def error_ratio(self, L: Any, w: Array, n: int) -> Array:
-        """Return by what the error changes against the loop without the repetitive part, at frequencies w (rad/s).
+        """Return the factor of the error relative to the loop without the repetitive part, at frequencies w (rad/s).
 
         Parameters
         ----------
@@ -122,18 +122,18 @@ def learning_filters(
     Parameters
     ----------
     T : array, shape (loops, POINTS / 2 + 1)
-        Responses from a correction to what it takes off the error, at `filter_angles`.
+        Responses from a correction to the reduction of the error, at `filter_angles`.
     h : float
         Step (s).
     cutoff, gain, n_q, n_l
         As `repetitive_filters`.
     rest : float
-        Q at frequency 0.  Below 1 the memory forgets what the loop does not respond to, such as a constant correction
-        before an integrator.
+        Q at frequency 0. With a value below 1 the memory forgets corrections without effect, such as a constant
+        correction before an integrator.
     floor : float
-        Share of the mean square of the responses below the cutoff that is added to that at each frequency: what the
-        loop hardly responds to is not inverted.  Trap: without it a zero of T at one frequency, of an integrator or
-        two, adds a constant to all taps.
+        Regularisation: this share of the mean square of the responses below the cutoff is added at each frequency, so
+        that frequencies with a small response are not inverted. Trap: without it, a zero of T at one frequency, for
+        example due to an integrator, adds a constant to all taps.
 
     Raises
     ------
@@ -183,7 +183,7 @@ class PeriodMemory:
     n : int
         Steps in a period.
     q, l : array, shapes (2 n_q + 1,), (2 n_l + 1,)
-        Taps of Q and L, from the oldest step to the one as far ahead.
+        Taps of Q and L, from the oldest step to the same number of steps ahead.
     lifted : bool
         The memory changes at the end of a period only: within one there is no feedback through it.
     """
@@ -194,7 +194,7 @@ class PeriodMemory:
     lifted: bool
 
     def factor(self, angles: Array, error: Complex) -> Complex:
-        """Return Q + L E, by which the corrections of a period differ from those of the last one.
+        """Return Q + L E, the factor of the corrections from period to period.
 
         Parameters
         ----------
@@ -207,7 +207,7 @@ class PeriodMemory:
         return np.asarray(taps_at(self.q, z) + taps_at(self.l, z) * error)
 
     def response(self, angles: Array) -> Complex:
-        """Return the response from e to w; 0 if the memory is lifted."""
+        """Return the response from e to w; 0 if the lifted form is used."""
         if self.lifted:
             return np.zeros(len(angles), complex)
         z = np.exp(1j * angles)

@@ -53,8 +53,9 @@ def sector(path: Array, *chain: Graph | Model, h: float) -> tuple[float, float]:
 def slopes_along(path: Array, *chain: Graph, h: float) -> tuple[float, float]:
     """Return the sector of units in series; see `sector`.  Creep and its inverse, which cancel, may be in them.
 
-    A slope is what a step of the path changes against a path that stands still.  Trap: creep moves on where the path
-    stands, so that differences of the output alone are no slopes; an inverse at its limit seemed to have -1.3.
+    A slope is the difference of the outputs after a step of the path and without this step. Trap: creep continues while
+    the path does not move, so differences of the output alone are not slopes; for an inverse at its limit they gave
+    -1.3.
     """
     v = np.asarray(path, float)
     dv = np.diff(v)
@@ -78,13 +79,14 @@ def slopes_along(path: Array, *chain: Graph, h: float) -> tuple[float, float]:
 
 
 def _drifts(node: Node) -> bool:
-    """Return whether the output of a block moves while its input stands."""
+    """Return whether the output of a block moves while its input is constant."""
     undone = node.block.inverts
     return node.block.rate == CONTINUOUS or bool(undone and block_types()[undone].rate == CONTINUOUS)
 
 
 def _against_rest(v: Array, moved: NDArray[np.intp], chain: Sequence[Graph], h: float) -> Array:
-    """Return by what the last output differs, at these rows, from that of a path that stands since the row before."""
+    """Return the difference of the last output, at these rows, from that of a path that is constant since the previous
+    row."""
     units = [graph.executor() for graph in chain]
     ends = [[next(p.reference for p in g.ports if p.kind == kind) for kind in ("input", "output")] for g in chain]
 
@@ -123,7 +125,7 @@ def without_dynamics(graph: Graph) -> Graph:
 def gain_of(node: Node) -> float:
     """Return the gain that stands for a linear block: the static one, or 1 where that is 0 or infinite.
 
-    An integrator and a block that holds no output have none; their gain stays with the dynamics.
+    An integrator has no static gain; its gain remains with the dynamics.
     """
     gain = static_gain(node)
     return gain if np.isfinite(gain) and gain != 0 else 1.0

@@ -1,13 +1,13 @@
-"""Structures of controllers inside an inverse: each a graph of blocks, and its response as these blocks step.
+"""Structures of controllers in front of an inverse: a graph of blocks each, and its frequency response.
 
 The error e = y_d - y passes filters and an integral (`pid`); a damping path may act beside it:
 
     u = u_ff + Ki h z / (z - 1) (1 + T ...) F(z) e - D(z) e.
 
-All blocks are those of a scenario, so that what is tuned is what runs.  Sources: notch and integral, Abramovitch et al.
-2008; integral resonant control (IRC), Aphale, Fleming & Moheimani 2007, Smart Materials and Structures 16, 439-446;
-positive position feedback (PPF), Fanson & Caughey 1990, AIAA Journal 28, 717-724; internal model, Smith 1957;
-H-infinity loop shaping, McFarlane & Glover 1992.
+The blocks are those of a scenario, so the tuned controller equals the one that runs. Sources: notch and integral,
+Abramovitch et al. 2008; integral resonant control (IRC), Aphale, Fleming & Moheimani 2007, Smart Materials and
+Structures 16, 439-446; positive position feedback (PPF), Fanson & Caughey 1990, AIAA Journal 28, 717-724; internal
+model, Smith 1957; H-infinity loop shaping, McFarlane & Glover 1992.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 from hystfmu.design.loop_shaping import robust_filters
 from hystfmu.design.plants import Complex, Plant
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.graph.discretised import discretised
+from hystfmu.graph.columns import discretised
 
 Values = Mapping[str, float]
 Speed = Callable[[float], tuple[Complex, Complex | None]]
@@ -50,13 +50,13 @@ class Design:
 
     @property
     def known_steps(self) -> int:
-        """Steps of delay that a predictor undoes."""
+        """Steps of delay that a predictor compensates."""
         return round(self.plant.delay / self.h) + self.computing
 
 
 @dataclass(frozen=True)
 class Structure:
-    """A family of controllers: what is chosen beside the integral gain, and how it becomes blocks.
+    """A family of controllers: its values besides the integral gain, and its blocks.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Structure:
     proportional : bool
         The value ``T`` (s) adds Kp = Ki T.
     predictor : bool
-        The error contains what the model says that the delay still hides.
+        The error includes the predicted effect of commands that the delay still hides.
     resonant : bool
         Needs an identified mode.
     """
@@ -111,7 +111,7 @@ class Structure:
         Ki : float
             Integral gain (1/s).
         limits : (float, float), optional
-            Of u: the integral stops there (anti-windup).
+            Limits of u, at which the integral stops (anti-windup).
 
         Returns
         -------
@@ -145,9 +145,10 @@ class Structure:
 def _predicting(
     design: Design, nodes: list[Node], wires: list[tuple[str, str]]
 ) -> tuple[list[Node], list[tuple[str, str]], tuple[str, ...]]:
-    """Put the model of the plant around the controller: what it answers now, less what it answers after the delay.
+    """Put the model of the plant around the controller: its present response minus its response after the delay (Smith
+    predictor).
 
-    The blocks of the model come first: their input is the one of the last step, as that of the plant.
+    The blocks of the model come first: like the plant, they read the input of the previous step.
     """
     own = [
         Node("own", "sum", {"n": 2}, {"k": [1.0, -1.0]}),  # the controller's part of the last command, limits included
@@ -237,7 +238,7 @@ def _robust_bounds(design: Design) -> dict[str, tuple[float, float]]:
 
 
 def _slowest(design: Design) -> float:
-    """Return the frequency around which values are sought (Hz)."""
+    """Return the centre frequency of the search (Hz)."""
     return min((*design.plant.f_n, 0.25 / design.h))
 
 

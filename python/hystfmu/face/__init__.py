@@ -1,1 +1,1 @@
-"""The face: content of `import hystfmu as hy`, thin calls of the rooms below; `dir(hystfmu)` lists it."""
+"""The public interface, `import hystfmu as hy`: thin calls of the other packages; `dir(hystfmu)` lists it."""

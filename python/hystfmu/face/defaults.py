@@ -1,8 +1,8 @@
 """Defaults of a scenario built in Python: its order, a reference over the plant's stroke, the end of the run.
 
-wires      those that follow from the roles of the units: see `hystfmu.face.wiring`.
-reference  connections or metrics name the unit ``reference``, but none was added: a sine over SHARE of the stroke of
-           the plant, the unit that a metric holds against it; SAMPLES steps a period; `r_lead` looks one step ahead
+wires those that follow from the roles of the units: see `hystfmu.face.wiring`. reference connections or metrics name
+the unit ``reference``, but none was added: a sine over SHARE of the stroke of the plant (the unit that a metric
+compares with it); SAMPLES steps a period; `r_lead` looks one step ahead
            (half a step where the run looks between samples).
 stop       PERIODS of the slowest reference; metrics without an `after` of their own begin after the first.
 order      that in which the units were added, the default reference first.
@@ -28,7 +28,7 @@ ROWS = 1000  # of the ramp that finds the stroke of a plant
 
 
 def completed(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], origin: str) -> dict[str, Any]:
-    """The whole scenario, as its file says it.
+    """The whole scenario, with the keys of its file.
 
     Parameters
     ----------
@@ -37,12 +37,12 @@ def completed(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], ori
     attached : mapping of str to Model or Path
         The models among its units, by their paths.
     origin : str
-        What errors begin with.
+        Prefix of error messages.
 
     Raises
     ------
     InputError
-        There is no unit or metric, no reference can be made, or nothing tells when the run ends.
+        There is no unit or metric, no reference can be made, or the end of the run is not defined.
     """
     units: dict[str, Any] = dict(spec.get("units", {}))
     metrics: dict[str, Any] = {k: dict(m) for k, m in spec.get("metrics", {}).items()}

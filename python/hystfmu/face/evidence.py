@@ -23,8 +23,8 @@ def evidence_of(model: Model, data: Dataset) -> Evidence:
     Parameters
     ----------
     model : Model
-        Fitted to `data`.  A model that is no static part in front of linear dynamics says nothing about the input of
-        the dynamics, so that u is taken.
+        Fitted to `data`. If the model is not a static part in front of linear dynamics, u is used as the input of the
+        dynamics.
     data : Dataset
         With a measured output.
     """

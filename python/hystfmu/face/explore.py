@@ -14,7 +14,7 @@ from hystfmu.report.explorer import Explorer
 
 
 def explorer(models: Sequence[Model], data: Dataset | None, u_label: str, y_label: str) -> Explorer:
-    """Return the part of a page in which a reader moves the input of models.
+    """Return the section of a page in which the reader can move the input of models.
 
     Parameters
     ----------

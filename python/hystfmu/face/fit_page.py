@@ -31,7 +31,7 @@ def fit_page(model: Model, data: Dataset, lead: str = "") -> str:
     data : Dataset
         With a measured output.
     lead : str
-        What to say first; by default what the model is.
+        First sentence; by default a description of the model.
     """
     title = f"{model.key} fitted to {data.name}"
     head = [f"<h1>{escape(title)}</h1>", f'<p class="lead">{escape(lead or model.text)}</p>']
@@ -90,13 +90,14 @@ def _spectrum(e: Array, data: Dataset) -> Plot:
     def line(name: str, v: Array) -> Line:
         f, power = densities(v - v.mean(), data.h)
         amplitude = np.sqrt(power[1:]) / data.span
-        return Line(name, np.log10(f[1:]), 20 * np.log10(np.maximum(amplitude, FLOOR)))
+        return Line(name, f[1:], 20 * np.log10(np.maximum(amplitude, FLOOR)))
 
     return Plot(
         "spectrum of the error",
-        "log10 of the frequency (Hz)",
+        "frequency (Hz)",
         "dB of the span per sqrt(Hz)",
         [line("error", e), line("output", data.y)],
+        log_x=True,
     )
 
 

@@ -1,4 +1,4 @@
-"""The model of the face: the model record of the package with methods for users."""
+"""The public model class: the model record of the package with methods for users."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an
 
 @checked
 class Model(Record):
-    """A model: blocks with values, where they came from, and how well they fit.
+    """A model: blocks with values, their origin, and errors of the fit.
 
-    `hystfmu.fit` and `Model.load` give one; an inverse is one again.
+    `hystfmu.fit` and `Model.load` return a model; its inverse is a model, too.
 
     Parameters
     ----------
@@ -76,13 +76,13 @@ class Model(Record):
         Parameters
         ----------
         record : hystfmu.model.Model
-            As the rooms of the package hand it on.
+            The model record of the package.
         """
         return cls(record.key, record.graph, record.step, record.text, record.fit, record.provenance)
 
     @classmethod
     def of_block(cls, block: Block, step: float | None = None) -> Model:
-        """A bare block as a model, to be exported.
+        """Return a single block as a model, for example for export.
 
         Parameters
         ----------
@@ -139,7 +139,7 @@ class Model(Record):
         Parameters
         ----------
         u : array, shape (n,), Dataset or data frame
-            Input.  Data bring their step and their covariates, and each of their records runs from a fresh start.
+            Input. A data set provides step and covariates, and each of its records runs from a fresh start.
         h : float, optional
             Step (s) of an array; default the step of the model, else 1 s.
         covariates : dict of str to array or float, optional
@@ -240,7 +240,7 @@ class Model(Record):
         return errors(run_along(self.graph, other)[counted], measured, span)
 
     def check(self, new: Dataset | Columns, factor: float = 2.0) -> DeviceCheck:
-        """Tell from a new record whether the device has drifted: whether the error of its model has grown.
+        """Test with a new record whether the device has drifted, that is, whether the error of its model has grown.
 
         Parameters
         ----------
@@ -372,9 +372,9 @@ class Model(Record):
         Returns
         -------
         Model
-            `fit` holds the errors of inverse and model in cascade, and a warning if they are large.  With linear
-            dynamics or a delay behind the hysteresis also ``lag_steps`` and ``lag`` (s): in cascade the output is the
-            wanted one of so many steps ago, accurate up to ``band`` (Hz).  Give the reference that much ahead.
+            `fit` holds the errors of inverse and model in cascade, and a warning if they are large. With linear
+            dynamics or a delay behind the hysteresis also ``lag_steps`` and ``lag`` (s): in cascade the output follows
+            the wanted output with this lag, accurately up to ``band`` (Hz). Give the reference earlier by this lag.
 
         Raises
         ------
@@ -405,8 +405,8 @@ class Model(Record):
     def with_in_range(self) -> Model:
         """The model with a second output ``in_range``: 1 if the input lies in the range of the training rows, else 0.
 
-        For an inverse its output counts, which is the input of the inverted model, and the ends of the range are
-        outside.  Exports, units and scenarios have the output too.
+        For an inverse the range applies to its output, which is the input of the inverted model; the ends of the range
+        count as outside. Exports, units and scenarios have the output too.
 
         Raises
         ------
@@ -565,7 +565,7 @@ class Model(Record):
 
 
 def held_out(model: Model, data: Dataset) -> Model:
-    """The model with its errors on the rows after the training rows, where there are enough of them."""
+    """Return the model with its errors on the rows after the training rows, if there are enough of them."""
     first = data.train.stop
     if len(data.t) - first < 4 or not np.ptp(data.y[first:]) > 0:
         return model

@@ -20,7 +20,7 @@ __all__ = ["Result", "Results"]
 
 
 class Result(Record):
-    """One case of a scenario after its run.
+    """Result of one case of a scenario.
 
     `trace` holds its signals (``result.trace["plant.y"]``), `verdicts` its metrics, `passed` whether all limits are met
     and nothing changed against the baseline, `failures()` a line for each that is not.

@@ -40,8 +40,8 @@ def parts(y: Array, data: Dataset, fitted: bool) -> list[Part]:
     data : Dataset
         With a measured output.
     fitted : bool
-        Whether the model was fitted to the training rows; else they are rows as the others.  Percent count of the span
-        of y in the training rows, or in all rows.
+        Whether the model was fitted to the training rows; otherwise these rows are like the others. Percent count of
+        the span of y in the training rows, or in all rows.
     """
     n, train = len(data.t), data.train
     named: list[tuple[str, slice]] = []
@@ -71,6 +71,6 @@ def table_of(found: list[Part], unit: str) -> Table:
 
 
 def held_out_errors(y: Array, data: Dataset) -> Array:
-    """Return measured minus model on the rows that are no training rows, shape (m,)."""
+    """Return measured minus model on the rows outside the training rows, shape (m,)."""
     e = data.y - y
     return np.concatenate([e[: data.train.start], e[data.train.stop :]])

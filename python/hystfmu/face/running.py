@@ -31,7 +31,7 @@ def run(
     progress: Callable[[float], None] = lambda fraction: None,
     out: str | Path | None = None,
 ) -> Results:
-    """Run scenarios with all their cases, and hold them against limits and baselines.
+    """Run scenarios with all their cases, and compare them with limits and baselines.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def run(
     record : bool
         Write baselines for the scenarios whose limits are all met.
     confirm : function, optional
-        With `record`: asked once, with what would change, before anything is written.
+        With `record`: called once with the changes before anything is written.
     progress : function, optional
         Called with the fraction done, 0..1.
     out : path, optional

@@ -19,9 +19,9 @@ def save(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], folder: 
     Parameters
     ----------
     spec : mapping
-        All that the file says.
+        Complete content of the file.
     attached : mapping of str to Model or Path
-        What the paths of its units stand for.
+        Models or files that the paths of its units stand for.
     folder : Path
 
     Returns

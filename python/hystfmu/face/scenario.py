@@ -34,8 +34,8 @@ __all__ = ["Scenario"]
 class Scenario:
     """A closed loop of units: what runs, how it is connected, what is measured, in which cases.
 
-    Units run in the order in which they were added (`order` states another one), each with the newest values there
-    are: the plant first moves on under the command held since the last step, then the others see its new output.
+    Units run in the order in which they were added (`order` states another one), each with the newest values: first the
+    plant advances with the command that was held since the last step, then the other units see its new output.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ class Scenario:
 
     Notes
     -----
-    Where connections or metrics name the unit ``reference`` and none was added, a sine over 80 % of the plant's stroke
-    is: `r`, and `r_lead` one step ahead for an inverse.
+    If connections or metrics name the unit ``reference`` and none was added, a sine over 80 % of the plant's stroke is
+    added: `r`, and `r_lead` one step ahead for an inverse.
 
     Examples
     --------
@@ -235,7 +235,7 @@ class Scenario:
         lines: bool = False,
         text: str = "",
     ) -> Scenario:
-        """Measure something, and judge it if it has a limit.
+        """Add a metric, with a limit if there is one.
 
         Parameters
         ----------
@@ -354,7 +354,7 @@ class Scenario:
         stable_to_steps: float | None = None,
         expected_unstable: Sequence[str] = (),
     ) -> Scenario:
-        """State limits of the linearised loop; ``hystfmu margins`` holds it against them.
+        """State limits of the linearised loop; ``hystfmu margins`` checks them.
 
         Parameters
         ----------
@@ -369,7 +369,8 @@ class Scenario:
         stable_to_steps : float, optional
             Steps beyond the delay of a corner up to which it is stable.
         expected_unstable : sequence of str
-            Cases whose linear loop is unstable for a slope of their path and whose run holds; any other one fails.
+            Cases whose linear loop is unstable for a slope of their path although their run is good; any other such
+            case fails.
 
         Returns
         -------
@@ -545,7 +546,7 @@ class Scenario:
         return copy.deepcopy(completed(self._spec, self._attached, self._origin))
 
     def changed(self, table: Mapping[str, Any]) -> Scenario:
-        """Return a scenario that says something else of the same files.
+        """Return a scenario with another table and the same files.
 
         Parameters
         ----------
@@ -587,7 +588,7 @@ class Scenario:
         return f"Scenario({', '.join([repr(self.name), *shown])})"
 
     def _edit(self) -> None:
-        """From now on it is no longer what its file says: no baseline, and its files are attached."""
+        """Separate the scenario from its file: it has no baseline, and its files are attached."""
         if self._folder is None:
             return
         self._attached = dict(self._attached)
@@ -597,7 +598,7 @@ class Scenario:
 
 
 def _number(value: Any) -> Any:
-    """A number of any kind as TOML and the checks of the file take it; what is none is refused there."""
+    """A number of any kind as TOML and the checks of the file take it; other values are refused there."""
     if isinstance(value, bool) or not hasattr(value, "__float__"):
         return value
     return float(value)

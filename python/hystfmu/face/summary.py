@@ -33,7 +33,7 @@ def tables(model: Record) -> list[Table]:
 
 
 def free_table(model: Record) -> Table | None:
-    """The free parameters of a graph with what the record tells of them."""
+    """Free parameters of a graph with their standard errors."""
     rows = [
         (name, f"{of['value']:.6g}", f"{of['standard_error']:.2g}" if "standard_error" in of else of["known"])
         for name, of in model.fit.get("free", {}).items()

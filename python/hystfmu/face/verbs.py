@@ -54,11 +54,11 @@ def fit(
     purpose : {"model", "inverse"}
         inverse: only models with a useful exact or implicit inverse compete in ``"auto"``; a named one must have it.
     free : dict, optional
-        The free parameters of a graph: by name, ``"node.parameter"`` or ``"node.parameter[1]"``, True, bounds
-        ``(lower, upper)``, or a dict with any of ``lower``, ``upper``, ``scale`` ("log" or "linear"), ``rising`` (True:
-        the elements do not decrease) and ``sum`` (the elements are positive with this sum).  What enters the output
-        linearly is found and eliminated, without negative weights where its lower bound is 0.  A block alone has by
-        default every real parameter free whose value is not given.
+        The free parameters of a graph: by name, ``"node.parameter"`` or ``"node.parameter[1]"``, True, bounds ``(lower,
+        upper)``, or a dict with any of ``lower``, ``upper``, ``scale`` ("log" or "linear"), ``rising`` (True: the
+        elements do not decrease) and ``sum`` (the elements are positive with this sum). Parameters that enter the
+        output linearly are detected and eliminated, with non-negative weights if their lower bound is 0. For a single
+        block, by default all real parameters without a given value are free.
     **options
         Options of the kind of model; of a graph ``starts`` and ``seconds``.
 
@@ -73,8 +73,8 @@ def fit(
     ------
     InputError
         Unknown kind or option, value out of range, data without output or without variation; data that no kind of
-        ``"auto"`` follows; a purpose that no kind serves; a free parameter that the graph does not have, or bounds that
-        exclude its value in the graph.
+        ``"auto"`` can represent; no kind with a useful inverse; a free parameter that the graph does not have, or
+        bounds that exclude its value in the graph.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def study(
     confined: bool = True,
     progress: Callable[[int, int, float], None] = lambda done, total, rate: None,
 ) -> Outcome:
-    """Run a scenario over many variations; an interrupted study goes on where it stopped.
+    """Run a scenario over many variations; an interrupted study resumes.
 
     Parameters
     ----------
@@ -139,7 +139,8 @@ def study(
     on : str, optional
         ``dask://HOST:PORT`` instead of local processes.
     retry : {"failed"}, optional
-        Run failed rows again.  Those that failed at a limit of time or memory which is now higher always run again.
+        Run failed rows again. Rows that failed at a limit of time or memory run again in any case if this limit is now
+        higher.
     confined : bool
         Whether foreign FMUs run without network and write into a folder of their own only, where the system can.
     progress : function, optional

@@ -1,10 +1,10 @@
 """Default wires of a scenario built in Python: unconnected units are wired by their roles.
 
-inverse     ``inverse.u`` as a source is the input that it finds, whatever its output is called.  An inverse without a
-            source takes ``reference.r_lead``, the reference as far ahead as its step acts late.
-controller  one that has no connection at all stands in the path to the plant: what was connected to the input of the
-            plant becomes its feed-forward u_ff, its u drives the plant, and it compares ``reference.r`` with the signal
-            of the metric.  One that drives something keeps its wires and takes the rest of these roles, y_d and y; a
+inverse ``inverse.u`` as a source stands for the output of the inverse, whatever its name is. An inverse without a
+source reads ``reference.r_lead``, the reference ahead by the delay of its step. controller if it has no connections, it
+is inserted in front of the plant: the former source of the plant becomes its feed-forward u_ff, its u drives the plant,
+and it compares ``reference.r`` with the signal
+            of the metric. A controller with connected output keeps its wires and gets the missing ones, y_d and y; a
             feed-forward u_ff that is not connected is 0.
 
 The saved scenario.toml states all of them.
@@ -65,7 +65,7 @@ def wired(spec: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Wire
 
 
 def at_rest(units: Mapping[str, Any], wires: Mapping[str, str]) -> dict[str, Any]:
-    """The units, with a feed-forward of 0 for controllers that drive something and have none.
+    """Return the units, with a feed-forward of 0 for connected controllers without one.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def _inverse(unit: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> M
 
 
 def _measured(spec: Mapping[str, Any]) -> str | None:
-    """The signal that a metric holds against the reference."""
+    """The signal that a metric compares with the reference."""
     for m in spec.get("metrics", {}).values():
         if (m.get("against") or "").startswith("reference."):
             return str(m["signal"])

@@ -54,16 +54,14 @@ def _docstring(t: BlockType) -> str:
     return "\n".join([*lines, "", "References", "----------", t.source + "."])
 
 
-def _make(t: BlockType) -> type[Block]:
-    return type(t.class_name, (Block,), {"__doc__": _docstring(t), "type": t, "__module__": __name__})
-
-
 _classes: dict[str, type[Block]] = {}
 
 
 def __getattr__(name: str) -> type[Block]:
     if not _classes and not name.startswith("__"):
-        _classes.update({t.class_name: _make(t) for t in block_types().values()})
+        for t in block_types().values():
+            known = {"__doc__": _docstring(t), "type": t, "__module__": __name__}
+            _classes[t.class_name] = type(t.class_name, (Block,), known)
     if name in _classes:
         return _classes[name]
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

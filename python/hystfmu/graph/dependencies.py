@@ -1,9 +1,9 @@
 """Order of evaluation, and direct feed-through: what outputs and derivatives depend on (FMI ModelStructure).
 
-Between blocks the wires and `feedthrough()` decide.  Inside a block with continuous states its equations decide: they
-run once per state with NaN in the place of that state, and every value that becomes NaN depends on it.  0 times NaN
-counts too, because a coefficient that is 0 may be set to another value.  A block that only holds its output between
-samples counts as direct feed-through, as at the sample itself.
+Between blocks the wires and `feedthrough()` decide. Within a block with continuous states its equations decide: they
+are evaluated once per state with NaN as this state, and every value that becomes NaN depends on it. 0 times NaN counts
+too, because a coefficient that is 0 may be set to another value. A block that only holds its output between samples
+counts as direct feed-through, as at the sample itself.
 """
 
 from __future__ import annotations

@@ -101,7 +101,7 @@ class Graph:
         return f"Graph({' -> '.join(sides)}; {', '.join(shown)})"
 
     def __getstate__(self) -> dict[str, object]:
-        """Leave out the ports, which hold rows of the C tables: another process looks them up again."""
+        """Omit the ports, which refer to rows of the C tables; another process looks them up again."""
         return {k: v for k, v in self.__dict__.items() if k != "ports"}
 
     def __setstate__(self, state: dict[str, object]) -> None:
@@ -195,31 +195,30 @@ class Graph:
         ports: list[Port] = []
         reference = 0
 
-        def add(
-            name: str, kind: str, node: int, v: Var, place: int, size: int, unit: str, text: str, start: Array
-        ) -> None:
+        def add(name: str, kind: str, node: int, v: Var, place: int, start: Array, unit: str, text: str = "") -> None:
             nonlocal reference
             values = tuple(float(s) for s in start)
-            ports.append(Port(name, kind, node, v, place, reference, size, unit or v.unit, text or v.text, values))
-            reference += size
+            at = reference, len(values)
+            ports.append(Port(name, kind, node, v, place, *at, unit or v.unit, text or v.text, values))
+            reference += len(values)
 
         at = 0
         for i in self.inputs:
             node, _, size, v = self._endpoint(i.to[0], ("input",))
-            add(i.name, "input", node, v, at, size, i.unit, i.text, np.full(size, i.starts or i.start))
+            add(i.name, "input", node, v, at, np.full(size, i.starts or i.start), i.unit, i.text)
             at += size
         for o in self.outputs:
             node, _, size, v = self._endpoint(o.source, ("output",))
             m = _ENDPOINT.match(o.source)
             place = int(m[3]) - 1 if m and m[3] else 0
-            add(o.name, "output", node, v, place, size, o.unit, o.text, np.full(size, v.start))
+            add(o.name, "output", node, v, place, np.full(size, v.start), o.unit, o.text)
         driven = {end.partition("[")[0]: i.unit for i in self.inputs for end in i.to}
         for k, n in enumerate(self.nodes):
             for v in n.block.parameters:
                 start = n.value(v.name)
                 name = v.name if len(self.nodes) == 1 else f"{n.name}_{v.name}"
                 if start.size:
-                    add(name, v.kind, k, v, 0, start.size, driven.get(f"{n.name}.{v.follows}", ""), "", start)
+                    add(name, v.kind, k, v, 0, start, driven.get(f"{n.name}.{v.follows}", ""))
         names = [s for p in ports for s in p.scalar_names]
         if len(set(names)) < len(names):
             twice = next(n for n in names if names.count(n) > 1)
@@ -243,7 +242,7 @@ class Graph:
 
     @property
     def continuous_states(self) -> tuple[ContinuousState, ...]:
-        """Continuous states in the order of the core, one per element; none is a variable that can be set."""
+        """Continuous states in the order of the core, one per element; they cannot be set."""
         taken = {s for p in self.ports for s in p.scalar_names}
         states: list[ContinuousState] = []
         for n in self.nodes:

@@ -1,16 +1,63 @@
-"""Blocks as text, from the C tables: overview, one block in detail, JSON, tables for a page, and `blocks.pyi`."""
+"""Blocks as text, from the C tables: groups of parameters, overview, details, JSON, tables for a page, `blocks.pyi`."""
 
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 from hystfmu.base.errors import InputError, meant
-from hystfmu.core.groups import group
 from hystfmu.core.library import BlockType, Var, block_types
 from hystfmu.report.terminal import table
 
-FAMILIES = ("operators", "inverses", "networks", "dynamics", "controllers", "sources")
+FAMILIES = {  # and the group of parameters that belong to no other one
+    "operators": "Operator",
+    "inverses": "Operator",
+    "networks": "Network",
+    "dynamics": "Dynamics",
+    "controllers": "Controller",
+    "sources": "Signal",
+}
+_WORDS = (  # the first that fits the beginning of the text decides
+    ("Limits", r".*\b(limit|bound of|longest (step|branch)|(least|largest) (value|voltage|current|size))\b"),
+    ("Adaptation", r"(standard deviations?|error of prediction|time in which|least time|farthest)\b"),
+    ("Offset", r"(offset|constant term|middle of|output for)\b"),
+    ("Weights", r"(hidden|output|linear)? ?(weights?|bias(es)?|coefficients|(rising|falling) u: weights)\b"),
+    ("Thresholds", r"(thresholds?|half-widths?|deflections|dead zone)\b"),
+    ("Gains", r"(proportional |integral |derivative |static |switching |linear |learning |output )?gains?\b"),
+    ("Filters", r"(bandwidth|time constants? of the (derivative )?filter)\b"),
+    (
+        "Dynamics",
+        r"((slower |damping ratios?|natural frequenc|time constants?|time of|duration|frequenc)|.*\bdamping\b)",
+    ),
+)
+_LIMIT = re.compile(r"_min\Z|_max\Z|\Alo\Z|\Ahi\Z")
+
+
+def group(block: BlockType, v: Var) -> str:
+    """Return the group of a parameter: Start, Memory, Limits, Weights, ..., or one for the family of its block.
+
+    Parameters
+    ----------
+    block : BlockType
+        The block that has the parameter.
+    v : Var
+        A row of its table, ``param`` or ``fixed``.
+
+    Returns
+    -------
+    str
+        One or two words that begin with a capital letter.
+    """
+    if v.kind == "fixed" and (v.name == "start" or v.text.startswith("initial") or "first input" in v.text):
+        return "Start"
+    if v.name == "memory":
+        return "Memory"
+    if _LIMIT.search(v.name):
+        return "Limits"
+    if block.family == "sources":
+        return FAMILIES[block.family]
+    return next((name for name, words in _WORDS if re.match(words, v.text)), FAMILIES[block.family])
 
 
 def find(name: str) -> BlockType:

@@ -27,7 +27,7 @@ MOST_ELEMENTS, MOST_VALUES = 3, 6  # of an array, and of a block, in a repr
 
 
 def shown(values: Mapping[str, Any]) -> list[str]:
-    """Values as a repr names them: of a long array the first elements and the length, of many values the first."""
+    """Values for a repr: the first elements and the length of a long array, and the first of many values."""
     found = [f"{k}={_short(v)}" for k, v in list(values.items())[:MOST_VALUES]]
     return [*found, "..."] if len(values) > MOST_VALUES else found
 
@@ -41,7 +41,7 @@ def _short(value: Any) -> str:
 
 
 def _is_whole(n: Any) -> bool:
-    """Is it a whole number, of whatever type?"""
+    """Return whether a value of any numeric type is an integer."""
     try:
         return not isinstance(n, bool) and bool(int(n) == n)
     except (TypeError, ValueError, OverflowError):  # no number, NaN, infinity

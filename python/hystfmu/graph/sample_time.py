@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from hystfmu.base.errors import InputError
-from hystfmu.core.continuous import ContinuousExecutor
+from hystfmu.core.executor import ContinuousExecutor
 from hystfmu.graph.graph import Graph
 
 
@@ -22,10 +22,10 @@ def is_sampled(graph: Graph) -> bool:
 
 
 def needs_step(graph: Graph) -> bool:
-    """Return whether steps of another length are another model.
+    """Return whether the model depends on the length of its steps.
 
-    They are for a sampled block, and for a memory that sees its source at the steps only, since the graph follows the
-    time or reads, in a loop, outputs of the last step.
+    It does if it has a sampled block, or a memory whose source changes only at steps because the graph depends on time
+    or reads outputs of the last step in a loop.
     """
     timed = any(n.block.of("time") for n in graph.nodes)
     looped = any(source >= to and place != graph.nodes[to].block.trial - 1 for to, place, source, *_ in graph.links)
@@ -38,7 +38,7 @@ _PER_PERIOD = 20  # steps per period or, for a real pole, per 2 pi time constant
 
 
 def sample_time(graph: Graph) -> float | None:
-    """Return the sample time (s), of which every communication step is a multiple; None if any step is right.
+    """Return the sample time (s), of which every communication step must be a multiple; None if any step is valid.
 
     A sampled block in a graph without a step takes a sample at each communication point.
     """
@@ -51,7 +51,7 @@ def samples_in(period: float, t: float, h: float) -> int:
     Raises
     ------
     InputError
-        The step is no multiple of the period, give or take a thousandth of it and the rounding of the times.
+        The step is not a multiple of the period, up to a thousandth of it and rounding errors of the times.
     """
     n = math.floor(h / period + 0.5)
     off, slack = abs(h - n * period), 1e-3 * period + 16 * np.finfo(float).eps * abs(t + h)
@@ -64,7 +64,7 @@ def samples_in(period: float, t: float, h: float) -> int:
 
 
 def suitable_step(graph: Graph) -> float:
-    """Return the step (s) of the default experiment: that of the graph, else one that its fastest pole asks for."""
+    """Return the step (s) of the default experiment: that of the graph, or one for its fastest pole."""
     if graph.step > 0:
         return graph.step
     pole = _fastest_pole(graph)

@@ -55,7 +55,7 @@ def fit(
     progress : function, optional
         Called with the fraction done, 0..1.
     inverses : Inverses, optional
-        Tells ``auto`` which inverse a model has.
+        Provides ``auto`` with the inverses of models.
     only_invertible : bool
         Whether only models with a useful inverse compete in ``auto``.
     **given
@@ -64,11 +64,11 @@ def fit(
     Returns
     -------
     Model
-        Model with the key of the method (after ``auto``, of the chosen one).  `fit` holds rms and max (unit of measure
+        Model with the key of the method (after ``auto``, of the chosen one). `fit` holds rms and max (unit of measure
         of y), rms_percent and max_percent (of the span of y in the training rows), parameters (their number), seconds;
         for a network coverage_percent (`hystfmu.model.coverage`); warnings, if any; if y lags u, lag_rows, dead_rows
-        (those without any answer, where kinks of u tell) and lag (the same in words); after ``auto`` also memory,
-        loops, gap_percent and rate.  `provenance` holds data, rows, options and versions.
+        (rows of dead time, if kinks of u show it) and lag (a text); after ``auto`` also memory, loops, gap_percent and
+        rate. `provenance` holds data, rows, options and versions.
 
     Raises
     ------
@@ -112,12 +112,12 @@ def fit_graph(
     data : Dataset
         Measured data.  The model runs free from row 0 of each record; the residuals of `data.train` count.
     graph : Graph, Block or Path
-        What is fitted; a path is that of a file with the graph and its free parameters.  A block alone stands between
-        a scaling of its input to [-1, 1] and a weighted sum of its outputs with an offset; its parameters are named
+        The graph; a path is that of a file with the graph and its free parameters. A block alone stands between a
+        scaling of its input to [-1, 1] and a weighted sum of its outputs with an offset; its parameters are named
         without a node.
     free : mapping of str to True, (lower, upper) or a table
-        The free parameters; default, for a block alone: every real parameter whose value is not given, without those
-        that only repeat what others do.
+        The free parameters; default, for a single block: all real parameters without a given value, except redundant
+        ones.
     seed, progress
         As in `fit`.
     **given
@@ -158,7 +158,7 @@ def fit_graph(
 
 
 def _examined(model: Model, data: Dataset) -> Model:
-    """Add what the record shows: a lag of the output; warnings of poor excitation, lag, an input that follows."""
+    """Add properties of the record: a lag of the output; warnings of poor excitation, lag and closed-loop data."""
     seen, (lagging, late) = examine(data.longest()), sensor_lag.told(data, model.fit["rms_percent"])
     static = [] if guards.follows_late(model.graph) else [*seen.coarse, *late]
     warned = [*seen.warnings, *static, *closed_loop.warnings(data)]

@@ -1,16 +1,15 @@
 """Choice of the kind of model: candidates, cheapest first, scored on validation blocks inside the training rows.
 
 The blocks are cut between reversals over the whole record, because its last part extrapolates wherever the record
-changes (a decaying sine, a staircase of minor loops).  A model is fitted to the other rows, runs free over all of them,
-and its error counts in the blocks inside the range of u that those rows cover.  A block that alone reaches an end of
-the range is not held out: its loop sets the memory, and without it every kind extrapolates, some with more luck than
-others.  An error on the whole record counts where it is larger.  The blocks come in disjoint folds.  After each fold
-losers stop (a race: Maron & Moore 1994; Birattari et al.  2002): kinds whose error, without the noise of the output, is
-`LOSER` times the least.  What the fits of the folds disagree on counts as an error as well, and a loser returns where
-the others turn out uncertain.  A kind that is expensive to fit starts with a short trial fit, which has every part of
-the full one.
+changes (a decaying sine, a staircase of minor loops). A model is fitted to the other rows, runs free over all of them,
+and its error counts in the blocks inside the range of u that those rows cover. A block that alone reaches an end of the
+range is not held out, because without it every kind must extrapolate. If the error on the whole record is larger, it
+counts instead. The blocks come in disjoint folds. After each fold, losers are stopped (racing: Maron & Moore 1994;
+Birattari et al. 2002). A loser is a kind whose error, without the noise of the output, is `LOSER` times the least. The
+spread between the fits of the folds counts as an error as well. A loser returns if the errors of the others turn out to
+be uncertain. A kind that is expensive to fit starts with a short trial fit with all its parts.
 
-Blocks tell nothing about states that no row has seen.  A network errs there, and a kind whose parameters are local, so
+Validation blocks do not test states outside the record. There, networks and kinds with local parameters have errors, so
 the share of the states of other signals that the training rows leave out (`hystfmu.model.coverage`) counts with
 `OUTSIDE` % of the span.  A model that leaves the range of the output on the input of the record with other memory gives
 way to one that stays inside and is no loser; if there is none, it stays: a worse kind is no remedy.  Of kinds that are
@@ -18,10 +17,10 @@ equally good, one with an exact inverse is preferred, then the one with the fewe
 oscillation, each block is much like the next, and all that are no losers are equally good.  If the best leaves more
 than `REFUSED` % beside the noise, there is no model (`refusal`).
 
-No kind is left out for its price.  Where the whole record would take too long, all race on a shorter one
-(`hystfmu.identify.cuts`), and the chosen kind is fitted to all rows.  Kinds whose memory contradicts the minor
-loops in the data, and those for rate dependence if the input has one speed, do not compete.  If the excitation is not
-informative enough to identify memory, the model carries warnings.
+No kind is left out for its price.  Where the whole record would take too long, all race on a shorter one, of several
+on the longest (`hystfmu.identify.cuts`), and the chosen kind is fitted to all rows.  Kinds whose memory contradicts
+the minor loops in the data, and those for rate dependence if the input has one speed, do not compete.  If the
+excitation is not informative enough to identify memory, the model carries warnings.
 """
 
 from __future__ import annotations
@@ -58,10 +57,10 @@ class Inverses(Protocol):
     """Protocol of the questions of the choice about inverses; `hystfmu.inverse` implements it."""
 
     def kind(self, model: Model) -> str:
-        """Return the method of the inverse of a model, or why there is none."""
+        """Return the method of the inverse of a model, or the reason why there is none."""
 
     def fault(self, model: Model) -> str:
-        """Return why the model has no useful inverse; empty if it has one."""
+        """Return the reason why the model has no useful inverse; empty if it has one."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,7 @@ class Choice:
 def choose(
     data: Dataset, seed: int, progress: Progress, inverses: Inverses | None = None, only_invertible: bool = False
 ) -> Choice:
-    """Let the candidates that suit the data race, and choose.
+    """Compare the candidates that suit the data, and choose one.
 
     `inverses` tells which inverse a model has; with `only_invertible` only models with a useful one compete.  It
     raises InputError if no candidate can be fitted, none follows the data, or none has a useful inverse.
@@ -103,7 +102,8 @@ def choose(
     where = data.path or data.name
     seen = examine(data.longest())
     entered, reasons = entrants(data, seen)
-    raced = shortened(data, affordable([c for _, c in entered.values()], data.train.stop))
+    most = affordable([c for _, c in entered.values()], data.train.stop)
+    raced = shortened(data if data.train.stop <= most else data.longest(), most)
     rows = raced.train.stop
     race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
     race.reasons |= reasons
@@ -174,10 +174,10 @@ def _preferred(
     only_invertible: bool,
     known: Mapping[str, str] = MappingProxyType({}),
 ) -> Trial | dict[str, str]:
-    """Return the best that holds elsewhere; of those as good the one with an exact inverse and fewest parameters.
+    """Return the best candidate; among equally good ones, that with an exact inverse and the fewest parameters.
 
-    Static kinds that lost to a rate-dependent one stay where a `rate` is not seen.  If no kind follows the data, or
-    none of those has an inverse where only these compete, the faults are returned.  Faults of some kinds may be known.
+    Static kinds that lost to a rate-dependent one remain if the record shows no rate dependence. If no kind represents
+    the data, or none of those has an inverse where one is required, a list of reasons is returned.
     """
     follow = [t for t in race.trials.values() if race.follows(t, REFUSED) and t.name not in known]
     able = follow if rate else [t for t in follow if t.candidate.memory != LAGS] or follow

@@ -60,7 +60,7 @@ class Option:
 
     @property
     def rule(self) -> str:
-        """The legal values in words."""
+        """Valid values in words."""
         if self.choices:
             return f"one of {', '.join(self.choices)}"
         if isinstance(self.default, bool):
@@ -122,8 +122,8 @@ class Candidate:
         Options of a short trial fit, which a kind must pass before it is fitted in full; empty: there is none.  It may
         be coarser than the full fit but must have each of its parts.
     local : bool
-        Whether each parameter acts on some states of the memory only, so that the kind knows nothing of states that no
-        row has seen.  A network states its coverage itself.
+        Whether each parameter acts only on some states of the memory, so that states outside the record remain
+        undetermined. A network states its coverage itself.
     """
 
     memory: str

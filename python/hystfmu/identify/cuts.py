@@ -1,8 +1,8 @@
 """Cuts of a record: validation blocks spread over it, and a shorter record on which kinds of model race.
 
-A split into a first and a last part extrapolates wherever the record changes (a decaying sine, a staircase).  Blocks
-between reversals interpolate: both sets of rows hold large and small, early and late loops.  Only the outermost loop is
-alone: what is fitted without it extrapolates wherever the memory of that loop lasts (`without_outermost`).
+A split into a first and a last part extrapolates wherever the record changes (a decaying sine, a staircase). Blocks
+between reversals interpolate: both sets of rows hold large and small, early and late loops. The outermost loop is an
+exception: a fit without it extrapolates wherever the memory of this loop lasts (`without_outermost`).
 
 For a shorter record rows are thinned evenly as far as extrema and spectra allow: the output still has `SAMPLES` rows in
 a cycle of the input, and nothing of note above half of the Nyquist rate of the rows that are left.  What is still too
@@ -86,7 +86,7 @@ def shortened(data: Dataset, most: int) -> Dataset:
 
 
 def beginning(data: Dataset, rows: int) -> Dataset:
-    """Return the data up to the first `rows` training rows, with those that are held out."""
+    """Return the data up to the first `rows` training rows, with the held-out rows."""
     n = data.train.start + rows
     if n >= data.train.stop or len(data.starts) > 1:
         return data
@@ -95,14 +95,14 @@ def beginning(data: Dataset, rows: int) -> Dataset:
 
 
 def _rows(data: Dataset, rows: slice, first: int) -> Dataset:
-    """Return some rows, of which those from row `first` of the data on count."""
+    """Return some rows; rows from row `first` of the data on count."""
     t, u, y, beside = data.t[rows], data.u[rows], data.y[rows], data.covariates.rows(rows)
     begin = -(-(first - rows.start) // (rows.step or 1))
     return replace(data, t=t, u=u, y=y, covariates=beside, train=slice(begin, len(t)))
 
 
 def _factor(data: Dataset, wanted: int) -> int:
-    """Return how many rows may become one, up to the number that is wanted."""
+    """Return the thinning factor, up to the wanted one."""
     u, y = data.u[data.train], data.y[data.train]
     turns = reversals(u)
     between = np.diff(turns)
@@ -123,7 +123,7 @@ def _lost(v: Array, factor: int) -> bool:
 
 
 def _place(u: Array, most: int) -> int:
-    """Return the first row of the part of `most` rows that shows most."""
+    """Return the first row of the most informative part of `most` rows."""
     speed = np.abs(np.diff(u, append=u[-1]))
     places = np.unique(np.linspace(0, len(u) - most, PLACES).astype(int))
     parts = [slice(a, a + most) for a in places]

@@ -9,7 +9,7 @@ are then tried alone by least squares of the measured output on the output of th
 - lag     a + b y some rows later or earlier: the timing changed (a sampling of the sensor, dynamics).
 - loop    a + b y + c u + plays of u: the shape of the hysteresis changed.
 
-The part that moved is the first that leaves at most `AS_GOOD` times the error that the best one leaves.
+The cause is the first change whose remaining error is at most `AS_GOOD` times that of the best one.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ LEAST_ROWS = 4 * (PLAYS + 3)
 
 @dataclass(frozen=True)
 class Part:
-    """A change that was tried: its name, its value in words, and the RMS error that it leaves."""
+    """A tested change: its name, its value in words, and the remaining RMS error."""
 
     name: str
     value: str

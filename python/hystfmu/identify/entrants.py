@@ -24,7 +24,6 @@ from hystfmu.identify.catalogue import (
     method,
     options,
     takes_covariates,
-    takes_records,
 )
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation
 
@@ -41,8 +40,6 @@ def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Cand
     """Return the candidates that suit the data, each with its key, and the reasons of the others."""
     found = candidates()
     reasons = left_out({n: c for n, (_, c) in found.items()}, seen)
-    if len(data.starts) > 1:
-        reasons |= {n: "it takes one record only" for n, (key, _) in found.items() if not takes_records(key)}
     if data.covariates:
         reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not takes_covariates(key)}
     reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(len(data.t), key, c.options))}
@@ -50,7 +47,7 @@ def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Cand
 
 
 def affordable(entered: Sequence[Candidate], rows: int) -> int:
-    """Return on how many rows, up to `rows`, all candidates can be tried within the budget."""
+    """Return the number of rows, up to `rows`, on which all candidates can be tried within the budget."""
     n = rows
     while n > LEAST_ROWS and sum(c.cost(n) * (HOPEFUL if c.tries(n) else 1.0) for c in entered) > BUDGET:
         n = max(LEAST_ROWS, int(FEWER * n))

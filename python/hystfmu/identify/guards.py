@@ -4,10 +4,10 @@
   the speed of the data and at 200 rows a cycle.  An output that overflows or grows is an error.  One that leaves the
   range of y by more than its span is a warning: a model of a few reversals, or dynamics that the record does not
   excite, extrapolate.
-- Poles.  A pole of a transfer function above pi/h moves within a step of the data, which cannot determine it.  Padé
-  approximants of a delay are left out: their zeros mirror their poles.
-- Bounds.  A parameter at a bound of its search was not found but stopped.
-- Coverage.  The share of the states of other signals that the training rows of a network reach.
+- Poles. A pole of a transfer function above pi/h moves within a step of the data, which cannot determine it. Padé
+approximants of a delay do not count: their zeros mirror their poles. - Bounds. A parameter at a bound of its search is
+not determined by the data. - Coverage. The share of the states of other signals that the training rows of a network
+reach.
 """
 
 from __future__ import annotations
@@ -80,14 +80,14 @@ def leaves(graph: Graph, u: Array, data: Dataset) -> bool:
 
 
 def _beyond(graph: Graph, u: Array, data: Dataset) -> float:
-    """Return how many spans the output leaves the range of y by; covariates stay at their means."""
+    """Return the distance of the output from the range of y, in spans; covariates are at their means."""
     y, measured = graph.run(with_starts(graph, u), data.h), data.y[data.counted]
     with np.errstate(over="ignore", invalid="ignore"):
         return float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / data.span
 
 
 def _ringing(graph: Graph) -> float:
-    """Return by how many spans light modes overshoot two steps from end to end: that is no extrapolation."""
+    """Return the overshoot of lightly damped modes for two steps from end to end, in spans: it is not extrapolation."""
     total = 0.0
     for n in graph.nodes:
         if n.block.name == "transfer_function":

@@ -24,6 +24,7 @@ from hystfmu.identify import guards
 from hystfmu.identify.catalogue import AUTO, METHODS, Built, method, resolve, takes_covariates, takes_records
 from hystfmu.identify.excitation import drift
 from hystfmu.identify.features.plays import DEAD_BAND, behind_dead_band, dead_band, with_dead_band
+from hystfmu.identify.one_run import one_run
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors, rms
 from hystfmu.model.coverage import coverage
@@ -41,21 +42,19 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     module = method(key)
     chosen = resolve(key, module.OPTIONS, given)
     check(data)
-    where, several = data.path or data.name, len(data.starts) > 1
-    for asked, takes, rule, got in (
-        (several, takes_records, "be one record", f"{len(data.starts)} records"),
-        (data.covariates, takes_covariates, "have no covariates", ", ".join(data.covariates.names)),
-    ):
-        if asked and not takes(key):
-            kinds = ", ".join(k for k in METHODS if k != AUTO and takes(k))
-            raise InputError(f"{where}: The data of {key} must {rule}. Got {got}, which {kinds} take.")
+    if data.covariates and not takes_covariates(key):
+        kinds = ", ".join(k for k in METHODS if k != AUTO and takes_covariates(k))
+        raise InputError(
+            f"{data.path or data.name}: The data of {key} must have no covariates. Got "
+            f"{', '.join(data.covariates.names)}, which {kinds} take."
+        )
     started = time.perf_counter()
     if chosen.get(DEAD_BAND.name, 0.0) is None:
         chosen[DEAD_BAND.name] = dead_band(data.u[: data.train.stop])
     band = chosen.get(DEAD_BAND.name, 0.0)
     # small matrices: several threads wait for each other, up to twenty times longer on a loaded machine
     with threadpool_limits(1):
-        behind = behind_dead_band(data, band)
+        behind = behind_dead_band(data if takes_records(key) else one_run(data), band)
         graph, parameters, *more = module.build(behind, chosen, seed, progress)
     built = with_dead_band(graph, band), parameters, dict(more[0]) if more else {}
     given = {k: v for k, v in chosen.items() if v is not None}
@@ -65,7 +64,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
 def finished(
     data: Dataset, key: str, text: str, built: Built, seconds: float, chosen: dict[str, Any], seed: int
 ) -> Model:
-    """Run a fitted graph free, compute its errors, look for what the data do not show, record the provenance.
+    """Run a fitted graph free, compute its errors, check what the data support, record the provenance.
 
     A run that diverges, or does not follow the data, is an InputError.
     """
@@ -92,7 +91,7 @@ def finished(
 
 
 def _check_run(key: str, y: Array, data: Dataset) -> None:
-    """Refuse a model that runs away: the mean of the output is never worse than half the span."""
+    """Refuse a diverging model, whose error exceeds half the span."""
     e = (y - data.y)[data.counted]
     if np.isfinite(y).all() and rms(e) <= WORST * data.span * (1 + 1e-9):
         return

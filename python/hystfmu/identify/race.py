@@ -1,8 +1,9 @@
-"""A race of candidates over folds of validation blocks: errors beside the noise and beside what no row has seen.
+"""Racing of candidates over folds of validation blocks: errors without noise, plus errors in states outside the record.
 
-Blocks of one record are much alike: what a fit extrapolates to other states of the memory does not show in them.  It
-shows where fits to different rows disagree: the folds are a jackknife with groups deleted (Shao & Wu, Annals of
-Statistics 17 (1989) 1176-1197), and the standard error of the output on an input with other memory counts as an error.
+Validation blocks of one record are similar, so they do not show errors of extrapolation to other states of the memory.
+The disagreement of fits to different rows shows them: the folds are a delete-group jackknife (Shao & Wu, Annals of
+Statistics 17 (1989) 1176-1197), and the standard error of the output for an input with another memory counts as an
+error.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ class Trial:
 
     @property
     def square(self) -> float:
-        """Mean square of the errors: on the validation rows so far, or where it is larger on the whole record."""
+        """Mean square of the errors on the validation rows so far, or on the whole record if that is larger."""
         return max(float(np.mean(self.errors**2)), self.whole**2)
 
     @property
@@ -77,7 +78,7 @@ class Trial:
 
     @property
     def spread(self) -> float:
-        """Standard error of the output in states that the record does not hold (RMS); 0 after one fold only."""
+        """Standard error of the output in states outside the record (RMS); 0 after one fold only."""
         n = len(self.others)
         if n < 2:
             return 0.0
@@ -87,7 +88,7 @@ class Trial:
 
 
 class Race:
-    """Folds, candidates that are left, and the reasons of the others.
+    """Folds, remaining candidates, and the reasons why others were excluded.
 
     A record is poor in reversals, such as one oscillation, where blocks repeat what was fitted and cannot tell
     candidates apart that are no losers.
@@ -140,7 +141,7 @@ class Race:
         return Trial(name, key, candidate, model, errors, outside, by_block=blocks, whole=whole)
 
     def excess(self, trial: Trial) -> float:
-        """Return the error beside the noise and that of states that were left out, in % of the span."""
+        """Return the error without noise, including that in uncovered states, in % of the span."""
         return self._beside_noise(trial, trial.square)
 
     def _beside_noise(self, trial: Trial, square: float) -> float:
@@ -156,9 +157,9 @@ class Race:
         return min(self.trials.values(), key=self.risk)
 
     def floor(self) -> float:
-        """Return the variance of the noise, which no model can explain; 0 if one leaves clearly less.
+        """Return the variance of the noise, which no model can explain.
 
-        Then the estimate was wrong: coarse rows look like noise.
+        0 if the error of a model is clearly smaller, because then the estimate is wrong: coarse rows look like noise.
         """
         least = self.sigma**2
         for t in self.trials.values():
@@ -185,7 +186,7 @@ class Race:
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
 
     def first(self, name: str, key: str, candidate: Candidate, progress: Progress) -> None:
-        """Let a candidate enter: a short trial fit if it has one, then a fit without the first fold."""
+        """Add a candidate: a short trial fit if it has one, then a fit without the first fold."""
         try:
             if candidate.tries(self.data.train.stop) and self.trials:
                 share = 1.0 if candidate.quick else PART
@@ -208,13 +209,13 @@ class Race:
             self.trials[name] = trial
 
     def contenders(self) -> list[Trial]:
-        """Return the candidates that are no losers, cheapest first."""
+        """Return the candidates except losers, cheapest first."""
         return [t for t in self.trials.values() if self.risk(t) <= LOSER * self.least()]
 
     def late(self) -> list[Trial]:
-        """Return the candidates to run next: no losers, or no longer, that have run on fewest folds.
+        """Return the candidates to run next: those that are not losers and have run on the fewest folds.
 
-        Where one is left and its spread is known, a further fold decides nothing.
+        If only one remains and its spread is known, no further fold is needed.
         """
         contenders = self.contenders()
         if len(contenders) == 1 and contenders[0].folds >= SPREAD:
@@ -251,5 +252,5 @@ class Race:
 
 
 def doubt(rows: int) -> float:
-    """Return the relative difference of the variances of errors and noise that chance explains on few rows."""
+    """Return the relative difference of the variances of errors and noise that can occur by chance on few rows."""
     return SURE * float(np.sqrt(UNCERTAIN / rows))

@@ -25,11 +25,12 @@ class Stream:
     model : Model
         Model with the key ``polynomial_narx``.
     eta : float
-        Initial covariance P(0) = eta I; a large eta lets the first samples move the weights far, for a changed plant.
+        Initial covariance P(0) = eta I; with a large eta the first samples can change the weights much, for a changed
+        plant.
     mu : float
         Forgetting factor in (0, 1].
     dead_zone : float, optional
-        Largest error that changes nothing, in the unit of measure of y.
+        Largest error without an update, in the unit of measure of y.
 
     Raises
     ------

@@ -55,7 +55,7 @@ def inverse(
     Parameters
     ----------
     model : Model
-        Model with one input and one output, and perhaps covariates, which the inverse takes too.
+        Model with one input and one output, and optional covariates, which are also inputs of the inverse.
     method : {"exact", "implicit", "learned", "adaptive"}
         See the module docstring.
     seed : int

@@ -1,12 +1,12 @@
 """Adaptive inverse of a Prandtl-Ishlinskii model with or without dynamics: it learns the weights while it runs.
 
-The model gives the start of the block `adaptive_inverse`: weights, thresholds, dynamics, delay.  Its RMS error e says
-what error of prediction is ordinary (sigma = e / 2, since the errors of neighbouring samples are alike) and which shows
-a sudden change (1.5 e for six samples).  After such a change a weight has a standard deviation of 22 % of itself, or of
-half the mean weight where it is smaller.
+The model gives the start of the block `adaptive_inverse`: weights, thresholds, dynamics, delay. The RMS error e of the
+model defines the normal error of prediction (sigma = e / 2, because errors of neighbouring samples are similar), and
+the error that indicates a sudden change (1.5 e for six samples). After such a change a weight has a standard deviation
+of 22 % of itself, or of half the mean weight where it is smaller.
 
-Without feedback the options may stay as they are.  Beside a feedback, which adds to the wanted output, ``f_h`` = 30 Hz
-and ``T`` = 100 s leave slow errors and drifts to it: scenarios/adaptive_pid.
+Without feedback the default options are suitable. With a feedback that adds to the wanted output, use ``f_h`` = 30 Hz
+and ``T`` = 100 s, so that the feedback corrects slow errors and drifts: scenarios/adaptive_pid.
 """
 
 from __future__ import annotations
@@ -44,19 +44,18 @@ LEAST_ERROR = 1e-3  # error of prediction, of the output at the last threshold, 
 
 
 def adaptive_inverse(model: Model, **options: Any) -> Model:
-    """Make the adaptive inverse of a model: a Prandtl-Ishlinskii operator, perhaps scaled, delayed and behind dynamics.
+    """Make the adaptive inverse of a model: a Prandtl-Ishlinskii operator, optionally with scaling, delay and dynamics.
 
-    Inputs are ``v``, the wanted output before dynamics and delay (from a feed-forward, plus what a feedback adds),
-    ``y_d``, the reference, and ``y``, the measured output; outputs ``u``, ``theta``, the present weights, ``gate`` and
-    ``changes``.
+    Inputs are ``v``, the wanted output before dynamics and delay (from feed-forward and feedback), ``y_d``, the
+    reference, and ``y``, the measured output; outputs ``u``, ``theta``, the present weights, ``gate`` and ``changes``.
 
     Parameters
     ----------
     model : Model
         Static model, or one with second-order dynamics without zeros.
     **options
-        Parameters of the block `adaptive_inverse` to replace.  ``f_n`` (Hz) and ``zeta`` state the dynamics behind a
-        static model; ``delay`` further steps that the loop is known to have.
+        Parameters of the block `adaptive_inverse` to replace. ``f_n`` (Hz) and ``zeta`` state the dynamics behind a
+        static model; ``delay`` further known steps of delay in the loop.
 
     Raises
     ------
@@ -128,7 +127,7 @@ def adaptive_inverse(model: Model, **options: Any) -> Model:
 
 
 def _chain(front: Model) -> tuple[list[Node], Node, list[Node]]:
-    """Return the scalings before the operator, the operator, and the scalings behind it."""
+    """Return the scalings before the operator, the operator, and the scalings after it."""
     g = front.graph
     follows = {a.split(".")[0]: b.split(".")[0] for a, b in g.wires}
     at: str | None = g.inputs[0].to[0].split(".")[0]

@@ -1,8 +1,8 @@
 """Inverse of a model with linear dynamics behind the hysteresis: y = e^(-s tau) G(s) H[u].
 
-G has no causal inverse, but one that looks `p` samples ahead.  The unit therefore lags: in cascade with its model the
-output is the wanted output of ``lag_steps`` = p + delay steps ago, exactly at low frequencies.  Give it the reference
-that many steps ahead (``lead`` of the block `reference`) and the cascade has no lag.
+G has no causal inverse, but an inverse that uses samples `p` steps ahead. The unit therefore lags: in cascade with its
+model the output is the wanted output of ``lag_steps`` = p + delay steps ago, exactly at low frequencies. Give it the
+reference that many steps ahead (``lead`` of the block `reference`) and the cascade has no lag.
 
 Feed-forward: 2 p + 1 weights f_i on the last samples of the wanted output, so that
 
@@ -13,8 +13,8 @@ omega_n r' + r'' / omega_n^2 by central differences; G(z) is the block as it ste
 The hysteresis in front is inverted by the method asked for; it sees the samples of the feed-forward.
 
 Noise of the wanted output is amplified, by 4 / (omega_n h)^2 at the highest frequency: wanted outputs are computed, not
-measured.  The error grows with frequency.  `p` is the smallest with an error of at most `ACCURATE` at a tenth of the
-slowest natural frequency; a wanted output with kinks (a triangle) is followed as far as G can follow.
+measured. The error grows with frequency. `p` is the smallest with an error of at most `ACCURATE` at a tenth of the
+slowest natural frequency; a wanted output with kinks (a triangle) is tracked as far as G allows.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node
-from hystfmu.graph.discretised import discretised
+from hystfmu.graph.columns import discretised
 from hystfmu.inverse.ports import at_start, over_range, wanted_text
 from hystfmu.model import Model
 from hystfmu.model.inputs import with_starts
@@ -74,7 +74,7 @@ class Parts:
 
 
 def split(model: Model) -> Parts | None:
-    """Cut the linear dynamics at the end of a model off; None if there are none, or nothing in front of them."""
+    """Separate the linear dynamics at the end of a model; None if there are none, or nothing precedes them."""
     g = model.graph
     drives = {b: a for a, b in g.wires}
     tail: list[Node] = []

@@ -22,7 +22,7 @@ ENTERED = ("sum", "product")
 
 
 def exact_inverse(model: Model) -> Model:
-    """Invert a model whose blocks form one chain and have inverses; blocks that covariates drive stand beside it.
+    """Invert a model whose blocks form one chain and have inverses; blocks that covariates drive may be in parallel.
 
     Blocks that form no chain are an InputError, as is one without an inverse, which the message names.
     """
@@ -57,7 +57,8 @@ def exact_inverse(model: Model) -> Model:
 
 
 def _chain(model: Model, alone: set[str]) -> list[Node]:
-    """Return the nodes from input to output, each with one invertible input and output, without those `alone`."""
+    """Return the nodes from input to output, each with one invertible input and output, without the parallel ones
+    `alone`."""
     graph = model.graph
     path = [(a, b) for a, b in graph.wires if a.split(".")[0] not in alone]
     follows = {a.split(".")[0]: b for a, b in path}
@@ -80,7 +81,7 @@ def _chain(model: Model, alone: set[str]) -> list[Node]:
 
 
 def _instead(model: Model) -> str:
-    """Name the methods that accept the model, as the end of a sentence; both need the range of its input."""
+    """Name the other methods that accept the model, as the end of a sentence; both need the range of its input."""
     if "span_u" not in model.provenance:
         return "; other methods need the input range of the model, provenance.span_u = [min, max]"
     try:
@@ -169,7 +170,7 @@ class Inverted:
 
 
 def driven_beside(g: Graph) -> set[str]:
-    """Return the names of the blocks that the first input does not reach; none without covariates."""
+    """Return the names of the blocks that do not depend on the first input; none without covariates."""
     if len(g.inputs) == 1:
         return set()
     reached: set[str] = set()
@@ -181,7 +182,7 @@ def driven_beside(g: Graph) -> set[str]:
 
 
 def takes_beside(g: Graph, n: Node, alone: set[str]) -> bool:
-    """Return whether a block is a sum or product of the chain and of signals beside it."""
+    """Return whether a block is a sum or product of the chain and of parallel signals."""
     return n.type in ENTERED and any(a.split(".")[0] in alone and b.split(".")[0] == n.name for a, b in g.wires)
 
 

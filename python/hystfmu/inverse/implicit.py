@@ -6,8 +6,9 @@ states before the step:
 
   (w0 + sum w s) v + sum w (1 - s) q.
 
-The first term is static and stays in the model.  The second one comes from the same lags in a block before the inverse:
-without direct feed-through, it reads the input of the last step, has moved to q when the search begins, and holds.
+The first term is static and stays in the model. The second term comes from the same lags in a block before the inverse.
+This block has no direct feed-through: it reads the input of the last step, is at q when the search starts, and holds
+this value.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = N
 
 
 def _refuse_flat(model: Model, lo: float, hi: float) -> None:
-    """Raise if the output stands still after a reversal, e.g. a sum of plays without linear term: it has no inverse.
+    """Raise if the output is constant after a reversal, as for a sum of plays without linear term: it has no inverse.
 
     Trap: an infinitesimal step is no test, because a Zhao-Tan branch begins with slope 0 and has an inverse.
     """
@@ -99,7 +100,7 @@ def known_states(model: Model) -> tuple[list[Node], Model]:
 
 
 def _separated(g: Graph, node: Node, h: float) -> tuple[Graph, Node]:
-    """Replace a creep by a step of it; return the graph and the block of its lags, shifted to start at 0."""
+    """Replace a creep by one step; return the graph and the block of its lags, shifted to start at 0."""
     taken = {n.name for n in g.nodes}
 
     def free(name: str) -> str:

@@ -2,15 +2,16 @@
 
 Recipe, after Zhao & Tan 2008, section III:
 
-1. Data.  The model itself answers: a full loop and nested reversals of all amplitudes, without noise.
-2. Inverse operator.  Input and output are exchanged, so the memory must be that of the inverse: `zhao_tan_inverse` of
+1. Data. The training data are responses of the model to a full loop and nested reversals of all amplitudes, without
+noise. 2. Inverse operator. Input and output are exchanged, so the memory must be that of the inverse:
+`zhao_tan_inverse` of
    the wanted output at three scales, because its branch depends on the scale, and a few plays.  The literal recipe is
    ``fit(exchanged, "zhao_tan_mlp", operator="zhao_tan_inverse")``.
-3. Target.  A network that gives the input must follow its leaps at reversals, where the output hardly moves.  Here the
-   network corrects the wanted output instead, in front of the exact inverse of plays that were fitted to the response.
-   Its error is then one of the output.
-4. Choice.  If inverse and model in cascade are off by more than `ENOUGH` on a validation split, a bank of plays and a
-   network that give the input directly are trained too, and the smaller error decides.
+3. Target. A network with the input as its output must represent fast changes of the input at reversals, where the
+output hardly changes. Here the network corrects the wanted output instead, in front of the exact inverse of plays that
+were fitted to the response. So its error is an error of the output. 4. Choice. If the error of inverse and model in
+cascade exceeds `ENOUGH` on a validation split, a bank of plays and a network that compute the input directly are also
+trained, and the smaller error decides.
 
 Trap: two threads take ten times as long for these small matrices as with one.
 """

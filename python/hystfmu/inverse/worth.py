@@ -1,4 +1,4 @@
-"""Kind of inverse that a model has, and whether it is worth using; the choice of the kind of model asks."""
+"""Kind of inverse of a model, and whether it is useful, for the choice of the kind of model."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Inverses:
         return "learned"
 
     def fault(self, model: Model) -> str:
-        """Return why no inverse of `METHODS` is of use; empty if one is."""
+        """Return the reason why no inverse of `METHODS` is useful; empty if one is."""
         if _folded(model):
             return "the output is not monotone in the input: a wanted output has several inputs"
         reason = ""
@@ -62,8 +62,8 @@ def _at_rest(model: Model, u: Array) -> Array:
 def _folded(model: Model) -> bool:
     """Return whether the output of a static model turns while the input rises over its range, or while it falls.
 
-    Then a wanted output has several inputs.  With creep or lags the output may go on after a reversal, and the inverse
-    takes the present slope: such models are not tested.
+    Then several inputs give the same output. With creep or lags the output may continue after a reversal, and the
+    inverse uses the present slope; such models are not tested.
     """
     if split(model) is not None:
         return False

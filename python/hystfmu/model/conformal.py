@@ -1,4 +1,4 @@
-"""Interval that the error of a new row falls into with a stated probability: hierarchical conformal prediction.
+"""Interval that contains the error of a new row with a stated probability: hierarchical conformal prediction.
 
 Neighbouring errors are alike, so the rows are no independent draws: errors on rows that a fit has not seen are cut into
 blocks, and a block is what is exchangeable with a new stretch of such a signal.  The interval is +- the least size that

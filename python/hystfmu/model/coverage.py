@@ -1,12 +1,13 @@
 """Coverage of the input space of a network by the training rows, and rows at which its limits act.
 
 Outside its training rows a network errs by 20 to 400 %, so its features are limited to their range (block ``scaling``
-with `lo` and `hi`).  Rows at which the limits act are reported; otherwise a flat top looks like physics.
+with `lo` and `hi`). Rows at which the limits act are reported; otherwise a flat top would look like a property of the
+device.
 
 Coverage is the share of the states of a reference (random nested reversals over the same range at the same speed) with
-a training row nearer than 10 % of the ranges of the features (RMS over them).  It tells whether other signals stay
-where the network was trained.  With two features a decaying sine covers the whole space; in the states of a bank of
-plays it covers a small part.
+a training row nearer than 10 % of the ranges of the features (RMS over them). It shows whether other signals stay
+within the trained states. With two features a decaying sine covers the whole space; in the states of a bank of plays it
+covers a small part.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ def _covariate(p: Port, span: Sequence[float] | None) -> Slider:
 
 
 def _moves(p: Port) -> bool:
-    """Tell whether a share of the values of a parameter makes sense: numbers that are not all 0 and no "no limit"."""
+    """Return whether scaling a parameter is meaningful: its values are not all 0 and do not mean "no limit"."""
     values = [abs(float(v)) for v in p.start]
     return p.var.type == "real" and max(values, default=0.0) > 0 and max(values) < HUGE
 
@@ -104,7 +104,7 @@ def _parameter(p: Port) -> Slider:
 
 
 def _memory(graph: Graph) -> Memory | None:
-    """Return the memory that says most: turning points before plays, plays before other states."""
+    """Return the most instructive memory: turning points before plays, plays before other states."""
     found: dict[str, Memory] = {}
     for k, node in enumerate(graph.nodes):
         place, named = 0, []

@@ -1,4 +1,4 @@
-"""Range of the input that a fit has seen, and an output of a model that says whether the input lies inside it."""
+"""Range of the input in the fitted rows, and an output of a model that shows whether the input lies inside it."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def trained_range(data: Dataset) -> dict[str, Any]:
 def with_in_range(model: Model) -> Model:
     """Add the output `in_range` to a model: 1 if the input lies within that of the training rows, else 0.
 
-    For an inverse the input of the inverted model counts, which is its output.  It is outside at the ends of the range
-    too, because an implicit inverse stops there for every wanted output that is out of reach.
+    For an inverse, the range applies to its output, the input of the inverted model. The ends of the range also count
+    as outside, because an implicit inverse stops there for every wanted output that it cannot reach.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ from hystfmu.modelica.wiring import Wiring, sums_before_samples
 
 
 def wiring(graph: Graph, taken: set[str]) -> Wiring:
-    """Names and places of everything that the realisations of a graph show.
+    """Names and positions of the components and ports in the realisations of a graph.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
     inverses = {n.name: implicit.tried(graph, n, within) for n in implicit.inverses(graph)}
     nodes = _shown(graph)
     sampled = kind == SAMPLED and any(classes.is_sampled(n) for n in graph.nodes)
-    tied = kind == SAMPLED and any(classes.is_discretised(n) for n in graph.nodes)
+    tied = kind == SAMPLED and any(classes.is_tied(n) for n in graph.nodes)
     rates = {n.name: r for n in nodes if kind != SAMPLED and takes_rate(class_in(n, kind)) and (r := rate_of(graph, n))}
     text = model.text or model.key
     lines = [
@@ -142,8 +142,8 @@ def _declaration(model: Model, node: Node, name: str, inverse: implicit.Tried | 
 
 
 def _refusal(h: float) -> str:
-    """The assertion of a block whose matrices are those of one sample period (s)."""
-    message = f"Ts must be {number(h)} s, for which the linear dynamics are discretised: export the model with another"
+    """The assertion of a block whose matrices or lags are those of one sample period (s)."""
+    message = f"Ts must be {number(h)} s, which the dynamics and lags are for: export a model with another step"
     return f"  assert(abs(Ts - {number(h)}) <= {number(1e-9 * h)}, {string(message)});"
 
 
@@ -158,7 +158,7 @@ def _reach(model: Model, node: Node) -> float:
 
 
 def _refuse_loops(graph: Graph, wires: list[tuple[str, str]]) -> None:
-    """Refuse a wire to an earlier block: it delays by one step, which no class of the library does."""
+    """Refuse a wire to an earlier block: it delays by one step, which the library does not support."""
     order = [n.name for n in graph.nodes]
     for a, b in wires:
         if order.index(a.split(".")[0]) >= order.index(b.split(".")[0]):
@@ -181,7 +181,7 @@ def _documentation(model: Model, sampled: bool, tied: bool, kind: str, history: 
         "valid within the range of the identification data",
     ]
     if tied:
-        limits.append("the linear dynamics are discretised for this Ts, and another is refused")
+        limits.append("the dynamics and lags are for this Ts, and another is refused")
     continuous = [
         n.name for n in model.graph.nodes if n.block.rate == "continuous" and n.block.tolerance == "integration"
     ]

@@ -17,6 +17,8 @@ from hystfmu.modelica.places import (
     package_of,
 )
 
+# their lags and periods are numbers of samples
+COUNTED = ("delay", "iterative_learning", "narx_network", "polynomial_narx", "repetitive")
 MOST_DEGREE = 3  # of Networks.PolynomialNarx
 MOST_PARAMETERS = 1000  # a larger network becomes a function: tools handle thousands of parameters one by one
 
@@ -51,6 +53,11 @@ def place(node: Node) -> tuple[str, bool]:
 def is_discretised(node: Node) -> bool:
     """True if it becomes a StateSpace, discretised for the step as in the unit, instead of its continuous class."""
     return node.type == "transfer_function"
+
+
+def is_tied(node: Node) -> bool:
+    """True if it is another block at another sample period: by its matrices, or by lags that are samples."""
+    return is_discretised(node) or node.type in COUNTED
 
 
 def class_of(node: Node) -> str:

@@ -21,7 +21,7 @@ class Tried:
     package : str
         Name of the package.
     values, state0 : str
-        What the block of the inverse is given: expressions of the record ``values``.
+        Modifiers of the block of the inverse: expressions of the record ``values``.
     text : str
         The package, without the mark of its file.
     """
@@ -82,7 +82,7 @@ def between(graph: Graph, inverse: Node) -> tuple[Node, ...]:
 
 
 def tried(graph: Graph, inverse: Node, within: str) -> Tried:
-    """The package of an implicit inverse, and what its block is given.
+    """The package of an implicit inverse, and the modifiers of its block.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Placement of components and ports in the diagram: sources stand left of their sinks."""
+"""Placement of components and ports in the diagram: sources are left of their sinks."""
 
 from __future__ import annotations
 

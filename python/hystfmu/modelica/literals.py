@@ -57,7 +57,7 @@ def unique(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
     names : iterable of str
         Letters, digits and ``_``, a letter first; each of them once.
     taken : iterable of str
-        What else stands in the same class.
+        Other names in the same class.
     """
     used = RESERVED | set(taken)
     found: dict[str, str] = {}

@@ -20,7 +20,7 @@ _ZERO = {"degC": 273.15}  # SI value where the unit of measure counts 0
 
 
 def si(unit: str) -> tuple[str, float]:
-    """SI unit of a unit of measure, and how many of it that is; ("", 1.0) where it is a number or not known here.
+    """SI unit and factor of a unit of measure; ("", 1.0) for a pure number or an unknown unit.
 
     >>> si("um")
     ('m', 1e-06)

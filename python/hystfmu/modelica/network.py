@@ -1,4 +1,4 @@
-"""A network of many weights: a function that holds them as constants, and a block that calls it."""
+"""A network with many weights: a function with the weights as constants, and a block that calls it."""
 
 from __future__ import annotations
 

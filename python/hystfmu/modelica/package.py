@@ -30,7 +30,7 @@ HIDDEN = {*CLASSES, *ACTUATOR, "HystFMU", "Modelica"}  # what a package of one o
 
 
 def package_name(text: str) -> str:
-    """Make a package name out of any text; it hides no class that the package uses."""
+    """Make a package name from any text; it does not hide a class that the package uses."""
     name = class_name(text)
     return unique([name], HIDDEN)[name]
 
@@ -105,7 +105,7 @@ def export_modelica(
 
 
 def _realisations(model: Model) -> dict[str, str]:
-    """Blocks of the package and what each is; a realisation that the model has not, and why."""
+    """Blocks of the package with descriptions, and missing realisations with the reasons."""
     graph = model.graph
     sampled = any(classes.is_sampled(n) for n in graph.nodes)
     found = {

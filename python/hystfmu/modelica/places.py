@@ -49,8 +49,7 @@ _ENUMERATIONS = {
 def enumeration(block: BlockType, v: Var) -> str:
     """The enumeration of the words of a choice, below HystFMU.
 
-    One that is not written by hand stands in the package Choices, which is generated, and is named after block and
-    parameter.
+    An enumeration that is not written by hand is in the generated package Choices and named after block and parameter.
     """
     if name := _ENUMERATIONS.get(v.type):
         return f"Types.{name}"
@@ -74,12 +73,12 @@ def is_sampled_class(block: BlockType) -> bool:
 
 
 def _is_realised(block: BlockType) -> bool:
-    """True if it comes in up to three realisations: an operator or inverse with a memory, which does not learn."""
+    """True if it has up to three realisations: an operator or inverse with a memory that does not learn."""
     return block.family in ("operators", "inverses") and block.rate != "function" and block.name not in _LEARNS
 
 
 def matrix_rows(v: Var) -> str:
-    """The size that counts the rows of a row of a C table which is a matrix in Modelica, or ""."""
+    """The size that is the number of rows of a variable that is a matrix in Modelica, or ""."""
     product = _PRODUCT.match(v.size)
     return product[1] if product else ""
 
@@ -95,7 +94,7 @@ def class_names(block: BlockType) -> list[str]:
 
 
 def lacks(block: BlockType, class_name: str) -> frozenset[str]:
-    """Parameters, sizes and ports of a block that a class of it has not."""
+    """Parameters, sizes and ports of a block that its class does not have."""
     if has_shapes(block):
         own = next(rows for shape, rows in SHAPES.items() if camel(shape) == class_name)
         return frozenset({"shape", *set.union(*SHAPES.values())} - own)

@@ -1,4 +1,4 @@
-"""The realisations of an exported model: sampled, with events at reversals, smooth; which classes make each up."""
+"""Realisations of an exported model: sampled, with events at reversals, smooth; and their classes."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ class Rate:
 
 
 def kinds(graph: Graph) -> list[str]:
-    """The continuous realisations that a graph has; none where nothing in it is sampled."""
+    """Continuous realisations of a graph; none if it has no sampled block."""
     if not any(classes.is_sampled(n) for n in graph.nodes):
         return []
     return [k for k in CONTINUOUS if k not in left_out(graph)]
 
 
 def left_out(graph: Graph) -> dict[str, str]:
-    """The continuous realisations that a graph with sampled blocks has not, and why."""
+    """Missing continuous realisations of a graph with sampled blocks, with the reasons."""
     if not any(classes.is_sampled(n) for n in graph.nodes):
         return {}
     return {kind: why for kind in CONTINUOUS if (why := missing(graph, kind))}
@@ -94,12 +94,12 @@ def takes_rate(class_name: str) -> bool:
 
 
 def has_reach(class_name: str) -> bool:
-    """Return whether a class stands for a branch by a polygon of a length that it has to be told."""
+    """Return whether a class approximates a branch by a polygon of a length that must be given."""
     return "parameter Real reach" in _text(class_name)
 
 
 def starts_in_chain(class_name: str) -> bool:
-    """True if a class can start from an operator with events in front of it, which an export without loops allows."""
+    """Return whether a class can start behind an operator with events, which an export without loops allows."""
     return "extends Interfaces.InChain" in _text(class_name)
 
 
@@ -110,7 +110,7 @@ def rate_of(graph: Graph, node: Node) -> Rate | None:
 
 
 def _terms(graph: Graph, ends: set[str]) -> tuple[tuple[str, tuple[tuple[Node, int], ...]], ...] | None:
-    """The terms of the rate of what is wired to one of the names of an input."""
+    """Terms of the rate of the source that is connected to one of the names of an input."""
     port = next((p.name for p in graph.inputs if ends & set(p.to)), None)
     if port is not None:
         size = next(p.size for p in graph.ports if p.name == port)

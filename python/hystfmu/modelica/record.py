@@ -1,4 +1,4 @@
-"""The record of a model's values: every number of its blocks, under the names that the FMU of the model has."""
+"""The record of a model's values: all numbers of its blocks, with the same names as in the FMU of the model."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def field(graph: Graph, node: Node, key: str) -> str:
 
 
 def step(model: Model) -> float:
-    """Sample period of the exported block in s: that of `Model.predict`; 1 s where nothing is sampled.
+    """Sample period of the exported block in s: that of `Model.predict`; 1 s if nothing is sampled.
 
     Raises
     ------

@@ -22,7 +22,7 @@ def shipped_library() -> Path:
     Raises
     ------
     InputError
-        If the package came without it.
+        The package was installed without it.
     """
     for folder in (PACKAGE / "_modelica", PACKAGE.parents[1] / "modelica"):
         if (folder / "HystFMU" / "package.mo").is_file():

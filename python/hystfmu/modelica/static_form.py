@@ -1,4 +1,4 @@
-"""A block as a line of the function that steps the model of an implicit inverse: its values, its state, its outputs."""
+"""A block in the function that steps the model of an implicit inverse: its values, its state, its outputs."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class StaticForm:
     values : dict of (str, int)
         Vector of numbers and its size, by the name of the parameter.
     state0 : tuple of str
-        Vectors that make the state before the first input, outputs first; none of a function.
+        Vectors of the state before the first input, outputs first; none for a function.
     size : int
         Elements of the state.
     """
@@ -56,7 +56,7 @@ class StaticForm:
 
     @property
     def inner(self) -> bool:
-        """True if its output is made of another vector, `_inner`."""
+        """True if its output is computed from another vector, `_inner`."""
         return self.node.type in _INNER and not classes.is_large(self.node)
 
     def lines(self, name: str, z: str, x: list[str], n_values: int, n_state: int) -> tuple[list[str], list[str]]:

@@ -18,7 +18,7 @@ _END = re.compile(r"(\w+)\.(\w+)(?:\[(\d+)\])?\Z")
 
 @dataclass(frozen=True)
 class Wiring:
-    """A graph, the names of its ports and components in the block, and where they stand.
+    """A graph, with names and positions of its ports and components in the block.
 
     Attributes
     ----------
@@ -67,8 +67,8 @@ class Wiring:
     def from_port(self, p: Input, i: int) -> list[str]:
         """Connections from the input `p`, the port i, to components.
 
-        An element of a vector is made equal instead of connected: rumoca 0.10.2 takes an array as a whole, and the
-        port would seem to depend on what drives the other elements.
+        An element of a vector gets an equation instead of a connection: rumoca 0.10.2 treats an array as a whole, so
+        the port would seem to depend on the sources of the other elements.
         """
         name, found = self.ports[p.name], []
         for to in p.to:
@@ -119,7 +119,7 @@ class Wiring:
         return number(si(p.unit)[1]) if own != "1" else unit_constant(self.ports[p.name])
 
     def shape(self, end: str) -> str:
-        """The size of a port of the block, from the end that it leads to."""
+        """The size of a port of the block, from the connected end."""
         node, v, index = self.row(end)
         size = node.sizes[v.name]
         return f"[{size}]" if index is None and size > 1 else ""
@@ -142,8 +142,8 @@ class Wiring:
 def sums_before_samples(graph: Graph) -> frozenset[str]:
     """Sums before a block that acts at samples.
 
-    rumoca 0.10.2 takes the vector u of Dynamics.Sum as a whole and lets the sampled block behind it read the sum before
-    the sampled block in front of it has its new value; as an equation of scalars the sum is new.
+    rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole: the sampled block after it reads the sum before the
+    sampled block in front of it has its new value. As an equation of scalars, the sum has the new value.
     """
     sampled = {n.name for n in graph.nodes if classes.is_sampled(n)}
     before = {a.split(".")[0] for a, b in graph.wires if b.split(".")[0] in sampled}
@@ -156,10 +156,10 @@ def unit_constant(port: str) -> str:
 
 
 def zero_constant(port: str) -> str:
-    """Name of the constant of a block for the SI value where the unit of measure of a port counts 0."""
+    """Name of the constant of a block for the SI value of 0 in the unit of measure of a port."""
     return f"{port}_zero"
 
 
 def counted(port: str, unit: str) -> str:
-    """A port as an expression that is 0 where its unit of measure in the model counts 0."""
+    """A port as an expression without the offset of its unit of measure, such as that of degC."""
     return f"({port} - {zero_constant(port)})" if zero(unit) else port

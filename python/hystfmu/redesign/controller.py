@@ -1,4 +1,4 @@
-"""A controller of a named structure that replaces those of a scenario, tuned over all its loops."""
+"""A controller of a named structure that replaces the controllers of a scenario, tuned for all its loops."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ OFF = 0.05
 
 @dataclass(frozen=True)
 class Controller:
-    """A loop with another controller, and what it reaches.
+    """A loop with another controller, and its results.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Controller:
     loops : int
         For which it was tuned.
     before : dict of str to float
-        Error of each case with the old controllers, as its first metric counts it.
+        Error of each case with the old controllers, by its first metric.
     results : Results
         Of the cases with the new one.
     """
@@ -74,9 +74,9 @@ def controller(
 ) -> Controller:
     """Replace the controllers of a scenario by a tuned one.
 
-    Every unit on a way from the measured output to the command is taken out.  One unit with their reference,
-    measurement and feed-forward stands in their place.  It is tuned by `hystfmu.design.race` for the loops of all
-    cases, the slopes and delays that `[margins]` of the scenario state, and natural frequencies that are off.
+    One unit replaces all units between the measured output and the command. It has the same reference, measurement and
+    feed-forward. It is tuned by `hystfmu.design.race` for the loops of all cases, the slopes and delays that
+    `[margins]` of the scenario state, and shifted natural frequencies.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def controller(
     Raises
     ------
     InputError
-        An unknown structure, no loop, controllers that are not one path, or limits that no gain keeps.
+        An unknown structure, no loop, controllers that do not form one path, or limits that no gain keeps.
     """
     if structure not in STRUCTURES:
         raise InputError(f"The 'structure' of controller() must be one of {', '.join(STRUCTURES)}. Got {structure!r}.")
@@ -184,7 +184,7 @@ def _corners(
 
 
 def _limits(system: System, old: Controllers) -> tuple[float, float] | None:
-    """Return the limits of the command that the old controllers keep."""
+    """Return the limits of the command in the old controllers."""
     for p in system.parts:
         if p.name in old.units:
             for n in p.own.nodes:

@@ -35,7 +35,7 @@ class Corner:
     delay: float
 
     def learnt(self, angles: Array) -> Complex:
-        """Return the response from a correction to what it takes off the error."""
+        """Return the response from a correction to the reduction of the error."""
         return self.opened.learnt(angles, self.slope, self.delay)
 
     def without_memory(self, angles: Array) -> Complex:
@@ -146,7 +146,7 @@ def loop_plants(found: Sequence[Corner], slopes: tuple[float, float]) -> PlantSe
 
 
 def known(opened: OpenedLoop) -> Design:
-    """Return what a structure knows: the modes of the plant, and the whole steps of delay around it.
+    """Return the design data of a structure: the modes of the plant, and the whole steps of delay around it.
 
     A pair of poles is a mode with its share of the static gain; a single real pole is part of the rest.
     """
@@ -171,7 +171,7 @@ def known(opened: OpenedLoop) -> Design:
 
 
 def aim(system: System, of: Roles) -> Aim:
-    """Return what disturbs the loop of a case: tones of its reference, a share of them that is missed, noise.
+    """Return the disturbances of the loop of a case: tones of its reference, a share of them as model error, noise.
 
     The case has a controller that lets it run.
     """

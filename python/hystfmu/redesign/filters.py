@@ -28,7 +28,7 @@ MOST = 1500  # taps on a side
 
 
 def highest(opened: OpenedLoop, n: int) -> float:
-    """Return the largest cutoff that is chosen without being asked for (Hz)."""
+    """Return the largest cutoff that is chosen by default (Hz)."""
     mode = fastest_mode(opened)
     wanted = HARMONICS / (n * opened.h) if mode is None else ABOVE_MODE * mode
     return min(wanted, HIGHEST / opened.h)
@@ -53,7 +53,7 @@ class Search:
         self._design = np.array([c.learnt(filter_angles()) for c in found if c.delay == 0])
 
     def at(self, cutoff: float, gain: float) -> RepetitiveFilters:
-        """Design filters, and say what they leave of an error in each corner."""
+        """Design filters, and return the remaining share of an error in each corner."""
         n_q, n_l = (min(math.ceil(k / (cutoff * self._h)), self._n - 1, MOST) for k in (SIDE_Q, SIDE_L))
         made = learning_filters(self._design, self._h, cutoff, gain, n_q, n_l, REST, FLOOR)
         Q, L = zero_phase_at(made.q, self._z), taps_at(made.l, self._z)
@@ -62,8 +62,8 @@ class Search:
     def best(self, cutoff: float | None, gain: float | None, top: float) -> tuple[RepetitiveFilters, float, float]:
         """Return the filters of the largest cutoff, of the largest gain that has one; none is refused.
 
-        Where they are not asked for, both are such that the sensitivity keeps its limit between the harmonics, if that
-        is possible: what is learnt of a harmonic is paid between them.
+        By default, both keep the limit of the sensitivity between the harmonics, if possible, because a reduction at
+        the harmonics increases it between them.
         """
         if cutoff is not None and not 0 < cutoff < 0.5 / self._h:
             raise InputError(f"The cutoff must be a float in (0, {0.5 / self._h:g}) Hz. Got {cutoff:g} instead.")
@@ -89,7 +89,7 @@ class Search:
         return float((np.abs((1 - turn * Q) / (1 - turn * (Q - L * self._T_nominal))) * self._S).max())
 
     def worst(self, filters: RepetitiveFilters, cutoff: float) -> tuple[str, float]:
-        """Return the corner in which harmonics up to half the cutoff shrink least, and the factor in a period."""
+        """Return the corner with the slowest decrease of harmonics up to half the cutoff, and the factor per period."""
         top = max(math.floor(self._n * cutoff * self._h / 2), 1)
         angles = 2 * np.pi * np.arange(1, top + 1) / self._n
         z = np.exp(1j * angles)
@@ -105,7 +105,7 @@ class Search:
         return np.array([float(f"{top / STEP**i:.4g}") for i in range(k + 1)])
 
     def _refusal(self, cutoff: float | None, gain: float | None, top: float) -> str:
-        """Say what grows where, and what is reachable."""
+        """State which error grows in which corner, and the reachable values."""
         g, f = gain or GAINS[0], cutoff or top
         left = self.at(f, g).contraction
         k = int(np.argmax(left))

@@ -1,8 +1,8 @@
 """A scenario with a repetitive part in series: it adds its corrections to the command of the controllers.
 
-command = what the controllers ask for + w, w from the errors one period ago; w is the output of the block less the
-reference that it adds w to.  For some periods after a command beyond a limit on its way to the plant nothing is learnt:
-what an amplifier cannot give would wind up from period to period.
+command = output of the controllers + w. w is computed from the errors one period ago; the block returns the sum of w
+and the reference, so the reference is subtracted. After a command has exceeded a limit on its way to the plant,
+learning stops for some periods; otherwise the corrections would wind up.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Taps:
     l: Sequence[float]  # noqa: E741
 
     def unit(self, text: str, always: bool) -> dict[str, Any]:
-        """Return the unit as a scenario says it; it learns always, or as a connection says."""
+        """Return the unit as a table of a scenario; it learns always, or if a connected signal allows it."""
         dims = {"n": self.n, "n_q": len(self.q) - 1, "n_l": len(self.l) // 2}
         values = {"q": [float(v) for v in self.q], "l": [float(v) for v in self.l]}
         inputs = {"inputs": {"active": 1.0}} if always else {}
@@ -81,10 +81,10 @@ def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: st
 
 
 def _within(limits: Sequence[Limit], n: int, h: float) -> dict[str, Any]:
-    """Return the unit that says whether all commands kept their limits for the last few periods.
+    """Return the unit that shows whether all commands have kept their limits during the last periods.
 
-    Trap: an error that is left out in a part of each period has a mean that no integrator removes, and the corrections
-    wind up against it; so nothing is learnt from periods with a limit in them.
+    Trap: if the error is ignored in a part of each period, its mean is not removed by an integrator, and the
+    corrections wind up. So periods in which a limit is reached are not learnt.
     """
     ends = [v.ends({}) for v in limits]
     values = {"lo": [low for low, _ in ends], "hi": [high for _, high in ends]}
@@ -110,7 +110,7 @@ def _within(limits: Sequence[Limit], n: int, h: float) -> dict[str, Any]:
 
 
 def _changed(limits: Sequence[Limit], said: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the limits of a case that sets other ones."""
+    """Return the limits of a case that sets its own ones."""
     if not any(key in said for v in limits for key in v.keys):
         return {}
     ends = [v.ends(said) for v in limits]
@@ -138,5 +138,5 @@ def repeating(
 
 
 def _limits(margins: dict[str, Any], cases: Sequence[str]) -> dict[str, Any]:
-    """Return limits of the loop for the cases that are left."""
+    """Return limits of the loop for the remaining cases."""
     return {k: v for k, v in margins.items() if k != "case" or v in cases}

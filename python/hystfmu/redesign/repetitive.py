@@ -33,7 +33,7 @@ WORSE = 2.0  # times the error without learning, which a run may not reach
 
 @dataclass(frozen=True)
 class Repetitive:
-    """A loop with a repetitive part, and what it reaches.
+    """A loop with a repetitive part, and its results.
 
     Attributes
     ----------
@@ -52,9 +52,9 @@ class Repetitive:
     off : float
         Share by which natural frequencies of the plant may differ.
     worst : (str, float)
-        Corner in which errors shrink least, and by what at the harmonics of the reference up to half the cutoff.
+        Corner with the slowest decrease of errors, and the factor per period at the harmonics up to half the cutoff.
     before : dict of str to float
-        Error of each case without learning, as its first metric counts it.
+        Error of each case without learning, by its first metric.
     results : Results
         Of the cases with learning.
     """
@@ -84,9 +84,9 @@ def repetitive(
 ) -> Repetitive:
     """Add a repetitive part to the loop of a scenario, stable in all its corners.
 
-    The block `repetitive` stands in series: it adds its corrections to the command of the controllers, inside the
-    inverse if there is one.  Its filters shrink errors from period to period in every case with a periodic reference,
-    for the slopes and delays that `[margins]` of the scenario state, and for natural frequencies that are off.
+    The block `repetitive` is in series: it adds its corrections to the command of the controllers, in front of the
+    inverse if there is one. Its filters shrink errors from period to period in every case with a periodic reference,
+    for the slopes and delays that `[margins]` of the scenario state, and for shifted natural frequencies.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def repetitive(
     period : float, optional
         Of the reference (s), a whole number of steps; by default that of the first case with a loop, rounded to one.
     cutoff : float, optional
-        Frequency above which nothing is learnt (Hz).  By default the largest that all corners carry, at most 1.2
+        Frequency above which nothing is learnt (Hz). By default the largest that is stable in all corners, at most 1.2
         times the fastest mode of the plant, or without dynamics ten times the frequency of the reference.
     gain : float, optional
         Share of the error that is learnt in a period, in (0, 1]; by default 0.3, less if no cutoff allows that or if
@@ -115,8 +115,8 @@ def repetitive(
     Raises
     ------
     InputError
-        No loop, a loop that is not stable by itself, a memory that it has already, no periodic reference, or a cutoff
-        and gain that no corner may have; the sentence names what is reachable.
+        No loop, a loop that is not stable by itself, a loop that already has a memory, no periodic reference, or a
+        cutoff and gain that are unstable in a corner; the error states the reachable values.
 
     Examples
     --------
@@ -178,7 +178,7 @@ def repetitive(
 def _stable_corners(
     loops: Mapping[str, OpenedLoop], limits: MarginsSpec | None, shares: Sequence[float]
 ) -> tuple[list[Corner], float]:
-    """Return the corners for the first share by which modes may be off and the loop is stable, and this share."""
+    """Return the corners for the first share of mode errors with a stable loop, and this share."""
     for share in shares[:-1]:
         with suppress(InputError):
             return corners(loops, limits, share), share
@@ -196,8 +196,8 @@ def _named(table: dict[str, object], name: str | None) -> dict[str, object]:
 def _first(systems: Mapping[str, System], nominal: str | None, period: float | None) -> tuple[str, OpenedLoop]:
     """Return the case that the period is taken from, and its loop.
 
-    It is the first with a loop and a reference of a given period, if there is one; else the nominal case of the
-    margins, or the first with a loop.
+    If a period is given, it is the first case with a loop and a reference of this period; otherwise the nominal case of
+    the margins, or the first case with a loop.
     """
     why: InputError | None = None
     loops: dict[str, OpenedLoop] = {}
@@ -219,7 +219,7 @@ def _first(systems: Mapping[str, System], nominal: str | None, period: float | N
 
 
 def _reference(system: System, of: Roles) -> tuple[float, str]:
-    """Return the frequency of the reference (Hz) and its shape; 0 and nothing without a unit of that block."""
+    """Return frequency (Hz) and shape of the reference; 0 and "" without a unit of the block `reference`."""
     for part in system.parts:
         if part.name in of.sources:
             (node,) = part.own.nodes
@@ -254,7 +254,7 @@ def _steps(system: System, of: Roles, period: float | None) -> int:
 
 
 def _kept(systems: Mapping[str, System], first: str, of: Roles) -> list[str]:
-    """Return the cases with this loop and a reference of this period; if of some a limit is asked, these alone."""
+    """Return the cases with this loop and a reference of this period; only those with a limit, if there are any."""
     asked = {k for k, s in systems.items() if any(m.limit is not None for m in s.case.metrics.values())}
     frequency, _ = _reference(systems[first], of)
     kept = [first]
@@ -272,7 +272,10 @@ def _kept(systems: Mapping[str, System], first: str, of: Roles) -> list[str]:
 
 
 def _hold(results: Results, before: Mapping[str, float], first: str) -> None:
-    """Refuse a part that makes the nominal run worse and misses what is asked for; others have their own verdicts."""
+    """Refuse a repetitive part that makes the nominal run worse and misses its requirement.
+
+    Other cases have their own verdicts.
+    """
     for r in (r for r in results if r.case == first):
         value, asked = (r.verdicts[0].value, r.verdicts[0].limit) if r.verdicts else (math.inf, None)
         if not value <= max(WORSE * before[r.case], asked or 0.0):

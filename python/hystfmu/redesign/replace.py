@@ -1,6 +1,6 @@
 """A scenario whose controllers are taken out and replaced by one unit with inputs y_d, y, u_ff and output u.
 
-What is a controller follows from the connections: every unit on a way from the measured output to the command.
+The controllers follow from the connections: all units on paths from the measured output to the command.
 """
 
 from __future__ import annotations
@@ -92,7 +92,8 @@ def replaced(
 
 
 def depends(case: Mapping[str, Any], old: Controllers) -> bool:
-    """True if a case changes a controller by more than the limits of its command, so that it has no meaning without."""
+    """Return whether a case changes a controller in more than the limits of its command, so that it cannot run without
+    it."""
     gone = set(old.units)
     sets = {k.rpartition(".")[2] for k in case.get("set", {}) if k.partition(".")[0] in gone}
     ends = {end.partition(".")[0] for pair in case.get("connections", {}).items() for end in pair}
@@ -105,7 +106,7 @@ def _parameter(key: str, gone: set[str], name: str) -> str:
 
 
 def _signal(end: str, of: Roles, gone: set[str], name: str) -> str | None:
-    """Return the signal that stands for an output: the new command, or none for an inner one that is gone."""
+    """Return the signal that replaces an output: the new command, or none for an inner signal that no longer exists."""
     if end == of.driver:
         return f"{name}.u"
     return None if end.partition(".")[0] in gone else end
@@ -120,5 +121,5 @@ def _metric(metric: dict[str, Any], of: Roles, gone: set[str], name: str) -> dic
 
 
 def _case(case: dict[str, Any], metrics: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a case without the limits of metrics that are gone."""
+    """Return a case without limits of removed metrics."""
     return {**case, "limits": {k: v for k, v in case.get("limits", {}).items() if k in metrics}}

@@ -25,11 +25,11 @@ class Limit:
     signal : str
         Output that is limited; empty: the command itself.
     low, high : float
-        Limits; -1e300 and 1e300 stand for none.
+        Limits; -1e300 and 1e300 mean no limit.
     keys : (str, str)
         Their names in `set` of a case.
     clipped : bool
-        The signal does not leave the limits: it has reached one within a millionth of the range.
+        The signal is limited, not stopped: it has reached a limit if it is within a millionth of the range.
     """
 
     signal: str
@@ -39,7 +39,7 @@ class Limit:
     clipped: bool = False
 
     def ends(self, said: Mapping[str, Any]) -> tuple[float, float]:
-        """Return what the signal must lie between, with what `set` of a case says."""
+        """Return the limits of the signal, with the values that `set` of a case states."""
         low, high = (float(said.get(k, v)) for k, v in zip(self.keys, (self.low, self.high), strict=True))
         inside = INSIDE * (high - low) if self.clipped and high - low < NONE else 0.0
         return low + inside, high - inside
@@ -74,7 +74,7 @@ class Roles:
 
 
 def roles(opened: OpenedLoop) -> Roles:
-    """Find what the signals of an opened loop are for.
+    """Find the roles of the signals of an opened loop.
 
     Units between plant and controllers that branch without a signal that all controllers read are refused.
     """
@@ -99,7 +99,7 @@ def roles(opened: OpenedLoop) -> Roles:
 
 
 def _measured(system: System, place: int, plant: int, led: set[int]) -> int:
-    """Follow the tracked output through units that the reference does not reach, to the first that it does."""
+    """Follow the tracked output through units that do not depend on the reference, up to the first unit that does."""
     forward = [(system.owners[n.source], n.to) for n in system.links]
     acting = behind([(b, a) for a, b in forward], plant)
     while True:

@@ -9,6 +9,9 @@ from hystfmu.base.arrays import Array
 
 LONGEST_TICK = 5  # characters without an exponent
 DIGITS = 12  # of a tick: fewer than doubles have, so that sums of steps are round
+FEW_DECADES = 2.5
+GAP = 8  # points between two names
+WIDE = 12.0  # points: the width of such a letter
 LETTER = 7.7  # points: the width of a digit beside an axis
 
 
@@ -26,6 +29,23 @@ def axis(values: Array) -> tuple[tuple[float, float], list[float]]:
     return (lo - room, hi + room), [k * step for k in range(first, last + 1)]
 
 
+def decades(values: Array) -> tuple[tuple[float, float], list[float]]:
+    """Return the range of a logarithmic axis and its ticks, powers of ten: decades, of few 2 and 5 times too."""
+    lo, hi = (math.log10(v) for v in (float(values.min()), float(values.max())))
+    room = 0.04 * (hi - lo) or 0.5
+    lo, hi = lo - room, hi + room
+    between = (1, 2, 5) if hi - lo < FEW_DECADES else (1,)
+    found = [k + math.log10(m) for k in range(math.floor(lo), math.ceil(hi) + 1) for m in between]
+    return (lo, hi), [v for v in found if lo <= v <= hi]
+
+
+def sparse(ticks: Sequence[float], names: Sequence[str], size: float) -> list[tuple[float, str]]:
+    """Return ticks along an axis of `size` points with their names, every second or third where names would meet."""
+    wide = LETTER * max(map(len, names), default=0) + GAP
+    every = max(1, math.ceil(wide * len(ticks) / size))
+    return list(zip(ticks, names, strict=True))[::every]
+
+
 def tick(v: float) -> str:
     """Return a number beside an axis: with an exponent if it is long and that is shorter."""
     plain = f"{v:.{DIGITS}g}"
@@ -34,6 +54,11 @@ def tick(v: float) -> str:
     if "e" in plain:
         return other
     return other if len(plain.lstrip("-")) > LONGEST_TICK and len(other) < len(plain) else plain
+
+
+def width_of(text: str) -> float:
+    """Return the width of a label."""
+    return sum(WIDE if c in "mMwW@%" else LETTER for c in text)
 
 
 def width(ticks: Sequence[float]) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hystfmu.base.printable import escape
 
-WIDTH, ROW, LEFT, RIGHT, BOTTOM = 480, 40, 8, 12, 40
+WIDTH, ROW, LEFT, RIGHT, BOTTOM = 480, 40, 8, 16, 40
 
 
 @dataclass(frozen=True)

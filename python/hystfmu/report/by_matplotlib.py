@@ -43,6 +43,8 @@ class Diagram(Protocol):
     @property
     def y_label(self) -> str: ...  # noqa: D102
     @property
+    def log_x(self) -> bool: ...  # noqa: D102
+    @property
     def lines(self) -> Sequence[Curve]: ...  # noqa: D102
 
 
@@ -71,6 +73,7 @@ def figure(plots: Sequence[Diagram]) -> MatplotlibFigure:
                 continue
             axes.plot(line.x, line.y, "." if line.dots else "-", linewidth=1.2, label=_plain(line.name))
         axes.set(title=_plain(p.title), xlabel=_plain(p.x_label), ylabel=_plain(p.y_label))
+        axes.set_xscale("log" if p.log_x else "linear")
         axes.grid(alpha=0.3)
         if len(p.lines) > 1:
             axes.legend(fontsize="small")

@@ -20,9 +20,10 @@ EXPLORER = '<div class="explorer">'
 PARTS = {  # what a page may have: further scripts
     EXPLORER: ("core.js", "pictures.js", "explorer.js"),
     'class="parallel"': ("parallel.js",),
+    " data-log": ("decades.js",),
 }
 _COMMENT = re.compile(r"(^|\s+)//\s.*|^/\*.*\*/$")
-_PRINTED = re.compile(r"[+-]?(\d+(\.\d*)?(e[+-]?\d+)?|inf|nan|-?)")
+_PRINTED = re.compile(r"(< )?[+-]?(\d+(\.\d*)?(e[+-]?\d+)?|inf|nan|-?)")
 
 
 @dataclass(frozen=True)
@@ -71,10 +72,10 @@ def page(title: str, body: Sequence[str]) -> str:
 
 @functools.cache
 def _own(name: str) -> str:
-    """Return a file of the folder `script` without comments and indentation, a sixth of its size."""
+    """Return a file of the folder `script` without comments, indentation and line breaks that nobody needs."""
     lines = (Path(__file__).with_name("script") / name).read_text(encoding="utf-8").splitlines()
     kept = (_COMMENT.sub("", line.strip()) for line in lines)
-    return "".join(f"{line}\n" for line in kept if line)
+    return "".join(line if line[-1] in ";,{" else f"{line}\n" for line in kept if line)
 
 
 def _number(v: object) -> str:

@@ -16,6 +16,7 @@ from hystfmu.base.printable import escape
 from hystfmu.report.axis import tick
 from hystfmu.report.curve import path
 
+LIMIT = " (red mark: the limit)"
 WIDTH, ROW, LEFT, RIGHT, TOP = 480, 54, 14, 14, 30
 
 
@@ -70,11 +71,10 @@ class Parallel:
             out.append(f'<g class="axis" data-name="{escape(axis.name)}" data-ends="{axis.lo!r} {axis.hi!r}">')
             out.append(f'<path class="frame" d="M{LEFT} {y:.1f}h{wide}"/>')
             if axis.limit is not None:
-                limit = LEFT + wide * axis.limit
-                out.append(f'<path class="limit" d="M{limit:.1f} {y - 9:.1f}v18"/>')
-                out.append(f'<text class="tick" x="{limit + 5:.1f}" y="{y + 15:.1f}">limit</text>')
+                out.append(f'<path class="limit" d="M{LEFT + wide * axis.limit:.1f} {y - 9:.1f}v18"/>')
             for value, end, anchor in ((axis.lo, LEFT, "start"), (axis.hi, LEFT + wide, "end")):
                 out.append(f'<text class="tick" x="{end}" y="{y + 15:.1f}" text-anchor="{anchor}">')
                 out.append(f"{tick(float(f'{value:.4g}'))}</text>")
-            out.append(f'<text class="name" x="{LEFT}" y="{y - 7:.1f}">{escape(axis.name)}</text></g>')
+            name = axis.name + (LIMIT if axis.limit is not None else "")
+            out.append(f'<text class="name" x="{LEFT}" y="{y - 7:.1f}">{escape(name)}</text></g>')
         return "".join([*out, "</svg>"])

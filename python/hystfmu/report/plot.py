@@ -15,7 +15,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.printable import escape
-from hystfmu.report.axis import LETTER, axis, tick, width
+from hystfmu.report.axis import axis, decades, sparse, tick, width, width_of
 from hystfmu.report.by_matplotlib import SUFFIXES, figure, save_figure
 from hystfmu.report.curve import dots, path, thin
 from hystfmu.report.drawing import drawing, save
@@ -51,7 +51,7 @@ class Plot:
     """A diagram with one or more lines; labels carry the units.
 
     `envelope` keeps the extremes of dense signals; `points` are drawn of each line at most; `height` is that of the
-    drawing, 480 points wide.
+    drawing, 480 points wide; `log_x` is for x above 0.
     """
 
     title: str
@@ -61,6 +61,7 @@ class Plot:
     envelope: bool = False
     points: int = MOST_POINTS
     height: int = HEIGHT
+    log_x: bool = False
 
     def __repr__(self) -> str:
         return f"Plot({self.title!r}, {', '.join(line.name for line in self.lines)})"
@@ -83,7 +84,9 @@ class Plot:
             thin(np.asarray(c.x, dtype=float), np.asarray(c.y, dtype=float), self.points, self.envelope and not c.dots)
             for c in self.lines
         ]
-        xs, x_ticks = axis(np.concatenate([x for x, _ in curves]))
+        xs, x_ticks = (decades if self.log_x else axis)(np.concatenate([x for x, _ in curves]))
+        curves = [(np.log10(x), y) for x, y in curves] if self.log_x else curves
+        names = [tick(float(f"{10**v:.3g}") if self.log_x else v) for v in x_ticks]
         ys, y_ticks = axis(np.concatenate([y for _, y in curves]))
         left, right = max(LEFT, LABEL + width(y_ticks)), WIDTH - RIGHT
         legend, rows = self._legend(left)
@@ -98,11 +101,12 @@ class Plot:
             return bottom - (v - ys[0]) * down
 
         ranges = f'data-x="{xs[0]!r} {xs[1]!r}" data-y="{ys[0]!r} {ys[1]!r}" data-label="{escape(self.x_label)}"'
+        ranges += " data-log" if self.log_x else ""
         out = [f'<svg viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{escape(self.title)}" {ranges}>']
         out.append('<g class="axes">')
-        for v in x_ticks:
+        for v, name in sparse(x_ticks, names, right - left):
             out.append(f'<path class="grid" d="M{px(v):.1f} {top}V{bottom}"/>')
-            out.append(f'<text class="tick" x="{px(v):.1f}" y="{bottom + 15}" text-anchor="middle">{tick(v)}</text>')
+            out.append(f'<text class="tick" x="{px(v):.1f}" y="{bottom + 15}" text-anchor="middle">{name}</text>')
         for v in y_ticks:
             out.append(f'<path class="grid" d="M{left:.1f} {py(v):.1f}H{right}"/>')
             out.append(f'<text class="tick" x="{left - 5:.1f}" y="{py(v) + 4:.1f}" text-anchor="end">{tick(v)}</text>')
@@ -115,8 +119,9 @@ class Plot:
         out += legend
         middle = f'x="{(left + right) / 2:.1f}" y="{height - 8}" text-anchor="middle"'
         out.append(f'<text class="tick" {middle}>{escape(self.x_label)}</text>')
-        turned = f'x="12" y="{(top + bottom) / 2}" transform="rotate(-90 12 {(top + bottom) / 2})"'
-        short = f' textLength="{height}"' if LETTER * len(self.y_label) > height else ""
+        turned = f'x="14" y="{(top + bottom) / 2}" transform="rotate(-90 14 {(top + bottom) / 2})"'
+        room = 2 * min((top + bottom) / 2, height - (top + bottom) / 2) - 12
+        short = f' textLength="{room:.0f}"' if width_of(self.y_label) > room else ""
         out.append(f'<text class="tick" {turned} text-anchor="middle"{short}>{escape(self.y_label)}</text></svg>')
         return "".join(out)
 

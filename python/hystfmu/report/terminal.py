@@ -115,7 +115,7 @@ def _is_number(text: str) -> bool:
 def paragraphs(text: str) -> str:
     """Wrap sentences between words at the width of the terminal.
 
-    Lines with aligned columns and lines with a command, which may be copied, stay as they are.
+    Lines with aligned columns, and lines with a command that may be copied, are not changed.
     """
     most = width()
     if most is None:

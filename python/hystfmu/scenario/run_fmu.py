@@ -88,8 +88,8 @@ def run_fmu(
     path : path
         The FMU.
     given : path, optional
-        Table with a column of time and a column for each driven input, named like it (`u`, or `u_1`, `u_2` of an
-        array).  Inputs without a column keep their start values.
+        Table with a column of time and a column for each driven input with its name (`u`, or `u_1`, `u_2` of an array).
+        Inputs without a column keep their start values.
     settings : mapping, optional
         Values of parameters by name.
     step, stop : float, optional

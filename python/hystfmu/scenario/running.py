@@ -32,8 +32,8 @@ from hystfmu.scenario.system.system import System
 class Plan:
     """One scenario: the cases that run, and its baseline (None where there is none, or without guard on a record).
 
-    `strict`: a change, or a case without baseline, is a failure.  Where there is none at all, as for a scenario built
-    in Python or on a first run, the limits alone decide, and `note` says so; also where values are overridden.
+    `strict`: a change, or a case without baseline, is a failure. Without any baseline, as for a scenario built in
+    Python or on a first run, and with overridden values, only the limits are tested, and `note` states this.
     """
 
     scenario: Scenario
@@ -79,7 +79,7 @@ def plan(
 def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool, strict: bool) -> Plan:
     if scenario.folder is None:
         return Plan(scenario, systems, None, strict=False)
-    if record:  # a guard holds the new values against the old ones
+    if record:  # a guard compares the new values with the old ones
         return Plan(scenario, systems, Baseline.load(scenario.folder) if scenario.spec.guard else None, strict=False)
     baseline = Baseline.load(scenario.folder)
     if baseline is None and any(m.limit is not None for s in systems for m in s.case.metrics.values()):
@@ -89,7 +89,8 @@ def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool, strict:
 
 
 def _without_own(scenario: Scenario, case: Case) -> Case:
-    """Return the case without absolute overrides of what it sets itself: a loop without feedback stays one."""
+    """Return the case without absolute overrides of its own settings, so that for example a loop without feedback
+    remains one."""
     own = {key for c in scenario.spec.case if c.name == case.name for key in c.set}
     relative = {k for k, v in case.overrides.items() if isinstance(v, str) and v.startswith("*")}
     return replace(case, overrides={k: v for k, v in case.overrides.items() if k not in own - relative})
@@ -217,7 +218,7 @@ def _share_done(plans: Sequence[Plan], progress: Callable[[float], None]) -> Cal
 
 
 def _save(recorded: Sequence[tuple[Plan, dict[str, Record]]], confirm: Callable[[list[Change]], bool]) -> None:
-    """Write the new baselines, if there are any and what changes is agreed to."""
+    """Write the new baselines, if there are any and the changes are confirmed."""
     found = [(p.scenario.folder, p.scenario.spec, runs) for p, runs in recorded if p.scenario.folder is not None]
     if found and confirm([c for f, spec, runs in found for c in changes(spec.name, Baseline.load(f), runs)]):
         for folder, spec, runs in found:

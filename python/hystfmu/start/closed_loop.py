@@ -1,7 +1,8 @@
-"""The loop around a fitted model: plants that the record leaves open, a race of controllers, a scenario with a verdict.
+"""The loop around a fitted model: plants that agree with the record, comparison of controllers, a scenario with a
+verdict.
 
 A controller is taken only if it keeps its margins over the whole set of plants, and if every drawn device stays bounded
-in simulation.  Otherwise the loop is feed-forward and inverse, and says so.
+in simulation. Otherwise the loop consists of feed-forward and inverse, and a note says so.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ class ClosedLoop:
     race : Race
         Structures with their figures, best first; empty if no feedback is allowed.
     contenders : tuple of Contender
-        The same structures with what a user compares.
+        The same structures with figures for the user.
     tuned : Tuned or None
         Controller of the loop; None: feed-forward alone.
     misfit : Misfit
@@ -61,7 +62,7 @@ class ClosedLoop:
         Of the cases of the scenario.
     margins : MarginTable
     reasons : tuple of str
-        What the record does not show, and why there is no feedback.
+        Gaps of the record, and reasons for missing feedback.
     """
 
     device: Device
@@ -82,7 +83,7 @@ class ClosedLoop:
 
     @property
     def references(self) -> tuple[str, ...]:
-        """Names of the cases that try a reference."""
+        """Names of the cases that test a reference."""
         return tuple(p.name for p in self.promises)
 
     @property
@@ -115,14 +116,14 @@ def close(
         Of the scenario.
     asked : Requirements
     told : function
-        Called with a line where a step ends.
+        Called with a line at the end of each step.
     shown : function
-        Called with the name of a step that takes long; gives a context with a function of the fraction done.
+        Called with the name of a long step; returns a context with a function of the fraction done.
 
     Raises
     ------
     InputError
-        The model does not fit into a loop, a reference is not possible, or what is asked for is not reached.
+        The model does not fit into a loop, a reference is not possible, or a requirement is not met.
     """
     amplifier = asked.amplifier or Amplifier()
     found = device(model, data, asked.resonance, (amplifier.low, amplifier.high))
@@ -180,7 +181,7 @@ def close(
 
 
 def _margins(into: Path) -> tuple[MarginTable, str]:
-    """Return the margins of a scenario, and the first that is missed; empty if all hold."""
+    """Return the margins of a scenario, and the first one that is missed; empty if all are met."""
     try:
         table = margin_table([into])
     except InputError as e:  # such as a case that its command drives into saturation
@@ -197,7 +198,7 @@ def _raced(found: Device, plants: PlantSet, aim: Aim, asked: Requirements) -> Ra
 
 
 def _aim(found: Device, missed: Misfit, tried: tuple[Tried, ...]) -> Aim:
-    """Return what disturbs the loop on the average of the references."""
+    """Return the disturbances of the loop, averaged over the references."""
     f = np.unique(np.concatenate([t.frequency * HARMONICS for t in tried]))
     f = f[f < 0.45 / found.h]
     if found.band:
@@ -230,7 +231,7 @@ class _Plan:
     name: str
 
     def run(self, tuned: Tuned | None, folder: Path, progress: Callable[[float], None]) -> tuple[Results, Path, str]:
-        """Run and record the scenario; the last value says which drawn device does not stay bounded."""
+        """Run and record the scenario; the last value names a drawn device that does not stay bounded."""
         limits: dict[str, float] = {}
         if tuned is not None:
             limits = self.bounds()
@@ -262,7 +263,7 @@ class _Plan:
         return tuple(rows)
 
     def shaped(self, tuned: Tuned | None) -> float:
-        """Return how much slower than usual a jump must be followed, so that it overshoots no more than is asked."""
+        """Return the factor by which jumps must be shaped slower than usual to meet the required overshoot."""
         jumps = [t for t in self.tried if t.jumps]
         for slower in SLOWER if jumps else ():
             loop = self.scenario(tuned, {}, slower)
@@ -274,7 +275,7 @@ class _Plan:
         return SLOWER[0]
 
     def too_fast(self, t: Tried, result: Result) -> str:
-        """Say that a reference needs a faster amplifier than the user has; empty if it does not."""
+        """Return a line if a reference needs a faster amplifier than the given one; otherwise an empty string."""
         amplifier, trace = self.asked.amplifier, result.trace
         if amplifier is None or trace is None:
             return ""
@@ -285,7 +286,7 @@ class _Plan:
         return f"{t.name}: needs a slew rate of {needs:.3g}; the amplifier has {amplifier.slew:.3g}"
 
     def bounds(self) -> dict[str, float]:
-        """Return the largest error of each drawn device: feedback must not make it much worse."""
+        """Return the largest accepted error of each drawn device: feedback must not increase it much."""
         loop = self.scenario(None, {})
         noise = 100 * NOISY * self.found.noise / (2 * self.tried[0].amplitude)
         return {
@@ -294,7 +295,7 @@ class _Plan:
         }
 
     def scenario(self, tuned: Tuned | None, limits: dict[str, float], slower: float = 1.0) -> Scenario:
-        """Build the scenario; a reference that jumps is shaped so much slower."""
+        """Build the scenario; references with jumps are shaped slower by the given factor."""
         p = self
         loop = loop_scenario(p.found, tuned, p.ahead, p.missed, p.tried, p.asked, p.name, limits, slower)
         if tuned is None:
@@ -308,7 +309,7 @@ def _tracking(result: Result) -> float:
 
 
 def _missed(said: tuple[Promise, ...], steps: tuple[StepResponse, ...], asked: Requirements) -> list[str]:
-    """Return a line for each requirement that is not reached."""
+    """Return a line for each requirement that is not met."""
     lines = []
     for p in said:
         if asked.error is None or p.shape in JUMPS:

@@ -1,4 +1,4 @@
-"""A structure of the race with what a user compares: error of each reference, and what a jump does."""
+"""A compared controller structure with figures for the user: error of each reference, and step response."""
 
 from __future__ import annotations
 

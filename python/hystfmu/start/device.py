@@ -1,8 +1,8 @@
-"""A fitted model as a loop sees it: its hysteresis with an inverse, linear dynamics behind it, and what is not known.
+"""A fitted model for a loop: its hysteresis with an inverse, linear dynamics after it, and unknown properties.
 
 The dynamics are those that the record shows (`hystfmu.identify.evidence`), not those that a fit needed: a natural
-frequency outside the band in which input and output are coherent is a guess.  Such a model counts as static, and a
-resonance may stand anywhere above the band.
+frequency outside the band in which input and output are coherent is a guess. Such a model counts as static, with a
+possible resonance at any frequency above the band.
 """
 
 from __future__ import annotations
@@ -56,30 +56,30 @@ class Device:
     inverse : Model
         Its inverse.
     plant : Plant
-        Dynamics behind it, as the record shows them; no time for computing.
+        Dynamics after it, as the record shows them, without computing time.
     errors : tuple of (float, float, float)
         Standard errors of frequency (Hz), damping and share of each mode.
     delay_error : float
         Standard error of the delay (s).
     unseen : Unseen or None
-        What the record did not excite.
+        Resonance that the record did not excite.
     h : float
         Step (s).
     frequency : float
-        Of references (Hz): that of the record, as far as the step allows.
+        Frequency of references (Hz): that of the record, limited by the step.
     band : float
         Highest frequency at which input and output are coherent (Hz); 0: none.
     noise : float
         RMS of the noise of the sensor.
     low, high, rest : float
-        Least and largest output that the range of the input both passes through and keeps for the time of a run (creep
-        may take back what a quick sweep reaches), and output before the first step, in its unit of measure.
+        Least and largest output that the input range reaches and keeps for the time of a run (creep may reduce the
+        range of a quick sweep), and output before the first step, in its unit of measure.
     commands : (float, float)
         Range of the input in the record.
     falling : bool
-        Whether the output falls where the input rises, such as of a stack that contracts.
+        Whether the output decreases with the input, as for a contracting stack.
     notes : tuple of str
-        What the record does not show.
+        Gaps of the record.
     """
 
     model: Model
@@ -116,23 +116,23 @@ def device(
     resonance: tuple[float, float] | None = None,
     commands: tuple[float, float] = (-math.inf, math.inf),
 ) -> Device:
-    """Cut a model into what a loop needs.
+    """Split a model into the parts that a loop needs.
 
     Parameters
     ----------
     model : Model
         Fitted to `data`.
     data : Dataset
-        Its input states how fast references may be.
+        Data of the fit; their input determines the speed of references.
     resonance : (float, float), optional
         Frequency (Hz) and damping ratio of a mode that the user knows.
     commands : (float, float)
-        Range of the amplifier, in place of that of the record where it is finite.
+        Range of the amplifier; if finite, it replaces that of the record.
 
     Raises
     ------
     InputError
-        The model takes further inputs, has dynamics within its hysteresis, or no inverse, or its output does not last.
+        The model has further inputs, dynamics within its hysteresis, no inverse, or an output that is not lasting.
     """
     if fault := unsuited(model):
         raise InputError(f"{data.path or data.name}: {fault}")
@@ -169,9 +169,9 @@ def device(
 
 
 def _determined(evidence: Evidence) -> tuple[Mode, ...]:
-    """Return the modes of a record; none if together they are no plant of static gain 1.
+    """Return the modes of a record; none if they do not form a plant of static gain 1.
 
-    A mode above half the sampling rate of the record appears as a broad one below it, with a share that is no share.
+    A mode above half the sampling rate of the record appears as a broad mode below it, with a meaningless share.
     """
     modes = tuple(m for m in evidence.modes if m.share_se < SHARE_KNOWN and m.f_n_se < FREQUENCY_KNOWN * m.f_n)
     return modes if SHARES[0] < sum(m.share for m in modes) < SHARES[1] else ()
@@ -180,7 +180,7 @@ def _determined(evidence: Evidence) -> tuple[Mode, ...]:
 def described_to(evidence: Evidence, plant: Plant) -> float:
     """Return the frequency up to which a plant describes the response of the record (Hz), within its coherent band.
 
-    A resonance that the record shows and no mode describes, because it is not determined, ends what is known.
+    This frequency is below a resonance that the record shows but does not determine.
     """
     lowest, highest = evidence.band
     ratio = evidence.gain / np.abs(
@@ -196,7 +196,7 @@ def described_to(evidence: Evidence, plant: Plant) -> float:
 
 
 def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str]]:
-    """Return the dynamics that the record shows, and a line for what it does not."""
+    """Return the dynamics that the record shows, and a line for each gap."""
     modes = _determined(evidence)
     plant = Plant(
         tuple(m.f_n for m in modes),
@@ -218,9 +218,9 @@ def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str
 
 
 def _behind_hold(model: Model, evidence: Evidence) -> float:
-    """Return the delay behind a held command (s): a hold is half a step late itself.
+    """Return the delay after a held command (s), without the half step of the hold itself.
 
-    What the record does not show is that of the fit.
+    If the record does not show the delay, that of the fit is used.
     """
     if not np.isfinite(evidence.delay_se):
         return float(model.fit.get("delay", 0.0))
@@ -250,8 +250,8 @@ def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[fl
 def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) -> Model:
     """Return the model of a device that runs `FINE` times in a step of the controller.
 
-    Delay, hysteresis, an additive input ``d``, dynamics.  What the model misses comes before the dynamics: a light mode
-    amplifies a missed harmonic that meets it.
+    Delay, hysteresis, an additive input ``d``, dynamics. The model error acts in front of the dynamics, because a
+    lightly damped mode amplifies harmonics of the model error.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) ->
     plant : Plant, optional
         Other dynamics; by default those of the device.  Its delay contains no time for computing.
     gain : float
-        Of the output around that at rest.
+        Noise of the output around its rest value.
     """
     plant = found.plant if plant is None else plant
     g, fine = found.model.graph, found.h / FINE
@@ -299,9 +299,9 @@ def at_rest(model: Model) -> Model:
 
 
 def reach(model: Model, rows: int) -> tuple[float, float, bool]:
-    """Return the least and the largest output that a sweep reaches and that last, and whether it falls.
+    """Return the least and the largest lasting output of a sweep, and whether the output decreases with the input.
 
-    They last if they are still there after some `rows` at an end of the range of the input.
+    An output is lasting if it remains for some `rows` at an end of the range of the input.
     """
     sweep = np.concatenate([np.linspace(a, b, 2000) for a, b in ((1, -1), (-1, 1))])
     y = model.predict(over_range(model, sweep))
@@ -310,7 +310,7 @@ def reach(model: Model, rows: int) -> tuple[float, float, bool]:
 
 
 def unsuited(model: Model) -> str:
-    """Return why a model cannot stand in the loop; empty if it can."""
+    """Return the reason why a model cannot be used in the loop; empty if it can."""
     if names := beside(model.graph):
         return f"A loop is made for a model of one input. Got {', '.join(names)} beside it: use hystfmu fit."
     front = (split(model) or Parts(model, ())).front
@@ -323,7 +323,7 @@ def unsuited(model: Model) -> str:
 def reference_frequency(data: Dataset) -> float:
     """Return half the mean rate of the large reversals of the input, at least `SAMPLES` steps a period.
 
-    Small ones do not count: a chirp on top of slow loops says nothing about how fast a stroke is wanted.
+    Small reversals do not count: a superposed chirp does not show the wanted speed of full strokes.
     """
     size = LARGE * float(np.ptp(data.u))
     turns = [len(turning_points(data.u[rows], size)) for rows in data.records]
@@ -333,7 +333,7 @@ def reference_frequency(data: Dataset) -> float:
 
 
 def moving(u: Array, size: float) -> slice:
-    """Return the rows from the first to the last place at which the input has moved by a size."""
+    """Return the rows between the first and the last change of the input by at least a size."""
     far = np.flatnonzero(np.abs(u - u[0]) > size)
     back = np.flatnonzero(np.abs(u - u[-1]) > size)
     return slice(far[0], back[-1] + 1) if len(far) and len(back) and back[-1] >= far[0] else slice(0, len(u))

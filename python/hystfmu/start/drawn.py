@@ -1,4 +1,4 @@
-"""The study of a started loop: devices drawn around the fitted model, and the share of them that the loop holds."""
+"""The study of a loop of `start`: devices drawn around the fitted model, and the share of them within the limits."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
     Parameters
     ----------
     path : Path
-        Of the file, beside the folder of the scenario.
+        Path of the file, beside the folder of the scenario.
     loop : ClosedLoop
         The limit of a drawn device is the largest one of the draws of the scenario.
     scenario : str
@@ -51,9 +51,8 @@ def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
 
 
 def drawn(found: Device) -> dict[str, dict[str, Any]]:
-    """Return what is drawn, with its range: gain, natural frequency and damping, width of the loops.
-
-    What a model has no parameter for is not drawn.
+    """Return the drawn parameters with their ranges: gain, natural frequency and damping, width of the loops, as far as
+    the model has such parameters.
     """
     graph = found.model.graph
     ranges: dict[str, dict[str, Any]] = {}

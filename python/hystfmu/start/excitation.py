@@ -1,7 +1,14 @@
-"""The next measurement: an input that tells memory, rate dependence and dynamics of a device apart."""
+"""The next measurement: an input that shows what a record does not: memory, other speeds, creep and dynamics.
+
+The parts stay in the range of the record and below its greatest speed: a full loop; nested half cosines, which are
+minor loops of all sizes and levels at all speeds down to a fifth; a rest; tones from half the frequency of a loop to
+eight times it; a sweep of small amplitude to the last frequency that is asked for.  Levels and phases are drawn, and of
+some draws that one is taken which tells most of the model (`hystfmu.start.information`).
+"""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -10,70 +17,76 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.csv_file import write_csv
-from hystfmu.data.signals import nested_reversals, ramps
+from hystfmu.data.signals import ramps
+from hystfmu.model import Model
+from hystfmu.start.information import information
 
-REVERSALS = 40  # at each speed
-SPEEDS = (1 / 3, 1.0, 3.0)  # of the reversals, relative to those of the record
+DRAWS = 6
+REVERSALS, SLOWEST = 30, 0.2  # nested half cosines; least greatest speed of one, relative to that of the record
+TONES, FAST, CYCLES = 16, 8.0, 8.0  # number, last frequency and duration, relative to the frequency and to a full loop
+STEEP = 1.3  # the amplitude of a tone falls with its frequency to this power
 LEAST_ROWS = 40  # between two ends of the range
 REST = 0.1  # of the duration of the loops: creep
-SMALL, FASTEST = 0.05, 0.1  # amplitude of the sweep (of half the range), and its last frequency (of the sample rate)
-FINE = 0.01  # amplitude of a sweep over resonances, of half the range
+FASTEST = 0.1  # last frequency of the sweep, of the sample rate
+FINE = 0.01  # amplitude of the sweep, of half the range: a light resonance amplifies it
 ROWS = 5.0  # in a period of its last frequency, at least
-PERIODS, WIDEST = 10.0, 300.0  # of its first frequency; last over first frequency, at most
+PERIODS, WIDEST = 15.0, 100.0  # of its first frequency; last over first frequency, at most
 MOST_ROWS = 200_000
 
 
-def write_excitation(path: Path, data: Dataset, frequency: float, up_to: float | None = None) -> str:
+def write_excitation(
+    path: Path, data: Dataset, frequency: float, up_to: float | None = None, model: Model | None = None
+) -> str:
     """Write the columns t and u of `excitation` to a CSV file.
 
     Parameters
     ----------
     path : Path
-    data, frequency, up_to
+    data, frequency, up_to, model
         As for `excitation`.
 
     Returns
     -------
     str
-        What was written, in a line: the last frequency of the sweep, the rows and their rate; and that the rate is
-        higher than that of the record, where this cannot carry the sweep.
+        What was written, in a line: the last frequency of the sweep, the rows, their duration and rate; and that the
+        rate is higher than that of the record, where this cannot carry the sweep.
     """
-    u, h = excitation(data, frequency, up_to)
+    u, h = excitation(data, frequency, up_to, model)
     unit = f" [{data.unit_u}]" if data.unit_u else ""
     t: Array = h * np.arange(len(u), dtype=np.float64)
     write_csv(path, {"t [s]": t, f"u{unit}": u})
     highest = FASTEST / h if up_to is None else up_to
-    line = f"sweep up to {highest:.4g} Hz, {len(u)} rows at {1 / h:.6g} Hz"
+    line = f"sweep up to {highest:.4g} Hz, {len(u)} rows, {len(u) * h:.4g} s at {1 / h:.6g} Hz"
     if h == data.h:
-        return line
+        return f"{line}; fit it together with this record"
     return (
         f"{line}: the record has {1 / data.h:.6g} Hz, of which {1 / (ROWS * data.h):.4g} Hz are the most that it shows"
     )
 
 
-def excitation(data: Dataset, frequency: float, up_to: float | None = None) -> tuple[Array, float]:
+def excitation(
+    data: Dataset, frequency: float, up_to: float | None = None, model: Model | None = None
+) -> tuple[Array, float]:
     """Design an input for the range, the step and the speed of a record.
-
-    A full loop, nested reversals at three speeds, a rest at the middle of the range, and a sweep of small amplitude.
-    With `up_to` the sweep is the part that shows resonances: five times smaller, because a light resonance amplifies
-    it, and so long that the noise of a sensor is averaged out.
 
     Parameters
     ----------
     data : Dataset
-        What was measured so far.
+        Previous measurement.
     frequency : float
         Of a full loop (Hz) at the speed of the record.
     up_to : float, optional
         Last frequency of the sweep (Hz): at least twice the highest frequency of interest.
+    model : Model, optional
+        Of one input, fitted to the record; what it does not know decides between draws.
 
     Returns
     -------
     u : array, shape (n,)
-        In the unit of measure of u.  It starts and ends at the first input of the record, and is faster than the record
-        where it would have more than `MOST_ROWS` rows.
+        In the unit of measure of u. It starts and ends at the first input of the record. It is faster than the record
+        if it would otherwise have more than `MOST_ROWS` rows.
     h : float
-        Step (s): that of the record, or a whole part of it that gives `ROWS` rows in a period of `up_to`.
+        Step (s): that of the record, or an integer fraction of it with `ROWS` rows per period of `up_to`.
 
     Raises
     ------
@@ -82,54 +95,85 @@ def excitation(data: Dataset, frequency: float, up_to: float | None = None) -> t
     """
     if up_to is not None and not 0 < up_to < np.inf:
         raise InputError(f"The 'up_to' of an excitation must be a float in (0, inf). Got {up_to:g} instead.")
-    h = data.h if up_to is None else data.h / max(1, int(np.ceil(ROWS * up_to * data.h * (1 - 1e-9))))
+    finer = 1 if up_to is None else max(1, int(np.ceil(ROWS * up_to * data.h * (1 - 1e-9))))
+    h = data.h / finer
     lo, hi = float(data.u.min()), float(data.u.max())
     middle, half = (lo + hi) / 2, (hi - lo) / 2
     start = (float(data.u[0]) - middle) / half
     cycle = 1 / (frequency * h)
-    sweep = None if up_to is None else _fast_sweep(frequency * h, up_to * h)
-    v = _path(start, cycle, sweep)
-    most = MOST_ROWS if sweep is None else MOST_ROWS / 2  # all of them have to be fitted
-    while len(v) > most and cycle > LEAST_ROWS:  # never cut off, because it would end far from where it begins
-        cycle /= 2
-        v = _path(start, cycle, sweep)
-    return np.asarray(middle + half * v), h
+    last = FASTEST if up_to is None else up_to * h
+    moved = np.concatenate([np.abs(np.diff(data.u[rows])) for rows in data.records]) / half
+    speed = max(float(np.percentile(moved, 99)) / finer, 4 / cycle)
+    while _rows(cycle, last) > MOST_ROWS and cycle > LEAST_ROWS:  # never cut off: it would end far from where it begins
+        cycle, speed = cycle / 2, speed * 2
+    drawn = [middle + half * _path(start, cycle, speed, last, seed) for seed in range(1, 1 + DRAWS)]
+    if model is None:
+        return np.asarray(drawn[0]), h
+    return np.asarray(max(drawn, key=lambda u: information(model, data, u, h))), h
 
 
-def _path(start: float, cycle: float, sweep: Array | None) -> Array:
-    """Return the path in [-1, 1] from `start` back to it, with `cycle` rows for a full loop."""
-    parts = [ramps([start, 1.0, -1.0, 1.0, -1.0, 0.0], _step(cycle, 1.0))]
-    for k, speed in enumerate(SPEEDS):
-        parts.append(nested_reversals(REVERSALS, seed=k + 1, step=_step(cycle, speed))[1:])
-        parts.append(ramps([float(parts[-1][-1]), 0.0], _step(cycle, speed))[1:])
+def _rows(cycle: float, last: float) -> float:
+    """Return about how many rows an input has."""
+    return (1 + REST) * (REVERSALS + CYCLES + 3) * cycle + PERIODS * WIDEST / last
+
+
+def _path(start: float, cycle: float, speed: float, last: float, seed: int) -> Array:
+    """Return a path in [-1, 1] from `start` back to it.
+
+    Parameters
+    ----------
+    start : float
+    cycle : float
+        Rows of a full loop.
+    speed : float
+        Greatest step between two rows.
+    last : float
+        Last frequency of the sweep, per row.
+    seed : int
+    """
+    rng = np.random.default_rng(seed)
+    step = min(4 / cycle, 2 / LEAST_ROWS)
+    full = ramps([start, 1.0, -1.0, 1.0], step)
+    parts = [full, _nested(1.0, speed, rng)]
     parts.append(np.zeros(round(REST * sum(map(len, parts)))))
-    parts.append(_sweep(cycle) if sweep is None else sweep)
-    parts.append(ramps([float(parts[-1][-1]), start], _step(cycle, 1.0))[1:])
+    parts.append(_tones(cycle, speed, rng))
+    parts.append(_sweep(1 / cycle, last, speed))
+    parts.append(ramps([float(np.concatenate(parts)[-1]), start], step)[1:])
     return np.concatenate(parts)
 
 
-def _step(cycle: float, speed: float) -> float:
-    """Return the step of a ramp over a range of 2, `cycle` rows there and back."""
-    return 2 / max(cycle / (2 * speed), LEAST_ROWS)
+def _nested(first: float, speed: float, rng: np.random.Generator) -> Array:
+    """Return half cosines from `first` to 0 between levels drawn from the last one to an end of the range."""
+    levels = [first]
+    for k in range(REVERSALS):
+        levels.append(float(rng.uniform(levels[-1], 1.0) if k % 2 else rng.uniform(-1.0, levels[-1])))
+    levels.append(0.0)
+    parts = []
+    for a, b in pairwise(levels):
+        fastest = speed * float(np.exp(rng.uniform(np.log(SLOWEST), 0.0)))
+        rows = max(int(np.ceil(np.pi / 2 * abs(b - a) / fastest)), 2)
+        parts.append(a + (b - a) * (1 - np.cos(np.pi * np.arange(1, rows + 1) / rows)) / 2)
+    return np.concatenate(parts)
 
 
-def _sweep(cycle: float) -> Array:
-    """Return a sine that gets faster by the same factor in the same time, up to `FASTEST`."""
-    first, last = max(1 / cycle, 1e-4), FASTEST
-    if first >= last:
-        return np.zeros(0)
-    return SMALL * _swept(first, last, int(min(20 / first, MOST_ROWS / 4)))
+def _tones(cycle: float, speed: float, rng: np.random.Generator) -> Array:
+    """Return tones that rise from 0 and fall back to it, as large as range and speed allow."""
+    n = round(CYCLES * cycle)
+    f = np.geomspace(0.5 / cycle, min(FAST / cycle, FASTEST), TONES)
+    k = np.arange(n)
+    v = (f**-STEEP) @ np.sin(2 * np.pi * (f[:, None] * k + rng.uniform(0, 1, (TONES, 1))))
+    v *= np.minimum(1.0, np.minimum(k, n - 1 - k) / (n / 10))
+    return np.asarray(v * min(1 / np.abs(v).max(), speed / np.abs(np.diff(v)).max()))
 
 
-def _fast_sweep(first: float, last: float) -> Array:
-    """Return the sweep from the frequency of a loop to another, both per row."""
+def _sweep(first: float, last: float, speed: float) -> Array:
+    """Return a sine whose frequency (per row) grows by the same factor in every row, no faster than `speed`."""
     first = max(first, last / WIDEST)
     if first >= last:
         return np.zeros(0)
-    return FINE * _swept(first, last, round(PERIODS * WIDEST / last))
-
-
-def _swept(first: float, last: float, n: int) -> Array:
-    """Return `n` rows of a sine whose frequency (per row) grows by the same factor in every row."""
+    n = round(PERIODS * WIDEST / last)
     rate = np.log(last / first) / n
-    return np.asarray(np.sin(2 * np.pi * first * np.expm1(rate * np.arange(n)) / rate))
+    f = first * np.exp(rate * np.arange(n))
+    return np.asarray(
+        np.minimum(FINE, speed / (2 * np.pi * f)) * np.sin(2 * np.pi * first * np.expm1(rate * np.arange(n)) / rate)
+    )

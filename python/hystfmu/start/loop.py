@@ -1,8 +1,8 @@
 """The scenario of a device: reference, feed-forward, controller, inverse, limits, delay, plant; its cases.
 
-The feedback acts inside the inverse, u = H^-1(v + C(z) (r - y)), where v is the feed-forward of the dynamics.  The
-plant runs `FINE` times in a step.  It contains what the model misses on its record, as tones, and the noise of the
-sensor; draws stand for what the record leaves open.
+The feedback acts in front of the inverse, u = H^-1(v + C(z) (r - y)), where v is the feed-forward of the dynamics. The
+plant runs `FINE` times in a step. It contains the model error of the record, as tones, and the noise of the sensor;
+drawn devices represent the uncertainty of the record.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ CONTROLLER = "controller"
 
 @dataclass(frozen=True)
 class Draw:
-    """A device that the record leaves possible.
+    """A device that agrees with the record.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Draw:
     plant : Plant
     gain : float
     late : int
-        Steps by which the command comes later than the design knows.
+        Additional steps of delay compared with the design.
     """
 
     name: str
@@ -52,7 +52,8 @@ class Draw:
 
 
 def draws(found: Device) -> tuple[Draw, ...]:
-    """Return the devices that are simulated beside the identified one: corners, delays, an unseen resonance."""
+    """Return the devices that are simulated in addition to the identified one: corners, delays, an unexcited
+    resonance."""
     p = found.plant
     made = [Draw("two_steps", "one step of delay that the design does not know of", p, 1.0, 1)]
     for k, side in ((1 + GAIN, "up"), (1 - GAIN, "down")):
@@ -98,14 +99,14 @@ def loop_scenario(
         Feed-forward of the dynamics.
     missed : Misfit
     tried : sequence of Tried
-        References, each a case; the first one also of the draws.
+        References, each a case; the first one is also used for the draws.
     asked : Requirements
     name : str
         Of the scenario.
     limits : mapping
         Largest RMS error (percent of the stroke) of cases, by name.
     slower : float
-        Times that a reference that jumps is shaped slower than usual.
+        Factor by which references with jumps are shaped slower than usual.
 
     Returns
     -------
@@ -168,7 +169,7 @@ def _cases(
     limits: Mapping[str, float],
     slower: float,
 ) -> None:
-    """Add the references, the draws, and for comparison what the loop does without its parts."""
+    """Add cases for the references, for the draws, and for comparison without parts of the loop."""
 
     def limit(name: str) -> dict[str, float] | None:
         return {"tracking": limits[name]} if name in limits else None
@@ -201,7 +202,7 @@ def _cases(
 
 
 def controller(found: Device, tuned: Tuned | None) -> Graph:
-    """Return the controller: inputs y_d, y, u_ff, output u; without one it hands the feed-forward on."""
+    """Return the controller: inputs y_d, y, u_ff, output u; without a controller the output is the feed-forward."""
     over = BEYOND * (found.high - found.low)
     limits = found.low - over, found.high + over
     if tuned is not None:
@@ -213,12 +214,12 @@ def controller(found: Device, tuned: Tuned | None) -> Graph:
 
 
 def command_of(asked: Requirements) -> str:
-    """Return the signal that the device gets."""
+    """Return the command of the device."""
     return "delay.y" if asked.delay else "limits.y"
 
 
 def shaping(found: Device, slower: float = 1.0) -> Node:
-    """Return the filter of a reference that jumps: critically damped, slower than what is known of the device."""
+    """Return the filter of a reference with jumps: critically damped, slower than the known dynamics of the device."""
     known = [f / SHAPING for f in found.plant.f_n] + [found.band / SHAPING] * (found.band > 0 and not found.plant.f_n)
     f = min([*known, 1 / (FASTEST * found.h)])
     f = max(f, 2 * found.frequency) / slower
@@ -228,7 +229,10 @@ def shaping(found: Device, slower: float = 1.0) -> Node:
 
 
 def _feedforward(ahead: Preview, rest: float) -> Graph:
-    """Return the weights of the last samples, which are `rest` before the first one, behind the filter of the zeros."""
+    """Return the block with the weights of the last samples, after the filter of the zeros.
+
+    Samples before the first one are `rest`.
+    """
     dims = {"n_u": len(ahead.taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
     taps = Node("taps", "polynomial_narx", dims, {"theta": [*ahead.taps.tolist(), 0.0]})
     first = [ahead.zeros] if ahead.zeros is not None else []
@@ -244,7 +248,7 @@ def _leading(block: blocks.Reference, lead: float) -> blocks.Reference:
 
 
 def _late(found: Device, n: int) -> blocks.Delay:
-    """Delay the command by n steps; until the first one comes the device rests."""
+    """Delay the command by n steps; before the first command the device is at rest."""
     return blocks.Delay(n=n, y0=float(found.model.graph.inputs[0].start))
 
 

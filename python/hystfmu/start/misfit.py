@@ -1,8 +1,7 @@
 """Error of a model as tones that a loop can run with; the promised error of a loop includes them.
 
-The residual of a record has a spectrum.  Frequencies count relative to the rate of the cycles of the record: a
-hysteresis that is missed by some percent is missed at the same harmonics of a slower or a faster reference.  White
-noise of the sensor is taken off.
+The residual of a record has a spectrum. Frequencies are relative to the cycle rate of the record, because errors of the
+hysteresis occur at the same harmonics of a slower or faster reference. White noise of the sensor is subtracted.
 """
 
 from __future__ import annotations
@@ -54,8 +53,8 @@ class Misfit:
     def lines(self, frequency: float) -> tuple[Array, Array]:
         """Return a tone for each band: frequencies (Hz) and powers, for references of a frequency (Hz).
 
-        The powers are such that a tone has as much power behind the dynamics as all harmonics of its band: one of
-        them may meet a light mode where the tone does not.
+        After the dynamics, each tone has the power of all harmonics of its band, because a harmonic may excite a
+        lightly damped mode although the tone does not.
         """
         f, power = [], []
         for (low, high), n, p in zip(pairwise(EDGES), HARMONICS, self.power, strict=True):
@@ -70,7 +69,7 @@ class Misfit:
     def tones(self, frequency: float, seed: int, strength: float = 1.0) -> blocks.Reference:
         """Return a source with these tones for references of a frequency (Hz); phases are drawn.
 
-        A hysteresis is missed in proportion to its strokes: `strength` is their size relative to those of the record.
+        The model error is proportional to the strokes: `strength` is their size relative to those of the record.
         """
         f, power = self.lines(frequency)
         a = strength * np.sqrt(2 * power)
@@ -99,7 +98,7 @@ def misfit(model: Model, data: Dataset, cycle: float, noise: float, plant: Plant
     noise : float
         RMS of the white noise of the sensor.
     plant : Plant
-        Dynamics: the misfit is what stands in front of them.
+        Dynamics; the misfit is computed in front of them.
     """
     e = data.y - free_run(model, data)
     ratio = float(model.fit.get("validation_percent", 0.0)) / max(float(model.fit.get("rms_percent", 1.0)), 1e-12)

@@ -1,4 +1,7 @@
-"""The page of `hystfmu start`: verdict, the device before and after, errors, explorer, controller; or why no loop."""
+"""The page of `hystfmu start`: verdict, the device before and after, errors, explorer, controller.
+
+Or the reason for no loop.
+"""
 
 from __future__ import annotations
 
@@ -37,11 +40,11 @@ def write_page(
     data : Dataset
         Of the fit.
     loop : ClosedLoop or str
-        The loop, or why there is none.
+        The loop, or the reason why there is none.
     told : dict
         The verdict.
     notes : list of str
-        What was decided on the way.
+        Notes on decisions.
 
     Returns
     -------
@@ -119,7 +122,7 @@ def race_table(loop: ClosedLoop, page: bool = True) -> tuple[list[str], list[lis
 
 
 def _verdict(loop: ClosedLoop, data: Dataset, told: dict[str, Any]) -> tuple[Section, Section]:
-    """Say the verdict, draw the device behind a gain alone and in the loop, then list the errors."""
+    """State the verdict, draw the device behind a gain and in the loop, then list the errors."""
     shown = {"before: a gain alone": "neither", "after: the loop": loop.promises[0].name}
     unit = f" ({data.unit_y})" if data.unit_y else ""
     plots = []

@@ -1,8 +1,8 @@
-"""The error that a loop has on the device itself: what it is expected to be, or that it is not known.
+"""The expected error of a loop on the device itself, or the statement that it is not known.
 
-A run of the scenario contains the model error of the record and the noise of its sensor.  What the record leaves open
-of modes and delay comes beside it: the feed-forward misses a part of every tone of the reference, and the feedback
-leaves a part of that.  A record that shows one kind of signal only says nothing about others.
+A run of the scenario contains the model error of the record and the noise of its sensor. The uncertainty of modes and
+delay is added: the feed-forward leaves an error for every tone of the reference, which the feedback reduces. A record
+with only one kind of signal gives no information about others.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Promise:
     rms_percent, bound_percent : float or None
         Expected on the device, and a bound; None: not known.
     why : str
-        Why it is not known.
+        Reason why it is not known.
     """
 
     name: str
@@ -81,7 +81,7 @@ def promises(
 
 
 def expected_percent(found: Device, plants: PlantSet, aim: Aim, missed: Misfit, tuned: Tuned, t: Tried) -> float:
-    """Return the error of a structure without a run: what its loop leaves of misfit, doubt and noise."""
+    """Return the error of a structure without a run: remaining misfit, uncertainty and noise."""
     f, power = missed.lines(t.frequency)
     G = np.abs(plants.plants[0].response(np.exp(2j * np.pi * f * found.h), found.h))
     power = (t.strength * G * _sensitivity(found, plants, tuned, f)) ** 2 * power
@@ -90,7 +90,7 @@ def expected_percent(found: Device, plants: PlantSet, aim: Aim, missed: Misfit, 
 
 
 def unknown(found: Device, t: Tried, data: Dataset, model: Model) -> str:
-    """Return why the error on the device is not known; empty if it is."""
+    """Return the reason why the error on the device is not known; empty if it is known."""
     size = SMALL * float(np.ptp(data.u))
     turns = sum(len(turning_points(data.u[rows], size)) for rows in data.records)
     if turns < LEAST_REVERSALS or any("informative" in w for w in model.fit.get("warnings", ())):
@@ -103,7 +103,7 @@ def unknown(found: Device, t: Tried, data: Dataset, model: Model) -> str:
 
 
 def _left(found: Device, plants: PlantSet, aim: Aim, tuned: Tuned | None, t: Tried) -> float:
-    """Return the power of the error that comes from what is not known of modes and delay."""
+    """Return the power of the error due to the uncertainty of modes and delay."""
     z = np.exp(2j * np.pi * aim.f * found.h)
     S = _sensitivity(found, plants, tuned, aim.f)
     return float((t.powers(aim.f) * plants.missed(z) * S**2).sum())

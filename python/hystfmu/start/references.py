@@ -1,4 +1,4 @@
-"""References that a loop is tried with: shape, rate, size; the tones that they hold."""
+"""References for the test of a loop: shape, rate, size, and their tones."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DEFAULT = tuple(Wanted(shape) for shape in ("sine", "nested", "triangle", "step"
 
 @dataclass(frozen=True)
 class Tried:
-    """A reference as a block of the scenario, with what its errors are relative to.
+    """A reference as a block of the scenario, with the scale of its errors.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Tried:
     stop, after : float
         End of the run, and first time that counts (s).
     jumps : bool
-        It jumps: the loop shapes it.
+        Whether it jumps, so that the loop shapes it.
     strength : float
         Size of its strokes relative to a sine of the same amplitude.
     """
@@ -75,7 +75,7 @@ class Tried:
 
 
 def references(found: Device, wanted: Sequence[Wanted]) -> tuple[Tried, ...]:
-    """Return what a loop is tried with; by default `DEFAULT` at the rate of the record.
+    """Return the references for the test of a loop; by default `DEFAULT` at the rate of the record.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def references(found: Device, wanted: Sequence[Wanted]) -> tuple[Tried, ...]:
 
 
 def _tried(found: Device, wanted: Wanted) -> Tried:
-    """Size a reference to the range of the output, and let it begin at rest."""
+    """Scale a reference to the range of the output, starting at rest."""
     f, h = wanted.frequency or found.frequency, found.h
     amplitude, offset = STROKE * (found.high - found.low) / 2, (found.high + found.low) / 2
     if wanted.shape == "file":
@@ -139,7 +139,7 @@ def _rows(seconds: float, h: float) -> int:
 
 
 def _from_file(found: Device, file: str) -> Tried:
-    """Read the columns t and r of a CSV file, and take its values at the steps of the loop."""
+    """Read the columns t and r of a CSV file, and interpolate its values at the steps of the loop."""
     read = hy.read(file, input="r", output="r")
     t = np.arange(round((read.t[-1] - read.t[0]) / found.h) + 1) * found.h
     if len(t) > MOST_ROWS:

@@ -27,7 +27,7 @@ class Wanted:
     shape : str
         One of `SHAPES`, or "file".
     frequency : float
-        Hz; 0: the rate of the record.  Of a step and a staircase the rate of the levels.
+        Hz; 0: the rate of the record. For a step and a staircase the rate of the levels.
     file : str
         Of the shape "file": CSV with columns t and r.
     """
@@ -54,7 +54,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Amplifier:
-    """Limits of the amplifier, in the unit of the input; infinite where it has none.
+    """Limits of the amplifier, in the unit of the input; infinite if there is none.
 
     Attributes
     ----------
@@ -119,13 +119,13 @@ class Requirements:
     settling : float or None
         Longest time until a step stays within 2 % (s).
     overshoot : float or None
-        Largest overshoot of a step in percent; a jump is shaped for `OVERSHOOT` without it.
+        Largest overshoot of a step in percent; without it, jumps are shaped for `OVERSHOOT`.
     reference : tuple of Wanted
         Empty: sine, nested reversals, triangle and a step at the rate of the record.
     delay : int
         Steps between a measurement and its command.
     resonance : (float, float) or None
-        A resonance that the user knows, Hz and damping ratio, in place of one that may stand anywhere.
+        A known resonance, Hz and damping ratio, instead of one at an unknown frequency.
     amplifier : Amplifier or None
     """
 
@@ -142,7 +142,7 @@ class Requirements:
 
     @property
     def wanted(self) -> tuple[Wanted, ...]:
-        """References, with one of the kind that what is asked for needs."""
+        """References, with an additional one if a requirement needs its kind."""
         kinds = {w.shape in JUMPS for w in self.reference}
         missing = []
         if self.reference and (self.settling or self.overshoot) and True not in kinds:
@@ -152,7 +152,7 @@ class Requirements:
         return (*self.reference, *missing)
 
     def __post_init__(self) -> None:
-        """Refuse what no loop can mean."""
+        """Refuse contradictory or impossible values."""
         for key in (f.name for f in fields(self)):
             value = getattr(self, key)
             number = key in ("error", "bandwidth", "ms", "settling", "overshoot")
@@ -183,12 +183,12 @@ class Requirements:
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Requirements:
-        """Build from the words of a command line or the keys of a TOML file; None and empty ones are left out.
+        """Build from options of the command line or keys of a TOML file; None and empty values are ignored.
 
         Raises
         ------
         InputError
-            A key that there is not, or a value out of range.
+            An unknown key, or a value out of range.
         """
         values: dict[str, Any] = {}
         known = {f.name for f in fields(cls)}

@@ -41,13 +41,13 @@ class Started:
     ----------
     model : Model
     loop : ClosedLoop or str
-        With the inverse of the model; or why there is none.
+        The loop with the inverse of the model, or the reason why there is none.
     verdict : dict
         As verdict.json, see `hystfmu.start.verdict.SCHEMA`.
     files : dict of str to (Path, str)
-        Each file or folder, with the command that makes it alone.
+        Each file or folder, with the command that makes it.
     notes : list of str
-        What was decided on the way.
+        Notes on decisions.
     """
 
     model: Model
@@ -86,22 +86,22 @@ def start(
     folder : Path
         To write into.
     asked : Requirements
-        What is asked of the loop.
+        Requirements of the loop.
     key : str
         Kind of model; ``"auto"`` chooses among those that have an inverse.
     seed : int
         Seed of the fit.
     source : sequence of str
-        Words that read the data on a command line.
+        Arguments of a command line that read the data.
     told : function
-        Called with a line where a step ends.
+        Called with a line at the end of each step.
     shown : function
-        Called with the name of a step that takes long; gives a context with a function of the fraction done.
+        Called with the name of a long step; returns a context with a function of the fraction done.
 
     Raises
     ------
     InputError
-        The data have covariates, no kind of model follows them, the named kind is unknown, or the folder cannot be
+        The data have covariates, no kind of model represents them, the named kind is unknown, or the folder cannot be
         written.
     """
     if data.covariates:
@@ -142,7 +142,7 @@ def start(
     if model.fit.get("warnings") or doubt:
         notes = [
             *notes,
-            _measure_next(folder / "measure_next.csv", data, asked, float(model.fit["evidence"]["band"][1])),
+            _measure_next(folder / "measure_next.csv", data, asked, model),
         ]
         files["next measurement"] = (folder / "measure_next.csv", "written for what the record does not show")
     said = verdict(loop)
@@ -154,19 +154,21 @@ def start(
 
 
 def _of_a_loop(folder: Path, name: str) -> list[Path]:
-    """Return what this command writes for a loop."""
+    """Return the files that this command writes for a loop."""
     inverse = [f"{name}_inverse.model.toml", f"{name}_inverse.fmu", f"{name}_controller.fmu"]
     return [folder / n for n in ("loop", "devices.study.toml", "report.json", "measure_next.csv", *inverse)]
 
 
-def _measure_next(path: Path, data: Dataset, asked: Requirements, top: float) -> str:
-    """Write the input that would end the doubt, up to the frequency that the rate of the record carries or more."""
+def _measure_next(path: Path, data: Dataset, asked: Requirements, model: Model) -> str:
+    """Write the input that would show the missing properties, up to at least the highest frequency of the record."""
+    top = float(model.fit["evidence"]["band"][1])
     up_to = max(CARRIED / data.h, FASTER * (asked.bandwidth or 0.0), SEEN * top)
-    return f"measure next: {write_excitation(path, data, reference_frequency(data), up_to)}"
+    return f"measure next: {write_excitation(path, data, reference_frequency(data), up_to, model)}"
 
 
 def _model(data: Dataset, key: Any, seed: int, progress: Callable[[float], None]) -> tuple[Model, str, list[str]]:
-    """Return the best model that fits into a loop, why there is none, and a line if it is not the best of all."""
+    """Return the best model that fits into a loop, the reason if there is none, and a line if it is not the best of
+    all."""
     try:
         best = hy.fit(data, key, seed=seed, progress=progress, purpose="inverse")
     except InputError as e:

@@ -1,4 +1,4 @@
-"""The verdict of `hystfmu start`: one object that terminal, page, verdict.json and exit status read."""
+"""The verdict of `hystfmu start`: one object for terminal, page, verdict.json and exit status."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.base.files import write_text
+from hystfmu.report import digits
 from hystfmu.start.closed_loop import ClosedLoop
 
 SCHEMA: dict[str, Any] = {
@@ -54,12 +55,12 @@ SCHEMA: dict[str, Any] = {
 
 
 def verdict(loop: ClosedLoop | str) -> dict[str, Any]:
-    """Return what `SCHEMA` describes.
+    """Return the verdict as described by `SCHEMA`.
 
     Parameters
     ----------
     loop : ClosedLoop or str
-        The loop, or why there is none.
+        The loop, or the reason why there is none.
     """
     if isinstance(loop, str):
         return {
@@ -95,7 +96,7 @@ def verdict(loop: ClosedLoop | str) -> dict[str, Any]:
 
 
 def sentence(told: dict[str, Any]) -> str:
-    """Say the verdict in one line."""
+    """State the verdict in one line."""
     word = "approved" if told["approved"] else "not approved"
     with_ = {"full": "feedback", "slow": "slow feedback", "none": "no feedback"}[told["feedback"]]
     why = f": {told['reasons'][0]}" if not told["approved"] and told["reasons"] else ""
@@ -104,9 +105,7 @@ def sentence(told: dict[str, Any]) -> str:
 
 def percent(value: float | None) -> str:
     """Return an error in percent with three digits, or that it is not known."""
-    if value is None:
-        return "not known"
-    return "< 0.001" if value < 0.001 else f"{value:.3g}"
+    return "not known" if value is None else digits.percent(value)
 
 
 def write_verdict(folder: Path, told: dict[str, Any]) -> Path:

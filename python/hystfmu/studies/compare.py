@@ -91,7 +91,7 @@ def _inside(r: Read) -> Bools:
 
 
 def _sign_test(gained: int, lost: int) -> float:
-    """Return the two-sided probability that fair coins are as unequal: McNemar 1947, Psychometrika 12, 153-157."""
+    """Return the two-sided probability of McNemar's test (1947, Psychometrika 12, 153-157)."""
     return min(1.0, 2 * float(bdtr(min(gained, lost), gained + lost, 0.5)))
 
 
@@ -100,7 +100,7 @@ def _within(r: Read, pair: tuple[str, str]) -> Bools:
 
 
 def _pairs(both: tuple[Read, Read]) -> list[tuple[str, str]]:
-    """Return case and metric of the limits that both studies have, those that fewest draws of either meet first."""
+    """Return case and metric of the common limits of both studies, sorted by the share of draws that meet them."""
     common = [pair for pair in both[0].metrics if pair in both[1].metrics]
     return sorted(common, key=lambda pair: min(float(_within(r, pair).mean()) for r in both))
 
@@ -169,7 +169,7 @@ def _verdicts(both: tuple[Read, Read]) -> Section:
 
 
 def _changes(both: tuple[Read, Read]) -> tuple[list[Change], list[Change]]:
-    """Return what differs, and what does not."""
+    """Return the parameters that differ, and those that do not."""
     every = [Change("all cases", "inside the limits, %", *(100 * float(_inside(r).mean()) for r in both))]
     for pair in _pairs(both):
         title, metric = f"{both[1].facts.scenario}/{pair[0]}", label(pair[1], both[1].facts.units.get(pair[1], ""))

@@ -93,7 +93,7 @@ class DaskPool:
         self._client.close()
 
     def stop(self) -> None:
-        """Announce the end of the tasks.  The workers belong to the cluster and go on."""
+        """Announce the end of the tasks. The workers belong to the cluster and continue to run."""
 
     def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
         """Yield rows as they finish.  A chunk that kills its workers is split to find the task at fault."""

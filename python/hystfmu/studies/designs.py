@@ -1,6 +1,6 @@
 """Parameters that follow from a design: a study varies the requirements of the design, not each tap or pole.
 
-What the design returns for the drawn values is set in every case, as `hy.design` would have computed it by hand.
+The result of the design for the drawn values is set in every case, equal to that of `hy.design`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""First-order and total effects of the parameters on the metrics, from the runs of a study as they are.
+"""First-order and total effects of the parameters on the metrics, from the existing runs of a study.
 
 A polynomial chaos expansion is fitted to the runs by least squares: products of polynomials that are orthonormal under
 the distribution of each parameter.  The squares of its coefficients are shares of the variance: those of one parameter

@@ -26,7 +26,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Facts(pydantic.BaseModel):
-    """A study as its report.json keeps it: `outcomes` has a letter of `WORDS` for every draw, in their order."""
+    """Data of a study in its report.json: `outcomes` has a letter of `WORDS` for every draw, in their order."""
 
     model_config = pydantic.ConfigDict(strict=True)
     name: str
@@ -42,7 +42,7 @@ class Facts(pydantic.BaseModel):
 def facts(
     study: Study, systems: Sequence[System], labels: Mapping[str, str], rows: Sequence[Row], summary: Summary
 ) -> dict[str, Any]:
-    """Return what report.json keeps of a study; `labels` names the parameters with their units of measure."""
+    """Return the data of a study for report.json; `labels` names the parameters with their units of measure."""
     letters, kinds = {word: letter for letter, word in WORDS.items()}, outcomes(study, systems, rows)
     metrics = {k: metric_unit(s, k) for s in reversed(systems) for k in s.case.metrics}
     found = Facts(
@@ -71,7 +71,7 @@ class Read:
 
 
 def is_study(path: str | Path) -> bool:
-    """Return whether a folder or a report.json is that of a study; False if it is no report at all."""
+    """Return whether a folder or a report.json belongs to a study; False if it is not a report."""
     try:
         content = json.loads(read_bytes(_report(path), MOST_BYTES))
     except (ValueError, RecursionError):  # whoever reads it next says what is wrong
@@ -116,7 +116,7 @@ def _rows(table: Path) -> list[dict[str, Any]]:
 
 
 def _in_order(found: Facts, rows: Sequence[Mapping[str, Any]]) -> Read:
-    """Sort the rows by draw; a KeyError or ValueError says that they are those of another study."""
+    """Sort the rows by draw; a KeyError or ValueError means that they belong to another study."""
     place = {v: k for k, v in enumerate(sorted({r["variation"] for r in rows}))}
     if len(place) != len(found.outcomes):
         raise ValueError

@@ -47,7 +47,7 @@ def shares(summary: Summary) -> Bars | None:
 
 
 def strongest(names: Sequence[str], metric: str, found: Effects, column: int) -> Bars | None:
-    """Draw the total effects of the parameters on a metric, the largest first; None if none moves it."""
+    """Draw the total effects of the parameters on a metric, the largest first; None if no parameter affects it."""
     order = _order(found, column)
     if not order:
         return None
@@ -60,7 +60,7 @@ def strongest(names: Sequence[str], metric: str, found: Effects, column: int) ->
 
 
 def _order(found: Effects, column: int) -> list[int]:
-    """Return the parameters that move a metric, the strongest first."""
+    """Return the parameters that affect a metric, the strongest first."""
     return [k for k in np.argsort(-found.total[:, column], kind="stable").tolist() if found.total[k, column] > 0]
 
 
@@ -71,10 +71,11 @@ def all_draws(
     rows: Sequence[Row],
     objective: tuple[str, Mapping[int, float]] | None = None,
 ) -> Parallel | None:
-    """Draw every variation, or evenly many, across its parameters and the largest ratio to a limit; None for one.
+    """Draw all variations, or an even selection, over their parameters and the largest ratio to a limit; None for one
+    parameter.
 
-    `labels` names the parameters in the order of their axes; `objective`, a name with a value by variation, stands for
-    the limits where there are none.
+    `labels` names the parameters in the order of their axes; `objective`, a name with a value by variation, replaces
+    the limits if there are none.
     """
     kinds = outcomes(study, systems, rows)
     limits = {s.case.name: study.limits(s.case) for s in systems}
@@ -118,7 +119,7 @@ def scatter(
     column: int,
     limit: float | None,
 ) -> list[Plot]:
-    """Draw a metric over the parameters that move it most.
+    """Draw a metric over the parameters with the largest effects.
 
     `y_label` and `names` of the p parameters have their units of measure; x has the shape (n, p), y (n,); the metric is
     a `column` of what was found.

@@ -1,4 +1,4 @@
-"""Keep a second study out of a folder, in this process and in others."""
+"""Lock of a folder against a second study, in this process and in others."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ _HELD: dict[int, tuple[int, int, int]] = {}  # process, device and file by handl
 def open_locked(path: Path) -> int:
     """Open a file to read and to write, and lock it until `close_locked`.
 
-    The lock is that of this process: forked workers, which may outlive it for a moment, do not hold it.  Such a lock
-    does not keep the own process out, and is lost when that closes another handle of the file: both are checked here.
+    The lock belongs to this process; forked workers, which may live slightly longer, do not hold it. Such a lock does
+    not exclude the same process, and it is lost when this process closes another handle of the file; both cases are
+    handled here.
     An InputError says that another study holds the lock, or the file cannot be written; an OSError that the file system
     knows no locks.
     """

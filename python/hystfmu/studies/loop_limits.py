@@ -30,7 +30,7 @@ class LoopLimits:
         self._systems = {name: build(study.scenario_cases[name]) for name in {spec.case, *spec.corners}}
 
     def excess(self, settings: Mapping[str, Any]) -> dict[str, float]:
-        """Return by how much a variation exceeds each limit; it is met at most 0.
+        """Return the excess of a variation over each limit; a limit is met if the excess is at most 0.
 
         The settings ``{"unit.parameter": value}`` have the form that `set` of a scenario takes.
         """
@@ -68,7 +68,10 @@ def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float
 
 
 def _radius(opened: OpenedLoop, slope: float, delay: float) -> float:
-    """Return the largest pole; a memory adds a bound that a stable loop may exceed, so there the plain loop counts."""
+    """Return the largest pole.
+
+    For a memory of a period, the bound may exceed 1 although the loop is stable, so the loop without it counts.
+    """
     if opened.memories and opened.stable(slope, delay):
         opened = replace(opened, memories=())
     return opened.radius(slope, delay)

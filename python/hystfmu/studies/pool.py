@@ -1,15 +1,15 @@
 """Run a study in local worker processes, which may crash, hang or run out of memory without harm to the study.
 
-The parent watches its workers.  A worker receives several tasks at once and answers in batches, because a message costs
-as much as a short run.  It counts the tasks that it has begun in shared memory, so that the parent knows the current
-one.  A worker that dies is replaced and its task is repeated: the process may have been killed from outside, and the
-table must not depend on that.  Tasks that were finished but not yet reported are repeated too.  A task that kills its
-worker twice, or exceeds the time limit, becomes a row with the reason.  A worker ends when its parent is gone.
+The parent watches its workers. A worker receives several tasks at once and answers in batches, because a message costs
+as much as a short run. It counts started tasks in shared memory, so that the parent knows the current one. A worker
+that dies is replaced and its task is repeated, because the process may have been killed from outside, and the table
+must not depend on this. Tasks that were finished but not yet reported are repeated too. A task that kills its worker
+twice, or exceeds the time limit, becomes a row with the reason. A worker ends when its parent has ended.
 
-Workers of studies that run in the C core alone are forks: they start at once, with everything that the parent has
-imported, and use only what is safe in a fork of a process with threads.  All other workers (FMUs, foreign code,
-platforms without a safe fork) are new processes.  One that runs foreign code is confined, has a supervisor on Linux
-(`PipedChild`), and is not believed: its answers are JSON, as nothing that it sends may be unpickled here.
+Workers of studies that only use the C core are forks: they start at once, with the imports of the parent, and only use
+functions that are safe in a fork of a process with threads. All other workers (FMUs, foreign code, platforms without a
+safe fork) are new processes. A worker with foreign code is confined, has a supervisor on Linux (`PipedChild`), and is
+not trusted: its answers are JSON, because its data must not be unpickled.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _work(pipe: Any, begun: Any, parent: int, folder: str, systems: list[System]
 
 
 def _answer(row: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
-    """Return what the parent does not know of a row."""
+    """Return the part of a row that the parent does not know."""
     return row["status"], row["reason"], row["metrics"]
 
 
@@ -173,7 +173,7 @@ class _Worker:
         return "a script that runs a study must be a file with its main part under if __name__ == '__main__'"
 
     def kill(self) -> None:
-        """Begin to end it, with all that foreign code in it has started."""
+        """Start to end it, with all processes that foreign code in it has started."""
         if self._supervised:
             self.process.terminate()
         else:
@@ -181,7 +181,7 @@ class _Worker:
 
 
 class _Waiting:
-    """Tasks that no worker has yet: new ones, made while others run, and returned ones."""
+    """Tasks that no worker has yet: new ones, created while others run, and returned ones."""
 
     def __init__(self, source: Iterable[Task], n: int) -> None:
         self._source, self._back, self.left = iter(source), deque[Task](), n

@@ -49,15 +49,15 @@ class StudyCase:
         return float((self.y[:, column] <= limit).mean())
 
     def share(self) -> float:
-        """Of the runs within the limit that fewest meet."""
+        """Share of the runs within the limit that the fewest runs meet."""
         return self._within(self.main)
 
     def decides(self) -> Bars | None:
-        """Return the diagram of the total effects on the metric that meets its limit least."""
+        """Return the diagram of the total effects on the metric whose limit the fewest runs meet."""
         return strongest(self.names, f"{self.system.case.name}: {self.of[self.main]}", self.found, self.main)
 
     def by_effect(self, labels: dict[str, str]) -> dict[str, str]:
-        """Return the parameters with the one that moves that metric most at the end."""
+        """Return the parameters, with the one that affects this metric most at the end."""
         names = list(labels)
         return {names[k]: labels[names[k]] for k in np.argsort(self.found.total[:, self.main], kind="stable").tolist()}
 
@@ -175,7 +175,7 @@ def _label(study: Study, systems: Sequence[System], parameter: str) -> str:
 def _answer(
     study: Study, labels: dict[str, str], least: StudyCase | None, rows: list[Row], summary: Summary | None
 ) -> Section:
-    """Return the first part: the answer in a sentence, shares with intervals, what decides; the ranges folded."""
+    """Return the first section: the answer in a sentence, shares with intervals, decisive limits; the ranges folded."""
     failed = [r for r in rows if r["status"] not in ("ok", OUTSIDE)]
     left_out = sum(r["status"] == OUTSIDE for r in rows)
     tables = [

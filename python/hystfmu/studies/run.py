@@ -28,12 +28,12 @@ _LIMIT_OF = {"timeout": "timeout", "memory": "memory", "killed": "memory"}  # na
 
 
 def with_limits(row: dict[str, Any], spec: StudySpec) -> dict[str, Any]:
-    """Return a row as it is kept: a failed one states the limits under which it failed."""
+    """Return a row for storage: a failed row also states the limits under which it failed."""
     return row if row["status"] == "ok" else row | {"limits": {"timeout": spec.timeout, "memory": spec.memory}}
 
 
 def is_final(row: dict[str, Any], spec: StudySpec, retry: bool) -> bool:
-    """Return whether a kept row holds under the present limits; with `retry` no failed one does."""
+    """Return whether a stored row is valid for the present limits; with `retry` failed rows are not."""
     if row["status"] == "ok":
         return True
     limit = _LIMIT_OF.get(row["status"], "")
@@ -77,7 +77,7 @@ class Outcome:
         return f"Outcome({len(self.rows)} rows, {len(self.failed)} failed, {str(self.table)!r})"
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it: the answer, percentiles, failed runs, where table and report are."""
+        """As a notebook shows it: the answer, percentiles, failed runs, paths of table and report."""
         return outcome_html(self.summary, self.failed, [self.table, self.report])
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -141,7 +141,8 @@ def run_study(
     on : str, optional
         ``dask://HOST:PORT`` of a Dask scheduler, instead of local processes.
     retry : {"failed"}, optional
-        Run failed rows again.  Those that failed at a limit of time or memory which is now higher always run again.
+        Run failed rows again. Rows that failed at a limit of time or memory run again in any case if this limit is now
+        higher.
     confined : bool
         Whether foreign FMUs run without network and write into a folder of their own only, where the system can.
     progress : callable, optional
@@ -220,8 +221,8 @@ def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first:
 class _Missing:
     """Iterate over the tasks without a row, each once: a sampler may propose a variation twice.
 
-    Tasks are created on demand, while others run.  At the end `all` holds every task, `there` counts the tasks that had
-    a row, and `left_out` holds those of the variations in `leave_out`, which are not to run.
+    Tasks are created on demand, while others run. At the end `all` contains every task, `there` is the number of tasks
+    that had a row, and `left_out` contains the tasks of the variations in `leave_out`, which do not run.
     """
 
     def __init__(self, tasks: Iterator[Task], known: Mapping[str, object]) -> None:

@@ -25,7 +25,7 @@ class Sampler(Protocol):
         """Report the rows (one per case) of every variation of the last batch, in the order of the batch."""
 
     def outside(self, k: int) -> str:
-        """Return which limits variation k of the last batch breaks before it has run; none: it runs."""
+        """Return the limits that variation k of the last batch breaks before it has run; if there are none, it runs."""
 
     @property
     def n(self) -> int:
@@ -95,7 +95,7 @@ class Asked:
             yield batch
 
     def outside(self, k: int) -> str:
-        """Name the broken limits of the linearised loop: a simulation would tell the sampler nothing more."""
+        """Name the broken limits of the linearised loop, for which a simulation is not needed."""
         return ", ".join(name for name, excess in self._excess[k].items() if excess > 0)
 
     def _ask(self, trial: Any) -> dict[str, float]:

@@ -102,7 +102,8 @@ class ParameterSpec(pydantic.BaseModel):
         return math.log(value / lo) / math.log(hi / lo) if self.log else (value - lo) / (hi - lo)
 
     def coordinates(self, name: str) -> dict[str, ParameterSpec]:
-        """Return what is drawn independently, by name: the parameter itself, or what it follows from."""
+        """Return the independently drawn quantities by name: the parameter itself, or the quantities that it is
+        computed from."""
         if self.second_order is None:
             return {name: self}
         return {f"{name}.{k}": p for k, p in self.second_order.coordinates.items()}

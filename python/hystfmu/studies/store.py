@@ -4,9 +4,9 @@ A row is one line of `journal.jsonl`, appended when its run ends: CRC-32, tab, J
 counts.  A lock keeps a second study out of the folder.  Full journals become Parquet parts, whose names end with their
 CRC-32, by atomic renames.  Columns and seed are kept twice.
 
-What was cut off or damaged is found at the next start: lines are moved to `damaged.jsonl`, parts are renamed, and their
-runs are made again.  The final table is `results.parquet`, sorted by row.  It does not depend on when, where or in
-which order the runs were made.
+Truncated or damaged data are found at the next start: lines are moved to `damaged.jsonl`, parts are renamed, and their
+runs are repeated. The final table is `results.parquet`, sorted by row. It does not depend on time, place or order of
+the runs.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def _line(row: dict[str, Any]) -> bytes:
 
 
 def _row(line: bytes) -> dict[str, Any] | None:
-    """Return the row of a line; None if the line is not as it was written."""
+    """Return the row of a line; None if the line is damaged."""
     content = line[9:-1]
     if line != b"%08x\t%s\n" % (zlib.crc32(content), content):
         return None
@@ -52,7 +52,7 @@ def _sealed(value: Any) -> bytes:
 
 
 def _unsealed(path: Path) -> Any:
-    """Return the value in a file; a ValueError says that it is damaged."""
+    """Return the value in a file; a ValueError means that it is damaged."""
     found = json.loads(read_bytes(path))
     if not isinstance(found, dict) or not {"crc32", "value"} & set(found):
         raise InputError(f"{path}: HystFMU before 0.1 wrote this folder. Choose another one for the study.")
@@ -110,7 +110,10 @@ class Store:
         return int(self._kept("seed", lambda: secrets.randbelow(2**31)))
 
     def _kept(self, name: str, first: Callable[[], Any]) -> Any:
-        """Return a value that is kept in two files, or make it.  One file mends the other."""
+        """Return a value that is stored in two files, or create it.
+
+        If one file is damaged, the other one replaces it.
+        """
         paths = self.folder / f"{name}.json", self.folder / f"{name}.copy.json"
         found = []
         for path in filter(Path.exists, paths):
@@ -130,7 +133,10 @@ class Store:
         return value
 
     def _mend(self) -> None:
-        """Set damaged lines of the journal aside; blanks take their place, so that no other line moves."""
+        """Move damaged lines of the journal to another file.
+
+        Blanks replace them, so that other lines keep their positions.
+        """
         at, self._in_journal, damaged = 0, 0, list[tuple[int, bytes]]()
         for line in self._lines():
             if _row(line) is not None:
@@ -151,7 +157,7 @@ class Store:
         self._synced = time.monotonic()
 
     def append(self, row: dict[str, Any]) -> None:
-        """Add a finished run; `limits` of a failed one are kept too.
+        """Add a finished run; for a failed run its `limits` are also stored.
 
         An InputError says that the disk is full.  Earlier rows stay intact, and the study can be resumed.
         """

@@ -44,10 +44,10 @@ class Summary:
     Parameters
     ----------
     draws, inside, unstable, failed : int
-        Numbers of draws; `unstable` and `failed` are outside.  Unstable is a run whose values grow beyond all bounds or
-        whose error is that of an output at rest, or a linearised loop with a pole outside the unit circle.
+        Numbers of draws; `unstable` and `failed` are outside. A run is unstable if its values grow without bound, if
+        its error is as large as for an output at rest, or if its linearised loop has a pole outside the unit circle.
     interval : (float, float) or None
-        95 % interval of the share after Clopper and Pearson; None for a grid, whose points are no draws.
+        95 % interval of the share after Clopper and Pearson; None for a grid, whose points are not random.
     spreads : tuple of Spread
     worst : tuple of dict
         The worst row of each case.
@@ -78,8 +78,8 @@ class Summary:
 def interval(inside: int, draws: int) -> tuple[float, float]:
     """Return the 95 % interval of a share after Clopper and Pearson (1934), Biometrika 26, 404-413.
 
-    It covers the true share of independent draws with a probability of at least 95 %; of more evenly spread points it
-    is on the safe side.
+    It covers the true share with a probability of at least 95 % for independent draws; for more evenly spread points it
+    is conservative.
     """
     tail = (1 - CONFIDENCE) / 2
     lo = betaincinv(inside, draws - inside + 1, tail) if inside else 0.0
@@ -125,7 +125,8 @@ def outcomes(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> di
 
 
 def is_unstable(system: System, row: Row) -> bool:
-    """True if a run left all bounds, lost its reference, or has a linearised loop with a pole outside the circle."""
+    """Return whether a run diverged, lost its reference, or has a linearised loop with a pole outside the unit
+    circle."""
     if row["status"] == "stopped":
         return True
     lost = {name: LOST[m.kind] for name, m in system.case.metrics.items() if m.kind in LOST}
@@ -136,7 +137,7 @@ def is_unstable(system: System, row: Row) -> bool:
 def worst_rows(rows: Sequence[Row], case: str, limits: Mapping[str, float]) -> list[Row]:
     """Return the rows of a case, worst first: failed runs, then by the largest ratio of a metric to its limit.
 
-    Without limits the first metric decides.
+    Without limits the first metric is used.
     """
     mine = [r for r in rows if r["case"] == case]
     return sorted(mine, key=lambda r: (-excess(r, limits), r["index"]))

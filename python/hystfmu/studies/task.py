@@ -119,7 +119,7 @@ class Runner:
         return found | (loop_metrics(system, task.settings) if task.margins else {})
 
     def _prepared(self, task: Task) -> Native:
-        """Return the case in the C core with the settings of a task; each number of steps of a delay is a system."""
+        """Return the case in the C core with the settings of a task; each delay length needs its own system."""
         system = self._systems[task.case]
         structure = {k: v for k, v in task.settings.items() if k in sizes(system.case)}
         key = (task.case, *sorted(structure.items()))

@@ -1,4 +1,4 @@
-"""Branches of an operator: where two of them meet, and how far apart the outputs of the hysteresis are there.
+"""Branches of an operator: crossings of two branches, and the difference of the outputs of the hysteresis there.
 
 Lemma 1 and theorems 1 and 2 of Zhao & Tan 2008, and the theorem of the IPMC paper, say that input and operator together
 determine the output.  That is false as soon as two branches that are not neighbours cross at different outputs.
@@ -46,7 +46,7 @@ class Crossings:
 
 
 def branches(x: Array, h: Array, y: Array) -> list[Branch]:
-    """Part the samples (n,) at the extrema of x."""
+    """Split the samples (n,) at the extrema of x."""
     turns = np.flatnonzero(np.diff(np.sign(np.diff(x))) != 0) + 1
     ends = [0, *turns.tolist(), len(x) - 1]
     found = []
@@ -87,6 +87,6 @@ def least_slope(x: Array, h: Array, near: float) -> float:
 
 
 def area(x: Array, y: Array) -> float:
-    """Return the signed area of a closed loop over that of its box, positive if it turns counterclockwise."""
+    """Return the signed area of a closed loop relative to its bounding box, positive if counterclockwise."""
     enclosed = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2
     return enclosed / float(np.ptp(x) * np.ptp(y))

@@ -1,4 +1,5 @@
-"""Preisach's sum of relays in a plain loop, against the block in Everett's form and against its parting at an extremum.
+"""Preisach's sum of relays in a plain loop, compared with the block in Everett's form and with increments from an
+extremum.
 
 Equation 1 of the IPMC paper and of Yu & Alici 2005, and equation 2 of the IPMC paper: after an extremum u_p the output
 moves by an increment.
@@ -63,7 +64,7 @@ def increment_row() -> Row:
     gained = [(y := relay_sum(v, mu)[-rows:]) - y[0] for v in u]
     other, same = (50 * float(np.abs(gained[0] - g).max()) / mu.sum() for g in (gained[2], gained[1]))
     return Row(
-        "increments from an extremum differ by, % of span",
+        "difference of increments from an extremum, % of span",
         0.0,
         other,
         same,

@@ -50,7 +50,7 @@ def _normal_equations(u: Array, y: Array, trained: slice) -> Row:
     of = [float(np.sqrt(np.mean((B @ np.linalg.solve(left, B.T @ v) - v) ** 2))) for left in (wrong, X)]
     best = float(np.sqrt(np.mean((B @ np.linalg.lstsq(B, v, rcond=None)[0] - v) ** 2)))
     return Row(
-        f"RMS residual of the branch over the least, m = {M}",
+        f"RMS residual of the branch relative to the least, m = {M}",
         None,
         of[0] / best,
         of[1] / best,

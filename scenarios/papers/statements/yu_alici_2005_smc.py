@@ -46,7 +46,7 @@ def rows() -> list[Row]:
             sense="least",
         ),
         Row(
-            "outputs at the same (u, du/dt) differ by, % of span",
+            "difference of outputs at the same (u, du/dt), % of span",
             0.0,
             None,
             100 * abs(y[0] - y[1]) / 2,

@@ -58,12 +58,13 @@ def rows(plant: Response, invertible: Response) -> list[Row]:
             0.0,
             least_slope(u, last, FROM_EXTREMUM),
             least_slope(u, dominant, FROM_EXTREMUM),
-            note=f"farther than {FROM_EXTREMUM:g} from its extremum; increasing, so the inverse is continuous",
+            note=f"slope at points more than {FROM_EXTREMUM:g} from the extremum; "
+            "it is positive, so the inverse is continuous",
             place="eqs. 5-8",
             sense="least",
         ),
         Row(
-            "continuity: largest step of the output at input steps of 1e-4 over that at 1e-3",
+            "continuity: largest output steps for input steps of 1e-4, relative to those for 1e-3",
             None,
             None,
             _step(plant, 1e-4) / _step(plant, 1e-3),
@@ -81,7 +82,7 @@ def rows(plant: Response, invertible: Response) -> list[Row]:
             sense="equal",
         ),
         Row(
-            "outputs at these crossings differ by, % of span",
+            "difference of outputs at these crossings, % of span",
             0.0,
             50 * forward[0].difference,
             50 * forward[1].difference,
@@ -91,7 +92,7 @@ def rows(plant: Response, invertible: Response) -> list[Row]:
         ),
         _counterexample(plant),
         Row(
-            "inverse: at the same (y, operator value) the input differs by, % of span",
+            "inverse: difference of inputs at the same (y, operator value), % of span",
             0.0,
             50 * backward[0].difference,
             50 * backward[1].difference,
@@ -123,7 +124,7 @@ def _one_loop(plant: Response) -> list[Row]:
     odd = [float(np.abs(h + _run(name, -u)).max()) for name, h in found.items()]
     return [
         Row(
-            "output after a cycle between two extrema less that before, of span",
+            "change of the output after a cycle between two extrema, of span",
             None,
             None,
             float(abs(y[2 * cycle] - y[cycle]) / np.ptp(y)),
@@ -132,7 +133,7 @@ def _one_loop(plant: Response) -> list[Row]:
             place="assumption 1",
         ),
         Row(
-            "turn of the operator over that of the hysteresis, 1 if alike",
+            "sense of rotation of the operator relative to the hysteresis, 1: the same",
             1.0,
             None,
             float(np.sign(of["zhao_tan"] * turned)),
@@ -141,7 +142,7 @@ def _one_loop(plant: Response) -> list[Row]:
             sense="equal",
         ),
         Row(
-            "turn of the inverse operator over that of the operator, -1 if opposite",
+            "sense of rotation of the inverse operator relative to the operator, -1: opposite",
             -1.0,
             float(np.sign(of["zhao_tan_inverse_reconstructed"] * of["zhao_tan"])),
             float(np.sign(of["zhao_tan_inverse"] * of["zhao_tan"])),
@@ -167,7 +168,7 @@ def _counterexample(plant: Response) -> Row:
     h = [_run("zhao_tan", p)[-1] for p in paths]
     y = [plant(p)[-1] for p in paths]
     return Row(
-        "outputs at the same (x, h) differ by, % of span",
+        "difference of outputs at the same (x, h), % of span",
         0.0,
         None,
         100 * abs(y[0] - y[1]) / 2,

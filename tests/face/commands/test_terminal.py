@@ -197,11 +197,11 @@ def test_an_interrupted_demo_goes_on_behind_its_finished_fits(tmp_path: Path) ->
     def second(shown: str) -> bool:
         return "fitting prandtl_ishlinskii" in shown or "fitting zhao_tan_mlp" in shown
 
-    status, _, err = at_terminal("demo", "-o", "mine", cwd=tmp_path, interrupt=second)
+    status, _, err = at_terminal("demo", "--full", "-o", "mine", cwd=tmp_path, interrupt=second)
     assert status == 130
     assert "fitting actuator" in err
     kept = {p: p.stat().st_mtime_ns for p in (tmp_path / "mine" / "models").iterdir()}
-    status, _, err = at_terminal("demo", "-o", "mine", cwd=tmp_path, interrupt=second)
+    status, _, err = at_terminal("demo", "--full", "-o", "mine", cwd=tmp_path, interrupt=second)
     assert status == 130
     assert "fitting actuator" not in err
     assert kept.items() <= {p: p.stat().st_mtime_ns for p in (tmp_path / "mine" / "models").iterdir()}.items() != set()

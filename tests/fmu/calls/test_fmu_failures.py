@@ -113,18 +113,12 @@ def test_a_step_waits_for_every_input(make: Make, bad: float) -> None:
 
 
 # ---- lists ----------------------------------------------------------------------------------------------------------
-class Asked(Master):
-    """An FMI 3.0 instance with intermediate updates for a list of references."""
+UPDATE = C.CFUNCTYPE(None)(lambda: None)
 
-    def __init__(self, m: Master, references: list[int], token: str = "") -> None:
-        self.fmi, self.prefix, self.lib, self.ports, self.messages = 3, "fmi3", m.lib, m.ports, []
-        log = C.CFUNCTYPE(None, C.c_void_p, C.c_int, C.c_char_p, C.c_char_p)
-        self._log = log(lambda _, status, kind, text: self.messages.append((status, kind.decode(), text.decode())))
-        self._update = C.CFUNCTYPE(None)(lambda: None)
-        make, n = m.lib.fmi3InstantiateCoSimulation, len(references)
-        make.restype = C.c_void_p
-        words = (b"i", (token or m.token).encode(), f"{m.resources}/".encode(), 0, 0, 0, 0)
-        self.c = C.c_void_p(make(*words, (C.c_uint * n)(*references), C.c_size_t(n), None, self._log, self._update))
+
+def asked(m: Master, references: list[int]) -> Master:
+    """Make an FMI 3.0 instance with intermediate updates for a list of references."""
+    return m.another(references=references, update=UPDATE)
 
 
 @pytest.mark.parametrize("fmi", [3], indirect=True)
@@ -133,12 +127,12 @@ def test_every_variable_with_intermediate_updates_is_a_real_input(make: Make) ->
     a, s = m.ports["ua"].reference, m.ports["us"].reference
     others = [p.reference for p in m.graph.ports if p.kind != "input"]
     for good in ([], [a], [s], [a, s], [s, a, s]):
-        made = Asked(m, good)
+        made = asked(m, good)
         assert made.c.value
         made.free()
         for other in (*others, 10**6, 2**32 - 1):
             for at in range(len(good) + 1):
-                wrong = Asked(m, [*good[:at], other, *good[at:]])
+                wrong = asked(m, [*good[:at], other, *good[at:]])
                 assert wrong.c.value is None
                 said = "is no input of type Float64: only those have intermediate updates."
                 assert [x[2] for x in wrong.messages] == [f"The variable with the value reference {other} {said}"]
@@ -155,10 +149,10 @@ def test_an_instance_that_is_refused_for_its_list_leaves_no_memory(make: Make) -
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
 
     for _ in range(5):
-        assert Asked(m, wrong).c.value is None
+        assert asked(m, wrong).c.value is None
     before, n = size(), 60
     for _ in range(n):
-        assert Asked(m, wrong).c.value is None
+        assert asked(m, wrong).c.value is None
     assert size() - before < n * 3000 * 8, "the graph alone has more than 9000 values"
 
 

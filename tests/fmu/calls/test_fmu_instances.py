@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import ctypes as C
 import math
 from collections.abc import Callable
 from pathlib import Path
 
-from fmu_master import ERROR, OK, H, Master, loop, rows, single
+from fmu_master import OK, H, Master, loop, rows, single
 
 Make = Callable[..., Master]
 U = rows(single("prandtl_ishlinskii"))[:, 0]
@@ -81,23 +80,3 @@ def test_two_different_fmus_in_one_process(make: Make) -> None:
     b2 = make(loop())
     b2.initialize()
     assert [v for _, v in y] == [(b2.step(k * H), b2.get("y"))[1] for k in range(20)]
-
-
-def test_log_categories(make: Make) -> None:
-    m = make()
-
-    def choose(on: bool, *names: bytes) -> int:
-        listed = (C.c_char_p * len(names))(*names)
-        return m.call("SetDebugLogging", C.c_int(on), C.c_size_t(len(names)), listed)
-
-    assert choose(False) == OK
-    assert m.step(0.0) == ERROR
-    assert m.messages == []
-    assert choose(True, b"logStatusWarning") == OK
-    assert m.step(0.0) == ERROR
-    assert m.messages == []
-    assert choose(True, b"logStatusError") == OK
-    assert m.step(0.0) == ERROR
-    assert len(m.messages) == 1
-    assert choose(True, b"logStatusError", b"nonsense") == ERROR
-    assert m.messages[-1][2] == f"fmi{m.fmi}SetDebugLogging: no log category 'nonsense'."

@@ -18,52 +18,22 @@ Make = Callable[..., Master]
 NEEDS_NAME = "The instance needs a name."
 
 
-class Named(Master):
-    """An instance with another name and with logging from the start."""
-
-    def __init__(self, m: Master, name: bytes | None, logging: bool = False, token: bytes | None = b"") -> None:
-        self.fmi, self.prefix, self.lib, self.resources = m.fmi, m.prefix, m.lib, m.resources
-        self.messages, self.graph, self.ports = [], m.graph, m.ports
-        self.names: list[bytes] = []
-        given = m.token.encode() if token == b"" else token
-
-        def note(name: bytes, status: int, category: bytes, text: bytes) -> None:
-            self.names.append(name)
-            self.messages.append((status, category.decode(), text.decode()))
-
-        if m.fmi == 2:
-            kind = C.CFUNCTYPE(None, C.c_void_p, C.c_char_p, C.c_int, C.c_char_p, C.c_char_p)
-            self._log = kind(lambda _, *said: note(*said))
-            self._functions = (C.c_void_p * 5)(C.cast(self._log, C.c_void_p), None, None, None, None)
-            make, where = m.lib.fmi2Instantiate, m.resources.as_uri().encode()
-            arguments = (name, 1, given, where, C.byref(self._functions), 0, int(logging))
-        else:
-            self._log = C.CFUNCTYPE(None, C.c_void_p, C.c_int, C.c_char_p, C.c_char_p)(
-                lambda _, *said: note(b"", *said)
-            )
-            make, where = m.lib.fmi3InstantiateCoSimulation, f"{m.resources}/".encode()
-            rest = (0, 0, None, C.c_size_t(0), None, self._log, None)
-            arguments = (name, given, where, 0, int(logging), *rest)
-        make.restype = C.c_void_p
-        self.c = C.c_void_p(make(*arguments))
-
-
 @pytest.mark.parametrize("name", [None, b"", b" ", b"\t\r\n "])
 def test_an_instance_needs_a_name(make: Make, name: bytes | None) -> None:
-    m = Named(make(), name)
+    m = make().another(name=name)
     assert m.c.value is None
     assert m.messages == [(ERROR, "logStatusError", NEEDS_NAME)]
 
 
 def test_the_name_comes_with_the_messages_of_fmi_2(make: Make, fmi: int) -> None:
-    m = Named(make(), b" plant 7 ")
+    m = make().another(name=b" plant 7 ")
     assert m.step(0.0) == ERROR
-    assert m.names == [b" plant 7 " if fmi == 2 else b""]
+    assert m.names == [b" plant 7 "] * (fmi == 2)
     m.free()
 
 
 def test_logging_from_the_start_tells_of_the_instance(make: Make) -> None:
-    quiet, m = Named(make(), b"i"), Named(make(), b"i", logging=True)
+    quiet, m = make().another(), make().another(logging=True)
     n = len(m.graph.ports)
     assert quiet.messages == []
     assert m.messages == [(OK, "logEvents", f"Instantiated: 1 blocks, {n} variables.")]
@@ -73,7 +43,7 @@ def test_logging_from_the_start_tells_of_the_instance(make: Make) -> None:
 def test_a_token_must_be_that_of_the_block_file(make: Make) -> None:
     m = make()
     for token, shown in [(None, ""), (b"{0}", "{0}")]:
-        wrong = Named(m, b"i", token=token)
+        wrong = m.another(token=token)
         assert wrong.c.value is None
         said = f"The token '{shown}' of modelDescription.xml does not belong to this block.bin ('{m.token}')."
         assert wrong.messages == [(ERROR, "logStatusError", said)]
@@ -171,15 +141,18 @@ def test_a_thousandth_of_a_step_is_rounding_of_the_clock(make: Make, t0: float) 
 
 
 def test_start_and_stop_times(make: Make) -> None:
-    for start, stop, good in [(0.0, 0.0, True), (1.0, math.nextafter(1.0, 0), False), (0.0, math.inf, False)]:
+    refused = [(1.0, math.nextafter(1.0, 0)), (0.0, math.inf), (0.0, math.nan)]
+    for start, stop, good in [(0.0, 0.0, True), *((*times, False) for times in refused)]:
         m = make()
         assert m.enter(start, stop) == (OK if good else ERROR)
         assert [t[2] for t in m.messages] == [
             "The stop time must be finite and not before the start time." for _ in range(not good)
         ]
     m = make()
-    assert m.enter(math.inf) == ERROR
-    assert m.messages[-1][2] == "The start time must be finite."
+    for bad in (math.inf, math.nan):
+        assert m.enter(bad) == ERROR
+        assert m.messages[-1][2] == "The start time must be finite."
+    assert m.enter(0.0, 1.0) == OK
 
 
 # ---- derivatives ----------------------------------------------------------------------------------------------------

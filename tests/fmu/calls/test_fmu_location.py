@@ -88,7 +88,7 @@ def test_a_binary_finds_its_own_resources(tmp_path: Path, fmi: int, location: by
     m.initialize()
     want = m.run(U[:20])
     m.free()
-    m.c = m._instantiate(location)
+    m.c = m.instantiate(location)
     assert m.c.value, m.messages
     m.initialize()
     assert m.run(U[:20]) == want
@@ -103,15 +103,8 @@ def test_a_binary_that_has_left_its_fmu(tmp_path: Path, fmi: int, location: byte
     alone.parent.mkdir(parents=True)
     shutil.copy(m.lib._name, alone)
     m.lib = C.CDLL(str(alone))
-    assert not m._instantiate(location).value
+    assert not m.instantiate(location).value
     assert m.messages == [(ERROR, "logStatusError", f"cannot read '{alone.parent}/../../resources/block.bin'")]
-
-
-def test_wrong_token(folder: Path, fmi: int) -> None:
-    graph = single("prandtl_ishlinskii")
-    m = Master(graph, folder / graph.token, fmi, token="{other}")
-    assert not m.c.value
-    assert m.messages[0][2].startswith("The token '{other}' of modelDescription.xml does not belong to this block.bin")
 
 
 @pytest.mark.parametrize("damage", ["cut", "flip", "empty", "version", "huge"])

@@ -121,13 +121,6 @@ def test_step_beyond_the_stop_time(make: Make) -> None:
     assert m.messages[-1][2] == "The step ends at t = 0.004 s, after the stop time 0.003 s."
 
 
-def test_bad_start_and_stop_time(make: Make) -> None:
-    for t, stop in ((math.nan, None), (math.inf, None), (1.0, 0.5), (0.0, math.nan)):
-        m = make()
-        assert m.enter(t, stop) == ERROR
-        assert m.enter(0.0, 1.0) == OK
-
-
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_input_without_finite_value(make: Make, bad: float) -> None:
     want, m = make(), make()

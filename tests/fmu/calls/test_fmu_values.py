@@ -44,18 +44,6 @@ def test_types(make: Make) -> None:
     assert m.messages[-1][2] == f"fmi{m.fmi}{name}: 'shape' is of type enumeration."
 
 
-def test_unknown_reference(make: Make, fmi: int) -> None:
-    m = make()
-    m.initialize()
-    total = sum(p.size for p in m.graph.ports)
-    name = "GetReal" if fmi == 2 else "GetFloat64"
-    for reference in (total + 1, 2**32 - 1):
-        one, value = (C.c_uint * 1)(reference), (C.c_double * 1)()
-        extra = () if fmi == 2 else (C.c_size_t(1),)
-        assert m.call(name, one, C.c_size_t(1), value, *extra) == ERROR
-        assert m.messages[-1][2] == f"fmi{fmi}{name}: no variable has the value reference {reference}."
-
-
 def test_time_and_array_counts_in_fmi3(make: Make, fmi: int) -> None:
     if fmi == 2:
         pytest.skip("FMI 2.0 has neither arrays nor a variable for the time")

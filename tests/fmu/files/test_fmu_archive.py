@@ -91,15 +91,6 @@ def test_export_refuses_versions_and_places(tmp_path: Path) -> None:
 
 
 # ---- description ----------------------------------------------------------------------------------------------------
-def test_dependencies_are_explicit(tmp_path: Path, fmi: int) -> None:
-    """A block with direct feed-through depends on its input, a strictly proper one does not."""
-    for name, depends in (("prandtl_ishlinskii", True), ("delay", False)):
-        graph = single(name)
-        root = ET.fromstring(zipfile.ZipFile(export_fmu(graph, tmp_path / "x.fmu", fmi)).read(XML))  # type: ignore[arg-type]
-        output = root.find("ModelStructure/Outputs/Unknown" if fmi == 2 else "ModelStructure/Output")
-        u = graph.port("u").reference + (1 if fmi == 2 else 0)
-        assert output is not None
-        assert output.get("dependencies") == (str(u) if depends else "")
 
 
 def test_what_the_table_says_stands_in_the_description(tmp_path: Path, fmi: int) -> None:

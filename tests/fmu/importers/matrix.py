@@ -308,7 +308,7 @@ def limits(folder: Path, work: Path) -> list[str]:
             x = by_ecos(copy, [], ["x"], 1e-3, np.zeros((1000, 0)))[-1, 0]
             clock = by_ecos(copy, [], [], 1e-4, np.zeros((1000, 0)))[:, 0]
             off = np.abs(clock - np.arange(1, 1001) * 1e-4).max()
-            told.append(f"ecos runs it to x = {x:.9g}; its clock adds up its steps and is {off:.0e} s off within 0.1 s")
+            told.append(f"ecos runs it to x = {x:.9g}; its clock sums its steps and is {off:.0e} s off within 0.1 s")
         except Failure as e:
             told.append(f"ecos: {e}")
         found.append(f"Dahlquist, FMI {version}: {'; '.join(told)}.")
@@ -318,10 +318,10 @@ def limits(folder: Path, work: Path) -> list[str]:
         rows, off = first_rows(work)
         found.append(
             "Feedthrough, FMI 2.0, as a component of an SSP archive behind a constant 1: fmpy has "
-            f"{rows[0]:g} after the first step and {rows[1]:g} after the second, because it hands a 0 to every "
-            "connected input of the first step. Loops of several components whose initial values differ from 0 begin "
-            "otherwise there; those of this table are one component. Its clock adds up its steps, too, and is "
-            f"{off:.0e} s off within 0.1 s."
+            f"{rows[0]:g} after the first step and {rows[1]:g} after the second, because it passes 0 to every "
+            "connected input in the first step. Therefore loops of several components with initial values other than 0 "
+            "start differently in fmpy; the loops of this table are one component. Its clock sums its steps, too, "
+            f"and is {off:.0e} s off within 0.1 s."
         )
         try:
             by_ecos(work / fmu.name, [], ["Float64_continuous_output"], 1e-3, np.zeros((1, 0)))
@@ -396,28 +396,30 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
     parts = [
         "# Importers",
         wrapped(
-            """Written by `make importers`: every kind of model and every shipped loop in importers that are not ours. A
+            """Written by `make importers`: every kind of model and every shipped loop in importers of other projects. A
             cell is the largest difference from `predict` (kinds) or from the reference in the archive (loops), as a
-            share of the span; "bits" is no difference. The command ends with 1 if a cell is above its bound."""
+            share of the span; "bits" is no difference. The exit status is 1 if a cell exceeds its bound."""
         ),
         "## Kinds of model",
         wrapped(
-            f"""Nested reversals over the range of the data, {N} rows of 1 ms. "uneven": half, long and short steps,
-            or twice and three times the sample time of a model that has one, and the rounding residue of a clock
-            (5.7e-15 s), against the Python unit, each after a refused step of 0. ME: Euler's method with events; kinds
-            with continuous states by CVode with a held input (fmpy changes inputs only between the steps of CVode).
-            libcosim counts nanoseconds, ecos adds up its steps, so both hand over
-            steps that differ from 1 ms by rounding. Containers are those of fmu-manipulation-toolbox; "fmutool" is its
-            checker. Bounds: {ROUNDED:g}; ME {SOLVED:g}, an oscillator in CVode against Newmark's method."""
+            f"""The input is nested reversals over the range of the data, {N} rows of 1 ms. "uneven" has half, long and
+            short steps, for a model with a sample time steps of two and three samples, and a rounding error of the
+            clock (5.7e-15 s); the result is compared with the Python unit. A step of 0, which the FMU must refuse,
+            precedes each step. ME: Euler's method with events;
+            kinds with continuous states by CVode with a held input (fmpy changes inputs only between steps of CVode).
+            libcosim counts nanoseconds and ecos sums its steps, so their steps
+            differ from 1 ms by rounding errors. Containers are those of fmu-manipulation-toolbox; "fmutool" is its
+            checker. Bounds: {ROUNDED:g}; for ME {SOLVED:g}, because CVode and
+            Newmark's method solve the oscillators differently."""
         ),
         kinds,
         "## Loops",
         wrapped(
             f"""The first case of every scenario, as `hystfmu ssp` writes it, first 1000 rows: the SSP archive in three
-            readers, and the whole loop as one FMU. "own order" is what the command prints: the largest difference
-            between the archive and the scenario itself, which comes from events inside a step and from `ripple`, which
-            no reader knows. fmpy and ecos add up their steps; the units leave that rounding away, which a quantiser
-            behind a source would turn into levels. Bound: {ROUNDED:g}."""
+            readers, and the whole loop as one FMU. "own order" is the largest difference between the archive and the
+            scenario itself, as `hystfmu ssp` prints it. It is caused by events within a step and by `ripple`, which
+            other readers do not support. fmpy and ecos sum their steps; the units remove this rounding error, which a
+            quantiser behind a source would turn into whole levels. Bound: {ROUNDED:g}."""
         ),
         loops,
         "## What importers cannot do with Reference FMUs either",

@@ -12,6 +12,7 @@ from hystfmu.cli import main
 from hystfmu.data.signals import training
 from hystfmu.identify import METHODS
 from hystfmu.identify.catalogue import takes_records
+from hystfmu.identify.one_run import one_run
 
 H = 1e-3
 KINDS = [key for key in METHODS if takes_records(key)]
@@ -49,9 +50,41 @@ def test_every_kind_that_takes_records_runs_each_from_a_fresh_start(key, parts):
     assert model.fit["rms_percent"] < 4
 
 
-def test_other_kinds_name_those_that_do(parts):
-    with pytest.raises(InputError, match=r"The data of duhem must be one record. Got 3 records, which .*preisach"):
-        fit(Dataset.joined(parts), "duhem")
+@pytest.mark.parametrize("key", ["g0_prandtl_ishlinskii", pytest.param("actuator", marks=pytest.mark.stress)])
+def test_kinds_that_take_one_record_are_led_back_to_rest_between_several(key, parts):
+    model = fit(Dataset.joined(parts), key)
+    free = np.concatenate([model.predict(part.u, H) for part in parts])
+    y = np.concatenate([part.y for part in parts])
+    assert model.fit["rms"] == pytest.approx(float(np.sqrt(np.mean((free - y) ** 2))), rel=1e-9)
+    assert model.fit["rms_percent"] < 0.15
+
+
+def test_the_way_between_two_records_leads_back_to_rest(parts):
+    held = np.zeros(sum(len(p.u) for p in parts), dtype=bool)
+    held[5] = True
+    data = Dataset.joined(parts).with_held(held)
+    run = one_run(data)
+    assert len(run.starts) == 1
+    np.testing.assert_array_equal(run.y[run.counted], data.y[data.counted])
+    np.testing.assert_array_equal(run.u[run.counted], data.u[data.counted])
+    assert run.u.min() == data.u.min()
+    assert run.u.max() == data.u.max()
+    state = plants.prandtl_ishlinskii(run.u)  # the plant itself, not at rest between the records
+    np.testing.assert_allclose(state[run.counted], data.y[data.counted], atol=0.01 * data.span)
+    assert one_run(parts[0]) is parts[0]
+
+
+def test_a_record_that_begins_at_an_end_of_the_range_counts_from_its_first_full_swing():
+    parts = [Dataset.from_signal(p.u + 1, p.y, H) for p in (record(1), record(2))]
+    low = [
+        Dataset.from_signal(np.concatenate([np.linspace(0, p.u[0], 9), p.u]), np.r_[np.zeros(9), p.y], H) for p in parts
+    ]
+    run = one_run(Dataset.joined(low))
+    counted = run.u[run.counted]
+    assert run.u.min() == 0
+    second = counted[len(low[0].u) :]
+    assert len(second) < len(low[1].u)
+    assert second[0] >= 0.9 * run.u.max()
 
 
 def test_one_record_gives_the_same_bits_as_before(parts):

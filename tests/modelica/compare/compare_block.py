@@ -39,6 +39,9 @@ EXAMPLES = {
     "ChargeDrive": ["command.r", "underVoltage.flange_b.s", "underCharge.flange_b.s"],
     "Cascade": ["reference.r", "inverse.u", "plant.y"],
     "BoucWen": ["reference.r", "controller.u", "plant.y"],
+    "Preisach": ["reference.r", "inverse.u", "plant.y"],
+    "IpmcNetwork": ["reference.r", "sensor.y", "compensator.u"],
+    "Duhem": ["reference.r", "controller.u", "plant.y"],
     "ZhaoTan": ["reference.r", "inverse.u", "plant.y"],
     "SlidingMode": ["reference.r", "controller.u", "plant.y"],
     "SuperTwisting": ["reference.r", "controller.u", "plant.y"],
@@ -64,7 +67,7 @@ def is_example(name: str) -> bool:
 
 
 def compare(name: str, out: Path) -> Outcome:
-    """Simulate a Validation model of a block and hold it against the unit of the same name."""
+    """Simulate a Validation model of a block and compare it with the unit of the same name."""
     model = library.classes()[name]
     c = library.find(str(model.tree.symbols["tested"].type), name)
     assert c is not None
@@ -140,7 +143,7 @@ def _lagged_sine(t: Array, omega: float, T: float) -> Array:
 
 
 def compare_example(name: str, out: Path) -> Outcome:
-    """Simulate an Example and hold it against its reference; what it should give otherwise is in test_loops.py."""
+    """Simulate an Example and compare it with its reference; what it should give otherwise is in test_loops.py."""
     trajectory = simulate.run(name, out)
     rows = trajectory.values
     got = np.column_stack([rows[n] for n in EXAMPLES[name.rsplit(".", 1)[-1]]])

@@ -27,7 +27,7 @@ def graph(inverse: Node, model: Node) -> Graph:
 
 
 def compare(name: str, out: Path) -> Outcome:
-    """Simulate the Validation model and hold it against the C core, the exact inverse in numpy and the reference."""
+    """Simulate the Validation model and compare it with the C core, the exact inverse in numpy and the reference."""
     tested = library.classes()[name].tree.symbols["tested"]
     given = {k: library.evaluate(e, {}) for k, e in library.modifiers(tested.class_modification).items()}
     lo, hi, h = (float(given[k]) for k in ("lo", "hi", "Ts"))

@@ -57,7 +57,7 @@ def run_c(block: str, node: Node, u: Array, h: float) -> Array:
 
 
 def compare(name: str, out: Path) -> Outcome:
-    """Simulate a Validation model of an operator and hold it against the three."""
+    """Simulate a Validation model of an operator and compare it with the three."""
     kind, short_name = name.split(".")[2:]
     model = library.classes()[name]
     block, node, h = twin.tested(model)

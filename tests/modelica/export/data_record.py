@@ -17,6 +17,8 @@ SOURCES = {
     "BacklashIdentified": "scenarios/models/backlash_identified.model.toml",
     "BacklashZhaoTanInverse": "scenarios/models/backlash_zhao_tan_inverse.model.toml",
     "BoucWenIdentified": "scenarios/models/bouc_wen_identified.model.toml",
+    "IpmcCompensatorNetwork": "scenarios/models/ipmc_compensator_network.model.toml",
+    "IpmcCompensatorOperator": "scenarios/models/ipmc_compensator_operator.model.toml",
 }
 
 

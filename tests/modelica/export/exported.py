@@ -109,7 +109,7 @@ def complaints(package: Path) -> list[str]:
 
 
 def compare(model: Model, name: str, folder: Path) -> Outcome:
-    """Export a model with one output, simulate it, and hold it against `predict`."""
+    """Export a model with one output, simulate it, and compare it with `predict`."""
     package = export_modelica(model, folder, package_name(name), "a test")
     assert complaints(package) == []
     began = time.perf_counter()

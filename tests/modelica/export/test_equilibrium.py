@@ -71,7 +71,7 @@ def test_constant_voltage_moves_nothing(hysteresis: str, kind: str, count: int, 
 
 
 def check(hysteresis: str, kind: str, count: int, folder: Path) -> None:
-    """Simulate an exported chain at a constant voltage, and hold it against the model."""
+    """Simulate an exported chain at a constant voltage, and compare it with the model."""
     model = behind(HYSTERESIS[hysteresis], *alternating(count))
     y = at_constant(model, kind, folder)["tested.y"]
     expected = model.predict(np.full(len(y), VOLTS)).ravel()

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 import simulate
 from click.testing import CliRunner
-from made_graphs import MADE
+from made_graphs import MADE, chain
 
+import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.core.library import block_types
 from hystfmu.graph import Graph, Node
@@ -64,10 +65,22 @@ def test_model_without_a_step_asks_for_one(tmp_path: Path) -> None:
     assert "--step must be left out: the model was identified with a step of 0.01 s" in refused.output
 
 
-def test_block_refuses_a_sample_period_that_its_matrices_are_not_for(tmp_path: Path) -> None:
-    package = export_modelica(MADE["dynamics"](), tmp_path, "Piezo")
+TIED = [
+    Node("part", "transfer_function"),
+    Node("part", "delay", {"n": 2}),
+    Node("part", "iterative_learning"),
+    Node("part", "narx_network"),
+    Node("part", "polynomial_narx", {"n_f": 0}),
+    Node("part", "repetitive"),
+]
+
+
+@pytest.mark.parametrize("node", TIED, ids=lambda n: n.type)
+def test_block_refuses_a_sample_period_that_it_is_not_for(node: Node, tmp_path: Path) -> None:
+    """Matrices for one period, and lags and periods that are numbers of samples."""
+    package = export_modelica(chain(node), tmp_path, "Piezo")
     file = package / "Chosen.mo"
-    for Ts, says in ((0.01, ""), (0.02, "Ts must be 0.01 s, for which the linear dynamics are discretised")):
+    for Ts, says in ((0.01, ""), (0.02, "Ts must be 0.01 s, which the dynamics and lags are for")):
         file.write_text(
             f"within Piezo; model Chosen import HystFMU; Model tested(Ts = {Ts}); equation tested.u = time; end Chosen;"
         )
@@ -75,6 +88,24 @@ def test_block_refuses_a_sample_period_that_its_matrices_are_not_for(tmp_path: P
         complaint = simulate.rumoca(file, "Piezo.Chosen", *settings, packages=(library.ROOT, package))
         assert says in complaint, complaint
         assert bool(says) == bool(complaint), complaint
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_only_a_block_that_is_another_one_refuses_a_sample_period(name: str, tmp_path: Path) -> None:
+    types = {n.type for n in MADE[name]().graph.nodes}
+    text = (export_modelica(MADE[name](), tmp_path, "Made") / "Model.mo").read_text()
+    assert ("Ts must be 0.01 s" in text) == bool(types & {n.type for n in TIED})
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_every_sampled_model_without_a_step_asks_for_one(name: str, tmp_path: Path) -> None:
+    model = MADE[name]()
+    without = replace(model, step=None)
+    if any(map(classes.is_sampled, model.graph.nodes)):
+        with pytest.raises(hy.InputError, match="the model has no sample period: give --step SECONDS"):
+            export_modelica(without, tmp_path, "Asked")
+    else:
+        assert "Ts = 1.0" in (export_modelica(without, tmp_path, "Asked") / "Values.mo").read_text()
 
 
 def replace_step(graph: Graph) -> Graph:

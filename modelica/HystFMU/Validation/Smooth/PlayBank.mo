@@ -9,7 +9,7 @@ equation
   connect(signal.dr, tested.du) annotation (Line(points = {{-28, -14}, {8, -14}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Three plays, one of width 0. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every row of the simulation.</p>
+<p>Three plays, one of width 0. The test compares it with the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every row of the simulation.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.PlayBank\">Operators.Smooth.PlayBank</a>.</p>
 </html>"));
 end PlayBank;

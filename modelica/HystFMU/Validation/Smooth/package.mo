@@ -2,6 +2,6 @@ within HystFMU.Validation;
 package Smooth "Operators as differential equations"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>Each holds one class against the C core of the units and an independent form, on the same signal.</p>
+<p>Each compares one class with the C core of the units and an independent form, on the same signal.</p>
 </html>"));
 end Smooth;

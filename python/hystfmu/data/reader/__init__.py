@@ -1,4 +1,4 @@
-"""Reading of measured data as labs write them: text files of many layouts, MAT and HDF5 files, `read`."""
+"""Reading of measured data in the usual formats: text files of many layouts, MAT and HDF5 files, `read`."""
 
 from __future__ import annotations
 

@@ -30,12 +30,12 @@ class Named:
     Parameters
     ----------
     name : str
-        Its name; of an array in a group with the group, ``run1/u``; empty for the one array of a file.
+        Its name, with the group if there is one, ``run1/u``; empty for the only array of a file.
     shape : tuple of int
     unit : str
         Unit of measure that the file states, or empty.
     first : str
-        The first stamp of an array of dates and clocks, whose numbers are seconds since then; else empty.
+        First time stamp of an array of times, whose numbers are seconds since then; otherwise empty.
     """
 
     name: str
@@ -56,7 +56,7 @@ def table_of(
     kind : str
         Its format, for the line of what was assumed; may be empty.
     arrays : sequence of Named
-        Arrays of numbers; of those of one number one may state the sample step, the others are left out.
+        Arrays of numbers; an array of one number may state the sample step, others of one number are ignored.
     read : function
         Returns the values of an array by name.
     most : int
@@ -167,7 +167,7 @@ class Arrays:
 
 
 def _columns(shape: tuple[int, ...]) -> tuple[int, int]:
-    """Return rows and columns of an array; up to three rows of more numbers are columns."""
+    """Return rows and columns of an array; an array with up to three long rows is transposed."""
     if len(shape) == 2 and shape[0] < LEAST_ROWS <= shape[1]:
         return shape[1], shape[0]
     if len(shape) in (1, 2):
@@ -203,7 +203,7 @@ def is_frame(given: object) -> bool:
 
 
 def frame(given: Any, most: int) -> Table:
-    """Read the columns of numbers and times; an index of pandas that is no count of rows is a column.
+    """Read the columns of numbers and times; a pandas index other than row numbers is a column.
 
     Parameters
     ----------

@@ -47,7 +47,8 @@ POINT, COMMA = ".", ","
 
 
 def _evidence(sign: str) -> re.Pattern[str]:
-    """A number whose `sign` cannot part thousands: not three digits behind it, or none, a zero or four before it."""
+    """A number whose `sign` cannot separate thousands: not three digits after it, or none, a zero or four digits before
+    it."""
     s = re.escape(sign)
     before = rf"(?<![\d.,'])(?:0\d*|\d{{4,}}|(?<![\w]))?{s}\d"
     behind = rf"(?<![\d.,'])\d+{s}(?:\d{{1,2}}|\d{{4,}})(?![\d.,'])"
@@ -71,7 +72,7 @@ def decimal_sign(text: str) -> str | None:
     Returns
     -------
     str or None
-        The sign; None if a comma may part thousands as well as be the decimal sign, or if both signs are decimal.
+        The sign; None if a comma may be a thousands separator or the decimal sign, or if both signs are decimal.
     """
     if COMMA not in text or not (_SIGNED[COMMA].search(text) or _DECIMAL[COMMA].search(text)):
         return POINT
@@ -83,7 +84,7 @@ def decimal_sign(text: str) -> str | None:
 
 
 def column_sign(text: str) -> str | None:
-    """Find the decimal sign of a column in a file whose other columns have both; None if it is not clear."""
+    """Find the decimal sign of a column if other columns of the file use both signs; None if it is not clear."""
     sign = decimal_sign(text)
     if sign == POINT and POINT in text and not (_DECIMAL[POINT].search(text) or _PARTED[COMMA].search(text)):
         return None
@@ -91,7 +92,7 @@ def column_sign(text: str) -> str | None:
 
 
 def plain(cell: str, sign: str) -> str:
-    """Write a number with a decimal point and without parted thousands."""
+    """Return a number with a decimal point and without thousands separators."""
     other = COMMA if sign == POINT else POINT
     whole, mark, rest = cell.partition(sign)
     if other in whole and re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(other)}\d{{3}})+", whole):

@@ -42,7 +42,7 @@ def stamps(cells: Sequence[str], place: Callable[[int], str]) -> Stamps:
     Raises
     ------
     InputError
-        A cell that is no clock; dates that could be read in two ways.
+        A cell that is not a time; ambiguous dates.
     """
     found = _STAMP.findall("\n".join(cells))
     if len(found) != len(cells):
@@ -117,9 +117,10 @@ class Clock:
     t : array, shape (n,)
         Times (s).
     digits : function, optional
-        Returns the value (s) of one count of the last digit of each; None for times that are even as they are made.
+        Returns the value (s) of one count of the last digit of each time; None for times that are uniform by
+        construction.
     said : str
-        Unit of measure, and what was assumed.
+        Unit of measure, and the assumptions.
     """
 
     t: Array
@@ -145,7 +146,7 @@ def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: A
     Raises
     ------
     InputError
-        A column that is no time; a unit of measure in which stamps make no sense.
+        A column that is not a time; a unit of measure that does not fit the stamps.
     """
     rows: Array = np.arange(n, dtype=np.float64)
     if rate is not None:
@@ -169,7 +170,7 @@ def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: A
 
 
 def _scale(table: Table, column: Column, first: float, step: float) -> tuple[str, float, str]:
-    """Find the unit of measure of times: what to say, counts in a second, and of stamps since when they are."""
+    """Find the unit of measure of times: text for the reader, counts per second, and for stamps their origin."""
     sized = next((u for u, per in _EPOCH.items() if _YEARS[0] * per <= first < _YEARS[1] * per), "")
     counts, seconds = TIME[column.unit or sized or "s"]
     counts = counts / seconds

@@ -1,4 +1,4 @@
-"""Binary files by the packages that know them, each parsed in a confined process, which returns plain numbers."""
+"""Reading of binary files with optional packages, each in a confined process that returns plain numbers."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _XLSX, _NPZ = Format("xlsx", "xlsx", "openpyxl"), Format("npz", "numpy_files", "
 
 
 class _Damaged(ValueError):
-    """Message of the parser, or the note that it gave none."""
+    """Message of the parser, or a note that there is none."""
 
 
 def format_of(content: bytes, path: str | Path) -> Format | None:
@@ -56,7 +56,7 @@ def format_of(content: bytes, path: str | Path) -> Format | None:
     Raises
     ------
     InputError
-        A zip archive that is neither a workbook nor of numpy, a workbook of Excel 97.
+        A zip archive that is neither a workbook nor a numpy file, or a workbook of Excel 97.
     """
     if content.startswith(_ZIP):
         if b"xl/workbook" in content:
@@ -125,12 +125,14 @@ def confined(content: bytes, form: Format, path: str | Path, decimal: str | None
 def _parsed(
     content: bytes, form: Format, most: int, asked: str = ""
 ) -> tuple[list[str], list[Named], dict[str, np.ndarray | str]]:
-    """Return what was said, all arrays, and the values of all or of the one that is asked for; a text says why not.
+    """Return the remark, all arrays, and the values of all arrays or of the wanted one.
+
+    Or a text with the reason of a failure.
 
     Raises
     ------
     _Damaged
-        The parser refuses the file, crashes or does not end, or its result is none.
+        The parser refuses the file, crashes, does not end or gives an invalid result.
     """
     program = str(Path(__file__).with_name("formats.py"))
     with tempfile.TemporaryDirectory(prefix="hystfmu-read-") as folder:
@@ -154,7 +156,7 @@ def _parsed(
 
 
 def _result(out: IO[bytes]) -> tuple[list[str], list[Named], dict[str, np.ndarray | str]]:
-    """Read what the parser wrote; a crash may have cut it, and a file may have taken it over."""
+    """Read the output of the parser, which may be truncated or manipulated."""
     try:
         told = json.loads(out.readline(MOST_TOLD))
         if "error" in told:

@@ -21,7 +21,7 @@ _LOOK = 1000  # bytes that tell UTF-16 without a mark
 
 
 def content_of(path: str | Path, most: int) -> tuple[bytes, list[str]]:
-    """Read a file, unpack gzip, and return the bytes with what was assumed.
+    """Read a file, unpack gzip, and return the bytes and a remark.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def content_of(path: str | Path, most: int) -> tuple[bytes, list[str]]:
 def text_of(content: bytes, path: str | Path) -> tuple[str, list[str]]:
     """Decode a text file; lines end with a line feed afterwards.
 
-    UTF-8 and UTF-16 with or without a byte order mark; what is not UTF-8 is taken as cp1252, the encoding of Windows.
+    Text is UTF-8 or UTF-16, with or without a byte order mark; otherwise cp1252, the encoding of Windows, is assumed.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def delimited(content: bytes, path: str | Path, decimal: str | None, packed: lis
     decimal : str, optional
         Decimal sign; None finds it.
     packed : list of str
-        How the file was packed, for the line of what was assumed.
+        Compression of the file, for the line with the assumptions.
 
     Raises
     ------

@@ -77,7 +77,10 @@ def hdf5(source: str) -> Told:
 
 
 def _hdf5_arrays(h5py: Any, file: Any, turn: int) -> list[Found]:
-    """Collect what lies in the file; links to others are not followed.  MATLAB stores columns first: `turn` is -1."""
+    """Collect the datasets of the file; links to other files are not followed.
+
+    MATLAB stores columns first: `turn` is -1.
+    """
     found: list[Found] = []
 
     def collect(group: Any, prefix: str, depth: int) -> None:

@@ -46,7 +46,7 @@ _TIMES = ("t", "time", "zeit")  # names before a unit of measure of one letter, 
 
 
 def spelling(unit: str) -> str:
-    """Return the spelling of the package for a unit of measure, ``um`` for ``µm``; others unchanged."""
+    """Return the notation of this package for a unit of measure, ``um`` for ``µm``; other units unchanged."""
     unit = unit.strip().replace("\u00b5", "u").replace("\u03bc", "u").replace("°C", "degC").replace("²", "2")
     if unit in KNOWN:
         return unit
@@ -62,10 +62,11 @@ def is_unit(text: str) -> bool:
 
 
 def split_name(label: str) -> tuple[str, str]:
-    """Split a heading into the name and the unit of measure behind it.
+    """Split a heading into the name and the unit of measure after it.
 
-    Square brackets hold any unit of measure.  Round brackets, a slash, ``in`` and a comma precede a known one only; a
-    low line and a blank precede one that is no index, as in ``u_min``, ``y_m`` or ``Channel A``.
+    Any text in square brackets is a unit of measure. After a round bracket, a slash, ``in`` or a comma only known units
+    count. After an underscore or a blank a unit counts unless it may be an index, as in ``u_min``, ``y_m`` or ``Channel
+    A``.
     """
     if m := _BRACKETS.fullmatch(label):
         unit = m[2] if m[2] is not None else m[3]
@@ -96,7 +97,7 @@ _LINE = re.compile(
 
 
 def stated_step(name: str, value: float, unit: str = "") -> float:
-    """Return the sample step (s) that a named number states; 0 if it states none.
+    """Return the sample step (s) given by a named number; 0 if it gives none.
 
     Parameters
     ----------
@@ -134,18 +135,18 @@ def step_in(lines: Iterable[str], comma: bool) -> float:
             if comma and re.fullmatch(r"\d{1,3}\.\d{3}", m["number"]):  # 2.000 is 2 or 2000
                 continue
             number = m["number"].replace(",", ".") if comma else m["number"].partition(",")[0]
-            unit = m["unit"] or (m["behind"] if m["behind"] and _is_of_a_step(m["behind"]) else "")
+            behind = m["behind"] or ""
+            of_a_step = spelling(behind) in TIME or "Hz" in behind or behind.endswith("/s")
+            unit = m["unit"] or (behind if of_a_step else "")
             if step := stated_step(m["name"], float(number), unit.strip()):
                 return step
     return 0.0
 
 
-def _is_of_a_step(unit: str) -> bool:
-    return spelling(unit) in TIME or "Hz" in unit or unit.endswith("/s")
-
-
 def units_in(rows: Iterable[list[str]], columns: int) -> list[str]:
-    """Return the units of measure of `columns` columns, the first that of the time if it is one; empty where none is.
+    """Return the units of measure of `columns` columns, the first for the time if the first unit is one of time.
+
+    Empty if unknown.
 
     Parameters
     ----------

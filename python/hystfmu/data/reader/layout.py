@@ -1,7 +1,7 @@
 """Layout of a text file: separator, lines of headings and units of measure, first row of numbers.
 
-The layout is read from the first lines.  A row of numbers has at least one number; the headings are the line of text
-above the first row.  Lines above them are preamble.  A line that fits neither is named, not skipped.
+The layout is read from the first lines. A row of numbers has at least one number; the headings are the line of text
+above the first row. Lines above them are preamble. Any other line is an error with its number; it is not skipped.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Layout:
     separator : str or None
         Separator of cells; None for blanks.
     width : int
-        Cells of a row, an empty one behind a trailing separator included.
+        Number of cells in a row, including an empty one after a trailing separator.
     first : Line
         First row of numbers.
     labels, units : list of str
@@ -54,9 +54,9 @@ class Layout:
     trailing : bool
         Whether rows end with a separator.
     kinds : tuple of str
-        What the cells of each column hold in the last rows.
+        Kind of cells of each column in the last rows.
     header : list of (str, list of str)
-        Text and cells of the lines above the headings, of comments, and of what stands to the left of the first rows.
+        Text and cells of the lines above the headings, of comments, and of cells to the left of the first rows.
     """
 
     separator: str | None
@@ -77,7 +77,7 @@ def layout_of(text: str, path: str | Path) -> Layout:
     Raises
     ------
     InputError
-        No rows of numbers, a first row that cannot be told from headings, headings that do not fit the rows.
+        No rows of numbers, a first row that may be headings, headings that do not fit the rows.
     """
     lines, comments = _first_lines(text)
     if not lines:
@@ -96,7 +96,9 @@ def layout_of(text: str, path: str | Path) -> Layout:
         raise InputError(f"{path}: The file must have data rows. Got none in {len(rows)} lines that are no comments.")
     for line, cells in zip(lines[:k], rows[:k], strict=True):
         if len(cells) == width and _is_row(cells):
-            bad = next((n for n in lines[:k] if n.number > line.number and not _numeric(n, separator)), lines[k - 1])
+            below = zip(lines[:k], rows[:k], strict=True)
+            wrong = (n for n, r in below if n.number > line.number and not any(map(is_number, r)))
+            bad = next(wrong, lines[k - 1])
             raise InputError(f"{path}: line {bad.number}: The line must hold numbers. Got {bad.text[:60]!r} instead.")
     trailing = width > 1 and kinds[-1] == "empty"
     before = [c for c in comments if c.number < lines[k].number]
@@ -111,7 +113,7 @@ def layout_of(text: str, path: str | Path) -> Layout:
 
 
 def _kinds(rows: list[list[str]], width: int) -> tuple[Kind, ...]:
-    """Tell what the columns hold from the last rows."""
+    """Find the kind of each column from the last rows."""
 
     def kind(cells: list[str]) -> Kind:
         if not any(cells):
@@ -132,7 +134,7 @@ def _refuse_width(path: str | Path, head: Line, row: Line, names: int, width: in
 
 
 def _first_lines(text: str) -> tuple[list[Line], list[Line]]:
-    """Return the first lines with something on them, and the comments among them."""
+    """Return the first lines that are not empty, and the comments among them."""
     lines: list[Line] = []
     comments: list[Line] = []
     at, number = 0, 0
@@ -159,12 +161,8 @@ def _is_row(cells: list[str]) -> bool:
     return is_number(cells[0]) and 2 * sum(map(is_number, filled)) > len(filled)
 
 
-def _numeric(line: Line, separator: str | None) -> bool:
-    return any(map(is_number, _cells(line.text, separator)))
-
-
 def _separator(lines: list[Line]) -> tuple[str | None, int]:
-    """Find the separator that makes numbers of most cells at the end of the lines, and the cells of a row."""
+    """Find the separator that gives the most numbers at the end of the lines, and the number of cells in a row."""
     best: tuple[bool, float] = (False, -1.0)
     found: tuple[str | None, int] = (",", 1)
     for separator in SEPARATORS:
@@ -183,7 +181,9 @@ def _separator(lines: list[Line]) -> tuple[str | None, int]:
 
 
 def _first_row(rows: list[list[str]], width: int, lead: int) -> int:
-    """Walk back from the last row with numbers to the first; return its index, the number of rows if there is none.
+    """Search backwards from the last row with numbers to the first.
+
+    Return its index, or the number of rows if there is none.
 
     The first `lead` cells of a row hold no numbers.
     """
@@ -208,7 +208,7 @@ def _first_row(rows: list[list[str]], width: int, lead: int) -> int:
 def _headings(
     lines: list[Line], comments: list[Line], separator: str | None, width: int, trailing: bool
 ) -> tuple[list[str], list[str], int]:
-    """Find headings and units of measure above the rows, in plain lines or else in comments: labels, units, line."""
+    """Find headings and units of measure above the rows, in plain lines or in comments: labels, units, line."""
 
     def fitted(line: Line) -> list[str] | None:
         text = line.text.lstrip().lstrip("#%/!").strip() if line in comments else line.text

@@ -1,8 +1,8 @@
 """MAT files of version 5: numeric arrays, also those in structs and cells, unpacked within a limit.
 
-A struct that names its values, as the recordings of dSPACE and Simulink do, gives a column of that name.
+A struct that names its values, as in recordings of dSPACE and Simulink, gives a column of this name.
 
-The parser is written here: that of scipy is native code which an untrusted file can crash, and takes long to load.
+The parser is implemented here, because that of scipy is native code that an untrusted file can crash, and loads slowly.
 Format: MathWorks, MAT-File Format, level 5.
 """
 
@@ -32,12 +32,12 @@ OTHERS = {1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse", 16: "func
 
 
 class _Damaged(ValueError):
-    """Bytes that are no MAT file."""
+    """The bytes are not a MAT file."""
 
 
 @dataclass(frozen=True)
 class _Array:
-    """An array in a file: its class, and the elements of its values as they are stored."""
+    """An array in a file: its class, and the stored elements of its values."""
 
     name: str
     kind: int
@@ -52,7 +52,7 @@ class _Array:
         Raises
         ------
         _Damaged
-            They are not as many as the shape says, or no numbers.
+            Their number differs from the shape, or they are not numbers.
         """
         stored, content = self.parts[0] if self.parts else (0, b"")
         if stored not in STORED:
@@ -121,7 +121,7 @@ def _arrays(content: bytes, path: str | Path, most: int) -> Iterator[_Array]:
 
 
 def _unpacked(element: memoryview, most: int) -> bytes:
-    """Return what a packed element holds, one byte more than `most` at most."""
+    """Return the content of a compressed element, at most `most` + 1 bytes."""
     unpacker = zlib.decompressobj()
     try:
         found = unpacker.decompress(element, max(most, 0) + 1)
@@ -133,7 +133,7 @@ def _unpacked(element: memoryview, most: int) -> bytes:
 
 
 def _elements(content: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
-    """Yield type and content of the elements that stand one after the other."""
+    """Yield type and content of consecutive elements."""
     at = 0
     while at + TAG <= len(content):
         stored, length = struct.unpack_from(f"{order}II", content, at)
@@ -156,7 +156,7 @@ def _even(shape: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _array(matrix: memoryview, order: str, inner: bool = False) -> _Array | None:
-    """Read class, shape, name and elements of an array; None for one without name, which a file needs for itself.
+    """Read class, shape, name and elements of an array; None for an internal array without name.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def _array(matrix: memoryview, order: str, inner: bool = False) -> _Array | None
     order : str
         Of bytes.
     inner : bool
-        Whether it stands in a struct or a cell, where arrays have no names.
+        Whether it is part of a struct or a cell, where arrays have no names.
     """
     if inner and not len(matrix):
         return None  # an empty one
@@ -183,7 +183,7 @@ def _array(matrix: memoryview, order: str, inner: bool = False) -> _Array | None
 
 
 def _leaves(array: _Array, depth: int = 0) -> Iterator[_Array]:
-    """Yield the arrays of numbers in a struct or a cell, named by their fields; others as they are."""
+    """Yield the arrays of numbers in a struct or a cell, named by their fields, and other arrays unchanged."""
     if array.kind not in (CELL, STRUCT):
         yield array
         return
@@ -205,7 +205,7 @@ def _leaves(array: _Array, depth: int = 0) -> Iterator[_Array]:
 
 
 def _members(array: _Array) -> Iterator[dict[str, _Array]]:
-    """Yield the elements of a struct or of a cell, each as its fields; a cell has one without a name."""
+    """Yield the elements of a struct or of a cell, each as its fields; the field of a cell has no name."""
     parts = array.parts
     names = [""]
     if array.kind == STRUCT:
@@ -235,7 +235,7 @@ def _text(array: _Array) -> str:
 
 
 def _integers(elements: Iterator[tuple[int, memoryview]], order: str) -> tuple[int, ...]:
-    """Return the next element, one of integers: flags or a shape."""
+    """Return the next element of integers: flags or a shape."""
     stored, content = next(elements, (0, b""))
     if stored not in (5, 6) or not len(content) or len(content) % 4:
         raise _Damaged("an array without class or shape")

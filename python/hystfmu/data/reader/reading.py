@@ -48,46 +48,47 @@ def read(
     decimal: Literal[".", ","] | None = None,
     most: int = MOST_BYTES,
 ) -> Dataset:
-    """Read a measurement from a file, as labs write them, or from a data frame.
+    """Read a measurement from a file or from a data frame.
 
     Text in UTF-8, UTF-16 or cp1252, with commas, semicolons, tabs or blanks between the columns, a decimal point or a
     decimal comma, quotes, lines above the names, comments and a line of units of measure, headers of LabVIEW and of
     oscilloscopes; the same packed by gzip; MAT files with arrays and structs of dSPACE and Simulink; npy and npz; with
-    the extra ``files`` HDF5, MAT of version 7.3, xlsx, parquet, feather and TDMS.  The time is a number, a date and
+    the extra ``files`` HDF5, MAT of version 7.3, xlsx, parquet, feather and TDMS. The time is a number, a date and
     clock, or counts since 1970, whose unit of measure follows from their size; or the file states its rate.
-    `Dataset.read_as` says in one line what was assumed.  What could be read in two ways is refused.
+    `Dataset.read_as` states all assumptions in one line. Ambiguous data are refused.
 
     Parameters
     ----------
     path : str, Path, data frame, dict or array, or sequence of them
         The file, or columns: a data frame of pandas, polars or pyarrow, a dict of arrays, an array (n, 3) of time,
-        input and output.  Of several each is a record with a memory of its own.
+        input and output. Each of several files is a record with its own memory.
     time, input, output : str or int
         Heading of a column with or without its unit of measure, ``"Zeit [ms]"`` or ``"Zeit"``, or its number from 1.
         Empty: recognised by its name, such as t, u, y, or by its unit of measure.  Output None: none is read.
     rate : float, optional
         Sample rate (Hz), instead of a time column.
     train : slice, (first, end) or "first:end", optional
-        Data rows that a fit counts, from 0 on, the end excluded; of several records the rows of all, one after the
-        other.
+        Data rows whose errors a fit minimises, from 0 on, the end excluded; rows of several records are numbered
+        consecutively.
     resample : float or "median", optional
-        Rate (Hz), or one over the median step, to bring uneven steps to.  Without it a record is resampled, and said to
-        be, where at most 2 % of the samples were lost and stamps are off by at most 0.3 steps; others are refused.
+        New rate (Hz) for a record with uneven steps, or "median" for one over the median step. Without it, a record is
+        resampled, with a remark, if at most 2 % of the samples were lost and time stamps deviate by at most 0.3 steps;
+        other records are refused.
     lag : int
-        Rows by which the sensor of the output is late: y of row k + lag belongs to u of row k.
+        Delay of the output sensor in rows: y of row k + lag belongs to u of row k.
     record : str or int, optional
-        Column that marks records: a new one starts where its cells change.
+        Column that numbers the records: a new record starts where its value changes.
     covariates : sequence of str or int
-        Columns of further inputs, such as load or temperature, stated as `input`; none is recognised by its name.
+        Columns of further inputs, such as load or temperature, given like `input`; they are not recognised by name.
     decimal : {".", ","}, optional
-        Decimal sign, for numbers such as 1,234 that could be read in two ways.
+        Decimal sign, for ambiguous numbers such as 1,234.
     most : int
-        Largest size of the file, and of what it unpacks to, in bytes.
+        Largest size of the file in bytes, also after decompression.
 
     Returns
     -------
     Dataset
-        Time in s, whatever the unit of measure in the file; input and output in those of the file.
+        Time converted to s; input and output in the units of measure of the file.
 
     Raises
     ------
@@ -127,7 +128,7 @@ def read(
 
 
 def dataset_of(given: object, output: bool = True) -> Dataset:
-    """Return a data set as it is, and read a data frame.
+    """Return a data set unchanged, or read a data frame.
 
     Parameters
     ----------
@@ -236,7 +237,9 @@ def _dataset(
             t, beside = even, beside.at(even, t)
     unit_u = table.columns[roles.input].unit
     unit_y = "" if roles.output is None else table.columns[roles.output].unit
-    made = Dataset(t, u, y, _stem(table.path), table.path, rows, unit_u, unit_y, covariates=beside)
+    name = Path(table.path).name
+    stem = Path(name.removesuffix(".gz")).stem or name
+    made = Dataset(t, u, y, stem, table.path, rows, unit_u, unit_y, covariates=beside)
     lines = None if table.lines is None or resample is not None or mended else table.lines[piece.rows]
     titles = (_title(table, roles.input), "" if roles.output is None else _title(table, roles.output))
     return made.from_file(_line(table, roles, said, lag), lines, titles).aligned(lag)
@@ -262,7 +265,7 @@ def _covariates(piece: _Piece) -> Covariates:
 
 
 def table_in(path: str | Path | Frame, decimal: str | None, most: int) -> Table:
-    """Read a file as a table, whatever its format, or a data frame.
+    """Read a file of any supported format, or a data frame, as a table.
 
     Raises
     ------
@@ -280,7 +283,7 @@ def table_in(path: str | Path | Frame, decimal: str | None, most: int) -> Table:
 
 
 def _line(table: Table, roles: Roles, said: str, lag: int) -> str:
-    """Say in one line what was assumed; what is in doubt comes first."""
+    """State the assumptions in one line, the least certain ones first."""
     parts = [said if roles.time is None else f"time {_label(table, roles.time, False)} {said}"]
     parts.append(f"input {_label(table, roles.input)}")
     parts.append("no output" if roles.output is None else f"output {_label(table, roles.output)}")
@@ -298,8 +301,3 @@ def _label(table: Table, k: int, with_unit: bool = True) -> str:
     column = table.columns[k]
     stated = f" in {column.unit}" if with_unit and column.unit and split_name(column.label)[1] != column.unit else ""
     return f"{column.label!r}{stated}" if column.label else f"column {k + 1}"
-
-
-def _stem(path: str | Path) -> str:
-    name = Path(path).name
-    return Path(name.removesuffix(".gz")).stem or name

@@ -1,4 +1,4 @@
-"""Roles of columns (time, input, output): as the user states them, else by name or unit of measure."""
+"""Roles of columns (time, input, output): as stated by the user, or found by name or unit of measure."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _NUMBERED = re.compile(
 
 @dataclass(frozen=True)
 class Roles:
-    """Numbers of the chosen columns, from 0; None where there is none; whether they were chosen by their order."""
+    """Numbers of the chosen columns, from 0, or None; and whether they were chosen by their order."""
 
     time: int | None
     input: int
@@ -61,7 +61,7 @@ class Roles:
 
     @property
     def order(self) -> list[int]:
-        """The columns of signals to read: input, output, covariates, as far as there are any."""
+        """Columns of the signals to read: input, output and covariates, if they exist."""
         return [k for k in (self.input, self.output, *self.covariates) if k is not None]
 
 
@@ -91,7 +91,7 @@ def chosen(
     Raises
     ------
     InputError
-        No such column, more than one that suits, or one column for two covariates.
+        No such column, several possible columns, or one column for two covariates.
     """
     marked = None if record is None else _named(table, record, "record")
     given = {"time": time if rate is None else None, "input": input, "output": output}
@@ -137,14 +137,16 @@ def chosen(
     if known and len(missing) == len(left) == 1:  # the only one that is neither time nor the other
         found[missing[0]] = left[0]
         taken.add(left[0])
-    if "input" not in found or (output == "" and "output" not in found and _left(table, taken)):
+    unknown = [k for k in _free(table, taken) if table.columns[k].label]
+    if "input" not in found or (output == "" and "output" not in found and unknown):
         role = "output" if "input" in found else "input"
         raise InputError(
             f"{table.where}The {role} must be one of the columns. Got {_listed(table)}, of which none is known as "
             f"{role}: name or number it, e.g. --{role} 2."
         )
     by_unit = input == "" and output == "" and "output" in found
-    if by_unit and found["output"] < found["input"] and not _is_named(table.columns[found["input"]], "input"):
+    named = any(_last(table.columns[found["input"]]) in names for names in NAMES["input"])
+    if by_unit and found["output"] < found["input"] and not named:
         raise InputError(
             f"{table.where}The input must be clear. Got {_listed(table)}: an actuator driven by "
             f"{table.title(found['input'])} or a sensor of {table.title(found['output'])}? Name them with --input and "
@@ -154,7 +156,7 @@ def chosen(
 
 
 def _pair(table: Table, taken: Collection[int | None]) -> tuple[int, int] | None:
-    """Return the two columns left if nothing but their order tells input and output apart."""
+    """Return the two remaining columns if only their order distinguishes input and output."""
     left = _free(table, taken)
     if len(left) != 2 or not all(_NUMBERED.fullmatch(table.columns[k].name) for k in left):
         return None
@@ -210,10 +212,6 @@ def _recognised(table: Table, role: str, taken: Collection[int | None]) -> int |
     return None
 
 
-def _is_named(column: Column, role: str) -> bool:
-    return any(_last(column) in names for names in NAMES[role])
-
-
 def _last(column: Column) -> str:
     *above, last = column.name.lower().split("/")
     return above[-1] if above and last in ("data", "value", "values") else last
@@ -221,10 +219,6 @@ def _last(column: Column) -> str:
 
 def _free(table: Table, taken: Collection[int | None]) -> list[int]:
     return [k for k, c in enumerate(table.columns) if c.kind == "number" and k not in taken]
-
-
-def _left(table: Table, taken: Collection[int | None]) -> list[int]:
-    return [k for k in _free(table, taken) if table.columns[k].label]
 
 
 def _listed(table: Table) -> str:

@@ -1,4 +1,4 @@
-"""Rows of a text file as numbers, with the line and the column of the first cell that is no number."""
+"""Rows of a text file as numbers; an error names line and column of the first cell that is not a number."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Rows:
     Raises
     ------
     InputError
-        A quoted cell that does not end in its line; a comma that may be a decimal sign or part thousands.
+        A quoted cell that does not end in its line; a comma that may be a decimal sign or a thousands separator.
     """
 
     def __init__(self, text: str, layout: Layout, titles: list[str], path: str | Path, decimal: str | None) -> None:
@@ -82,7 +82,7 @@ class Rows:
         return "\n".join(rows)
 
     def _sign(self) -> str | None:
-        """Return the decimal sign of the file; None if each column has to tell."""
+        """Return the decimal sign of the file; None if it must be found for each column."""
         if self.separator == COMMA:
             return POINT
         sign = decimal_sign(self._body)
@@ -165,7 +165,7 @@ class Rows:
             )
 
     def _converted(self, k: int) -> Array:
-        """Convert a column in which commas and points occur."""
+        """Convert a column that contains commas and points."""
         cells = self.words(k)
         sign = self.decimal or column_sign("\n".join(cells))
         if sign is None:

@@ -64,7 +64,7 @@ class Column:
     unit : str
         Unit of measure, in the spelling of the package; empty if none is stated.
     kind : {"number", "clock", "text", "empty"}
-        What its cells hold.
+        Kind of its cells.
     """
 
     label: str
@@ -78,7 +78,7 @@ class Column:
 
     @classmethod
     def of(cls, label: str, unit: str = "", kind: Kind = "number") -> Column:
-        """Split a label into name and unit of measure; a `unit` stated elsewhere counts first."""
+        """Split a label into name and unit of measure; a `unit` that is stated elsewhere has priority."""
         name, found = split_name(label)
         return cls(label, name, unit or found, kind)
 
@@ -96,7 +96,7 @@ class Table:
     named_in : str
         Where the headings stand, for messages.
     assumed : tuple of str
-        What the reader found or assumed, in a few words each.
+        Findings and assumptions of the reader, in a few words each.
     source : Source
         The cells.
     lines : sequence of int, optional

@@ -40,7 +40,10 @@ def cache_folder() -> Path:
 
 @cache
 def _temporary() -> tempfile.TemporaryDirectory[str]:
-    """Make the cache of a process that cannot write the one of the user; it goes at the end of the process."""
+    """Make a temporary cache for a process that cannot write the cache of the user.
+
+    It is removed at the end of the process.
+    """
     return tempfile.TemporaryDirectory(prefix="hystfmu-cache-")
 
 
@@ -105,7 +108,10 @@ def _copy(within: Path, digest: str, path: str | Path, content: bytes, needs: st
 
 
 def _put(made: Path, entry: Path) -> None:
-    """Give an entry its name; a damaged one that has it goes, another process may have been faster."""
+    """Rename an entry to its final name; a damaged entry of this name is removed.
+
+    Another process may have been faster.
+    """
     try:
         os.rename(made / _NEW, entry)
     except OSError:
@@ -120,12 +126,12 @@ _MOST_HASHES = 2**24  # bytes
 
 
 def write_hashes(entry: Path) -> None:
-    """Write down the hash of each file of the content."""
+    """Store the hash of each file of the content."""
     (entry / _HASHES).write_text(json.dumps(_hashes(entry / CONTENT)))
 
 
 def is_intact(entry: Path) -> bool:
-    """Return whether the content has the files that it had when it was unpacked, and no other ones."""
+    """Return whether the content has exactly the files that were unpacked."""
     try:
         return bool(json.loads(read_result(entry / _HASHES, _MOST_HASHES)) == _hashes(entry / CONTENT))
     except (OSError, InputError, ValueError, RecursionError):
@@ -158,7 +164,7 @@ _ENTRY = re.compile(r"[0-9a-f]{64}")
 
 
 def prune(within: Path) -> None:
-    """Remove entries, and what a killed process left.  Other files of the folder stay."""
+    """Remove entries, and remains of killed processes. Other files of the folder stay."""
     with suppress(OSError):
         now = time.time()
         unused = {p: now - p.lstat().st_mtime for p in within.iterdir() if p.is_dir() and not p.is_symlink()}
@@ -183,7 +189,7 @@ def _size(folder: Path) -> int:
 
 
 def _remove(entry: Path) -> None:
-    """Remove an entry: at once it has no name, so that no process finds a part of it."""
+    """Remove an entry: it is renamed first, so that no process finds a part of it."""
     with suppress(OSError):
         made = tempfile.mkdtemp(prefix=PARTIAL, dir=entry.parent)
         with suppress(OSError):

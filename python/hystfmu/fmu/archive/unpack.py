@@ -22,7 +22,7 @@ _OPAQUE = ("resources/", "documentation/", "extra/")
 
 
 def _is_parsed(name: str) -> bool:
-    """True if this program reads a file as XML.  What an FMU has for itself may be any XML, as of Java or in UTF-16."""
+    """True if this program reads a file as XML. Other files of the FMU may be any XML."""
     place = posixpath.normpath(name)
     return place.endswith(_PARSED) and (not place.endswith(".xml") or not place.startswith(_OPAQUE))
 
@@ -94,7 +94,7 @@ def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
 
 
 def xml_problems(folder: Path) -> list[str]:
-    """Return which files that are parsed could make a parser read others or expand without limit, one line each."""
+    """Return the files that could make an XML parser read other files or expand without limit, one line each."""
     problems = []
     for file in sorted(folder.rglob("*")):
         name = file.relative_to(folder).as_posix()

@@ -29,14 +29,14 @@ Progress = Callable[[float], None]
 
 
 class _Watch:
-    """Reads what a child writes down while it runs: the time of a check begins with it."""
+    """Reads the notes of a running child: the time limit of a check starts with its note."""
 
     def __init__(self, result: Path, progress: Progress) -> None:
         self.result, self.progress = result, progress
         self.number, self.begin = -1, time.monotonic()
 
     def notes(self) -> dict[str, Any]:
-        """Return what is written down; the FMU may have written it."""
+        """Return the notes of the child; the FMU may have changed them."""
         notes: dict[str, Any] = json.loads(read_result(self.result, MOST_NOTES))
         return notes
 
@@ -53,7 +53,7 @@ class _Watch:
 
 
 def _part(process: Child, watch: _Watch, seconds: float) -> tuple[Findings, Place | None]:
-    """Return the findings of one child, and where the next has to begin if it did not survive a check."""
+    """Return the findings of one child, and the start point of the next one if a check ended it."""
     lines, in_time = process.finish(seconds, watch.look)
     try:
         notes = watch.notes()
@@ -77,7 +77,7 @@ def _part(process: Child, watch: _Watch, seconds: float) -> tuple[Findings, Plac
 
 
 def _run_problems(folder: Path, box: Box | None, seconds: float, progress: Progress) -> Findings:
-    """Return the findings of as many child processes as it takes: each begins behind the check that ended the last."""
+    """Return the findings of all child processes: each starts after the check that ended the previous one."""
     found, place = Findings(), Place(0, STEPS, [])
     while True:
         result = folder / f"result{place.first}.json"
@@ -107,17 +107,17 @@ def check_fmu(
 ) -> Findings:
     """Check archive, model description and behaviour of an FMU of any origin.
 
-    The archive is inspected before it is unpacked.  Then the static checks of fmpy and, if installed, of fmutool are
-    applied.  The trials of `hystfmu.fmu.check.trials` run the FMU in Co-Simulation and check start values,
+    The archive is inspected before it is unpacked. Then the static checks of fmpy and, if installed, of fmutool are
+    applied. The trials of `hystfmu.fmu.check.trials` run the FMU in Co-Simulation and check start values,
     repeatability, side effects of get and set, reset, saved states, NULL pointers, two instances, lengths of steps,
     dependencies, directional derivatives, memory leaks, repeated loading, and folders with spaces and non-ASCII
-    letters.  The trials of `hystfmu.fmu.check.exchange_trials` run it in Model Exchange and check repeatability,
-    events, the order of states, effects of rejected steps, dependencies and directional derivatives.  Those of
-    `hystfmu.fmu.check.scheduled_trials` activate the partitions of Scheduled Execution.  An FMU may end its simulation
-    by itself: a run is then as long as the FMU allows.  All but the inspection of the archive runs in child processes
-    with limits of time and memory, without network, and writes into a folder of its own only.  No problem ends the
-    list: behind a crash the next check begins in another process, and what a check needs to tell anything, such as an
-    instance, is said where it is missing.
+    letters. The trials of `hystfmu.fmu.check.exchange_trials` run it in Model Exchange and check repeatability, events,
+    the order of states, effects of rejected steps, dependencies and directional derivatives. Those of
+    `hystfmu.fmu.check.scheduled_trials` activate the partitions of Scheduled Execution. An FMU may end its simulation
+    by itself: a run is then as long as the FMU allows. Except for the inspection of the archive, everything runs in
+    child processes with limits of time and memory, without network, and with write access to one folder only. A problem
+    does not end the list of checks: after a crash, the next check runs in another process. If something that a check
+    needs is missing, such as an instance, a line says so.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def check_fmu(
     confined : bool
         Whether the FMU runs without network and writes into a folder of its own only, where the system can.
     progress : function
-        Called with the fraction of the checks that is done, about.
+        Called with the approximate fraction of the checks that is done.
 
     Returns
     -------

@@ -158,7 +158,7 @@ class _Point:
         self.unknowns = [v for v in self.fmu.outputs if v.type in ("Real", "Float64")] + self.rates
 
     def same(self, unknown: Any, known: Any) -> bool:
-        """Return whether both are one variable: an output that is a state follows no other variable."""
+        """Return whether both are the same variable: an output that is a state depends on no other variable."""
         return bool(unknown.valueReference == known.valueReference)
 
     def size(self, known: Any) -> float:

@@ -20,7 +20,7 @@ class Check:
     name : str
         The property.
     tried : str
-        How much was tried, such as ``3 instances, 250 steps``; empty for what does not apply to the FMU.
+        Extent of the check, such as ``3 instances, 250 steps``; empty if it does not apply to the FMU.
     problems : int
         Number of problems.
     seconds : float
@@ -44,7 +44,7 @@ class Place:
     steps : int
         Number of steps that the FMU makes.
     failed : sequence of str
-        Names of the checks that could not be made to their end: others may need them.
+        Names of the checks that could not be completed: others may need them.
     """
 
     first: int
@@ -53,7 +53,7 @@ class Place:
 
     @classmethod
     def of(cls, notes: Any) -> Place:
-        """Return the place that a child process wrote down, which the FMU may have overwritten.
+        """Return the start point noted by a child process; the FMU may have changed the notes.
 
         Raises
         ------
@@ -71,7 +71,7 @@ class Findings(list[str]):
     ----------
     problems : sequence of str
     checks : sequence of Check
-        In their order; the last may be the one that the FMU did not survive.
+        In their order; the last one may have ended the process.
     """
 
     def __init__(self, problems: Sequence[str] = (), checks: Sequence[Check] = ()) -> None:
@@ -80,7 +80,7 @@ class Findings(list[str]):
 
 
 def checks_of(notes: Any) -> list[Check]:
-    """Return the checks that a child process wrote down, which the FMU may have overwritten.
+    """Return the checks noted by a child process; the FMU may have changed the notes.
 
     Raises
     ------

@@ -37,7 +37,7 @@ def tangent_differs(got: float, value: Callable[[float], float], e: float) -> st
 
 
 def _varied(v: Any) -> bool:
-    """Return whether the trials vary an input: they know which values it may have, and no clock has to tick for it."""
+    """Return whether the trials vary an input: its valid values are known, and it needs no clock."""
     if v.causality != "input" or getattr(v, "clocks", None):
         return False
     bounded = v.min is not None and v.max is not None
@@ -84,7 +84,7 @@ class ForeignFmu:
         self.h = float((experiment and experiment.stepSize) or fixed or 1e-3)
 
     def reach(self, steps: int) -> None:
-        """Take note that so many steps can be made."""
+        """Store the number of possible steps."""
         self.steps = steps
 
     @contextmanager
@@ -194,9 +194,9 @@ class Trial:
     name : str
         What is done.
     find : callable
-        Yields the problems of an FMU as sentences.  A `Finding` that it raises says that the thing cannot be done.
+        Yields the problems of an FMU as sentences. A `Finding` that it raises means that the trial cannot be made.
     needs : str
-        Name of the trial without which this one would repeat a problem.
+        Name of the trial that must pass first; otherwise this one would repeat its problem.
     """
 
     name: str

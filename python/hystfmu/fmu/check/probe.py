@@ -1,7 +1,7 @@
 """The child process of `check_fmu`: make the checks of an unpacked FMU and write the findings as JSON.
 
-It records every check before it begins, so that the parent can name the check that the FMU did not survive, and let
-another child begin with the next one.
+It notes every check before it starts. So the parent can name a check that ended the process, and another child can
+start with the next one.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _RULES = "the rules of fmpy cannot be applied: {}: {}"
 
 
 def rule_problems(folder: Path, description: Any) -> Iterator[str]:
-    """Yield what the schema and the rules of fmpy find wrong, a sentence each.
+    """Yield the problems found by the schema and the rules of fmpy, a sentence each.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Notes:
         part.replace(self.path)
 
     def due(self) -> bool:
-        """Go on to the next check; whether it is to be made, because no process before this one has."""
+        """Start the next check; return whether it must be made, because no earlier process has made it."""
         self.number += 1
         return self.number >= self.place.first
 
@@ -182,7 +182,7 @@ def _counted(n: int, what: str) -> str:
 
 
 def _try(fmu: ForeignFmu, trial: Trial, notes: Notes) -> None:
-    """Make a trial.  A finding that ends it does not end the others, except for those that need it."""
+    """Make a trial. A finding ends its own trial, and the trials that need it."""
     missing = "a binary" if trial.name in notes.failed else repr(trial.needs) if trial.needs in notes.failed else ""
     notes.failed.add(trial.name)  # until it ends
     if missing:

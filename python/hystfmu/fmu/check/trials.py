@@ -48,8 +48,7 @@ def _stored(v: Any, values: Values) -> Values:
 def steps(fmu: ForeignFmu) -> Iterator[str]:
     """Outputs are finite and the run ends with `terminate`.
 
-    An FMU that ends the simulation earlier, refuses a step or crashes in one is run in all other trials as long as it
-    went.
+    If an FMU ends the simulation earlier, refuses a step or crashes, all other trials make only as many steps.
     """
     names = [v.name for v in fmu.outputs for _ in range(count(v))]
     finite = True
@@ -163,8 +162,9 @@ def step_lengths(fmu: ForeignFmu) -> Iterator[str]:
 def dependencies(fmu: ForeignFmu) -> Iterator[str]:
     """Direct feed-through is declared in `dependencies`.
 
-    Direct feed-through acts within a step of any length.  A unit that differentiates a filtered signal shows the same
-    without a dependency.  Only Model Exchange can hold its states, so an FMU with Model Exchange is checked there.
+    Direct feed-through acts within a step of any length. A unit that differentiates a filtered signal behaves in the
+    same way without a dependency. Only Model Exchange can hold its states, so an FMU with Model Exchange is checked
+    there.
     """
     can = fmu.description
     if can.modelExchange or not _any_step(fmu):

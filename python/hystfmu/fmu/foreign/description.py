@@ -30,7 +30,7 @@ def read_description(path: str | Path, folder: Path) -> tuple[Any, ET.Element]:
     description : ModelDescription
         Read by fmpy.
     root : Element
-        The same file, for what fmpy does not read.
+        The same file, for elements that fmpy does not read.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def _is_number(text: Any) -> bool:
 
 
 def _reason(folder: Path, error: Exception) -> str:
-    """Return what the schema says with the line in the file; else what fmpy stumbled over, which names no line."""
+    """Return the error of the schema with its line; otherwise the error of fmpy, without a line."""
     from fmpy.model_description import ValidationError, read_model_description
 
     try:

@@ -234,7 +234,7 @@ class Integrator:
         return right
 
     def save(self) -> tuple[Any, ...]:
-        """Return what the integrator remembers, beside the state of the FMU."""
+        """Return the state of the integrator, besides the state of the FMU."""
         return self._t, list(self._x), list(self._z), self._unit.next, self._first
 
     def restore(self, saved: tuple[Any, ...]) -> None:

@@ -243,7 +243,8 @@ _WORDS = {"true": 1.0, "false": 0.0}
 
 
 def numbers(text: Any) -> tuple[float, ...]:
-    """Return the numbers in a start value; `true` and `false` are 1 and 0, and what no double holds is an int."""
+    """Return the numbers in a start value; `true` and `false` are 1 and 0, and integers beyond the range of doubles
+    stay ints."""
     return tuple(_WORDS[w] if w in _WORDS else _number(w) for w in str(text).split())
 
 

@@ -20,7 +20,7 @@ class Simulated:
     description : ModelDescription
         Read by fmpy.
     inputs, outputs : sequence of (variable, int)
-        What is set and read, with the number of elements of each.
+        Variables to set and read, with the number of elements of each.
     name : str
     log : callable, optional
         Takes each log message.

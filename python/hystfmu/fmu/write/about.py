@@ -73,7 +73,7 @@ def _error(percent: Any) -> str:
 
 @dataclass(frozen=True)
 class Facts:
-    """Of one port; None and "" where nothing is known.
+    """Data of one port; None and "" if unknown.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Facts:
 
 
 def _size(x: float) -> float | None:
-    """Return a size with two digits; None if it is no nominal value."""
+    """Return a size with two digits; None if it cannot be a nominal value."""
     return float(f"{x:.2g}") if math.isfinite(x) and x > 0 else None
 
 
@@ -104,10 +104,10 @@ def _of_input(port: Port, span: object) -> Facts:
 
 
 def facts_of(model: Model, y: Array) -> Mapping[str, Facts]:
-    """Return what a model knows of its real ports, by their names.
+    """Return the data of a model on its real ports, by name.
 
-    Inputs have the range of the training rows.  Outputs have the size that the reference run reaches; they have no
-    range, because a model may leave that of the training rows on its way.
+    Inputs have the range of the training rows. Outputs have the size that the reference run reaches. They have no
+    range, because a model may leave the range of the training rows.
 
     Parameters
     ----------

@@ -269,7 +269,7 @@ def model_description(
     sources : sequence of str
         Files of the sources directory, listed in FMI 2.0 only (FMI 3.0 has buildDescription.xml).
     known : mapping of str to Facts, optional
-        What a fitted model knows of its ports.
+        Data of a fitted model on its ports.
 
     Returns
     -------

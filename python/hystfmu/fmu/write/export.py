@@ -40,41 +40,6 @@ def _identifier(text: str) -> str:
     return cleaned if _IDENTIFIER.match(cleaned) else f"_{cleaned}"
 
 
-def _entries(
-    model: Model | None,
-    graph: Graph,
-    fmi: Fmi,
-    name: str,
-    identifier: str,
-    text: str,
-    source: bool,
-    binaries: dict[str, Deflated],
-    explorer: Explorer | None,
-    stop: float | None,
-) -> dict[str, bytes | Deflated]:
-    """Return the members of the archive by name."""
-    reference = Reference.of(graph, model)
-    files = [f"{identifier}.c"] if source else []
-    known = facts_of(model, reference.y) if model else {}
-    described = model_description(graph, fmi, name, identifier, text, stop, files, known)
-    entries: dict[str, bytes | Deflated] = {"modelDescription.xml": described}
-    entries |= {f"binaries/{folder}": content for folder, content in binaries.items()}
-    entries["resources/block.bin"] = graph.to_bytes()
-    if fmi == 2:
-        entries["model.png"] = png(reference.curve)
-    else:
-        entries["terminalsAndIcons/terminalsAndIcons.xml"] = terminals_and_icons(graph)
-        entries["terminalsAndIcons/icon.png"] = png(reference.curve)
-        entries["terminalsAndIcons/icon.svg"] = svg(reference.curve)
-    if source:
-        entries[f"sources/{identifier}.c"] = source_file(graph, fmi, identifier)
-        if fmi == 3:
-            entries["sources/buildDescription.xml"] = build_description(identifier)
-    entries["documentation/index.html"] = documentation(graph, fmi, name, text, reference, model, source, explorer)
-    entries["documentation/licenses/license.txt"] = _licence()
-    return entries | reference.files(fmi)
-
-
 def export_fmu(
     model: Model | Graph,
     path: str | Path,
@@ -134,6 +99,25 @@ def export_fmu(
         text = description_of(whole) if whole else single.block.text if single else ""
     identifier = _identifier(name)
     packed = binaries(fmi, identifier, platforms)
-    entries = _entries(whole, graph, fmi, name, identifier, text, source, packed, explorer, stop)
+    reference = Reference.of(graph, whole)
+    files = [f"{identifier}.c"] if source else []
+    known = facts_of(whole, reference.y) if whole else {}
+    described = model_description(graph, fmi, name, identifier, text, stop, files, known)
+    entries: dict[str, bytes | Deflated] = {"modelDescription.xml": described}
+    entries |= {f"binaries/{folder}": content for folder, content in packed.items()}
+    entries["resources/block.bin"] = graph.to_bytes()
+    if fmi == 2:
+        entries["model.png"] = png(reference.curve)
+    else:
+        entries["terminalsAndIcons/terminalsAndIcons.xml"] = terminals_and_icons(graph)
+        entries["terminalsAndIcons/icon.png"] = png(reference.curve)
+        entries["terminalsAndIcons/icon.svg"] = svg(reference.curve)
+    if source:
+        entries[f"sources/{identifier}.c"] = source_file(graph, fmi, identifier)
+        if fmi == 3:
+            entries["sources/buildDescription.xml"] = build_description(identifier)
+    entries["documentation/index.html"] = documentation(graph, fmi, name, text, reference, whole, source, explorer)
+    entries["documentation/licenses/license.txt"] = _licence()
+    entries |= reference.files(fmi)
     write_bytes(path, zip_file(entries, executable="binaries/"))
     return Path(path)

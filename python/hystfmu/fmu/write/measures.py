@@ -1,4 +1,4 @@
-"""UnitDefinitions of modelDescription.xml: each unit of measure with its exponents of the SI base units.
+"""UnitDefinitions of modelDescription.xml: each unit of measure with its exponents of SI base units.
 
 A unit of measure is a product such as `um/V` or `N.s/m2`: symbols with prefix and exponent.
 """

@@ -71,7 +71,7 @@ def _installed(file: str) -> Path:
 
 
 def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
-    """Return the prebuilt binary of a platform, which is the same in every FMU; None if it is not installed.
+    """Return the prebuilt binary of a platform, identical in every FMU; None if it is not installed.
 
     An FMU for all platforms prefers the cross-compiled binary, which runs with older C libraries.
     """
@@ -82,7 +82,7 @@ def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
 
 @functools.cache
 def _deflated(path: Path) -> Deflated:
-    """Return a deflated binary.  `make platforms` provides a smaller stream than an export can afford to make."""
+    """Return a deflated binary. `make platforms` compresses better, because that would take too long in an export."""
     content = path.read_bytes()
     made = path.with_name(f"{path.name}.deflate")
     if made.exists():

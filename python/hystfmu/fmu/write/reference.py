@@ -50,8 +50,8 @@ def _span(port: Port, model: Model | None) -> tuple[float, float]:
 class Reference:
     """Inputs u (rows, scalar inputs) and outputs y (rows, scalar outputs) of a graph, with a step of h (s).
 
-    Row 0 is the initialisation.  Row k holds the outputs after setting the inputs of row k - 1 and stepping to the time
-    of row k, as with a master that sets the inputs at the beginning of every step.
+    Row 0 is the initialisation. Row k contains the outputs after setting the inputs of row k - 1 and stepping to the
+    time of row k, like a master that sets inputs at the beginning of every step.
     """
 
     graph: Graph

@@ -11,7 +11,7 @@ import functools
 import re
 import textwrap
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from hystfmu.base import PACKAGE
 from hystfmu.core.library import RawError, library
@@ -33,7 +33,7 @@ def _sections() -> dict[str, str]:
 
 
 def wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
-    """Return whether a section belongs to the source of an FMU: blocks in use, functions of its standard."""
+    """Return whether a section belongs to the source of an FMU: used blocks and functions of its standard."""
     folder, _, file = name.rpartition("/")
     if folder.startswith("core/blocks/") and file.endswith(".c"):
         return file.removesuffix(".c") in blocks
@@ -53,7 +53,7 @@ def core_text(graph: Graph, name: str, comment: str, wanted: Callable[[str], boo
     comment : str
         One line for a reader.
     wanted : function of str
-        Whether a section belongs to the text, by its name.
+        Returns whether a section is included, from its name.
     """
     content = graph.to_bytes()
     lines = [",".join(map(str, content[k : k + _PER_LINE])) for k in range(0, len(content), _PER_LINE)]
@@ -208,7 +208,9 @@ def target_files(graph: Graph, name: str, step: float, text: str) -> dict[str, b
         "inputs": "\n".join(f"  double {p.name}; /* {_meaning(p)} */" for p in inputs),
         "starts": ", ".join(repr(p.start[0]) for p in inputs),
         "parameters": ",\n".join(f"  {name}_{p.name} = {p.reference}" for p in graph.ports if p.kind == "param"),
-        "gives": "\n".join(_given(inputs)),
+        "gives": "\n".join(
+            f"  if (!wrong) wrong = (int)hyst_graph_set(target_graph, {p.reference}, in->{p.name});" for p in inputs
+        ),
         "output": output.reference,
         "bytes": _bytes(graph),
     }
@@ -223,10 +225,6 @@ def _meaning(p: Port) -> str:
     return _comment(p.text) + ("" if p.unit in ("", "1") else f", in {p.unit}")
 
 
-def _given(inputs: Sequence[Port]) -> list[str]:
-    return [f"  if (!wrong) wrong = (int)hyst_graph_set(target_graph, {p.reference}, in->{p.name});" for p in inputs]
-
-
 def _bytes(graph: Graph) -> int:
     """Return the memory of an instance on a machine with pointers of 8 bytes; others need less."""
     content, size, error = graph.to_bytes(), C.c_size_t(), RawError()
@@ -236,5 +234,5 @@ def _bytes(graph: Graph) -> int:
 
 
 def _comment(text: str) -> str:
-    """Return a text that ends no comment of C."""
+    """Return a text that is safe in a C comment."""
     return " ".join(text.replace("*/", "* /").replace("/*", "/ *").split())

@@ -72,7 +72,7 @@ class Coordinates:
 
 
 def default_bounds(free: Free, graph: Graph, data: Dataset) -> tuple[float, float]:
-    """Return the bounds of the search for a parameter that is not eliminated, those that are given among them."""
+    """Return the bounds of the search for a parameter that is not eliminated, including given ones."""
     least, most = float(free.start.min()), float(free.start.max())
     seconds = (data.train.stop - data.train.start) * data.h
     if free.row.unit == "Hz":
@@ -103,7 +103,7 @@ def is_log(free: Free) -> bool:
 
 
 def _range(free: Free, graph: Graph, data: Dataset) -> tuple[float, float]:
-    """Return the least and the largest value of the input that a parameter is measured by, in the graph as given."""
+    """Return the range of the input that has the unit of measure of a parameter, in the given graph."""
     end = f"{free.node}.{free.row.follows}"
     rows = rows_of(graph, data).reshape(len(data.u), -1)[: data.train.stop]
     for k, port in enumerate(graph.inputs):

@@ -1,7 +1,7 @@
 """Search for linear dynamics after a hysteresis: G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1) with a delay.
 
-Where the response of the record shows further modes, they stand beside that one with their shares of the static gain,
-as the response has them, if the residuals are smaller so.
+If the response of the record shows further modes, they are added in parallel with their shares of the static gain, if
+this reduces the residuals.
 
 The delay is a whole number of samples in a delay block; its rest is a Pade approximant of e^(-s tau) of order 2 inside
 the transfer function, with a phase error of (omega tau)^5/720, 5e-9 rad at a fiftieth of the sample rate.
@@ -21,7 +21,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.graph.discretised import discretised
+from hystfmu.graph.columns import discretised
 from hystfmu.identify.catalogue import Option, Options
 from hystfmu.identify.estimate.search import standard_errors
 from hystfmu.identify.evidence import evidence
@@ -187,7 +187,7 @@ def search(
 
 
 def _modes(data: Dataset) -> list[Dynamics]:
-    """Return the modes that the record shows behind its input, alone and beside the others; none of a long record."""
+    """Return the modes that the record shows after its input, single and combined; none for a long record."""
     if len(data.u) > MOST_ROWS:
         return []
     shown = evidence(data)

@@ -73,7 +73,7 @@ class Free:
 
     @property
     def rises(self) -> bool:
-        """True if the elements must not decrease: as given, or because the block wants it."""
+        """True if the elements must not decrease: as given, or required by the block."""
         return len(self.elements) > 1 and (self.rising or "not decreasing" in self.row.text)
 
     @property

@@ -14,9 +14,9 @@ import numpy as np
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
-from hystfmu.core.groups import group
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
+from hystfmu.graph.listing import group
 from hystfmu.identify.catalogue import Built, Option, Options
 from hystfmu.identify.estimate.coordinates import default_bounds, is_log, made_coordinates
 from hystfmu.identify.estimate.free import Free, Spec, read
@@ -103,7 +103,10 @@ class _Problem:
         self.objective = Objective(data, graph, coordinates, linear, until=until)
 
     def repeated(self, seed: int) -> tuple[str, ...]:
-        """Return the parameters whose effect is a sum of those of the others; of two the first one counts as such."""
+        """Return the redundant parameters, whose effect is a combination of the effects of others.
+
+        Of two, the first one.
+        """
         c, rng = self.objective.coordinates, np.random.default_rng(seed)
         for _ in range(TRIED):
             p = self.start + 0.1 * rng.uniform(-1, 1, len(self.start)) * np.minimum(c.hi - c.lo, 10 * c.scale)
@@ -148,7 +151,7 @@ def _check_ports(graph: Graph, data: Dataset) -> None:
 
 
 def _with_ports(graph: Graph, data: Dataset) -> Graph:
-    """Return the graph with units of measure and start values of the record where it states none."""
+    """Return the graph, with missing units of measure and start values taken from the record."""
     columns = {name: (unit, values) for name, unit, values in data.covariates}
     first, *others = graph.inputs
     inputs = [replace(first, unit=first.unit or data.unit_u, start=float(data.u[0]))]

@@ -1,8 +1,8 @@
 """Free parameters that enter the output linearly, found by runs of the graph.
 
 A parameter is linear if equal steps of it change the output equally; several are linear together if the change by one
-does not depend on the others.  The runs are made with random values around those of the graph, because a weight of 0
-hides what lies behind it.  It needs no knowledge of the blocks, so that a new block is handled, too.
+does not depend on the others. The runs use random values around those of the graph, because a weight of 0 would hide
+parameters behind it. It needs no knowledge of the blocks, so that a new block is handled, too.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ EQUAL = 1e-9  # difference of two changes, relative to their size and to the out
 
 
 def linear_parts(graph: Graph, frees: Sequence[Free], data: Dataset, seed: int = 0) -> tuple[Linear, ...]:
-    """Return the parameters to eliminate: linear each, linear together, without bounds other than 0.
+    """Return the parameters to eliminate: linear individually and together, without bounds other than 0.
 
     The first rows of the data are run, with random values by `seed`.
     """

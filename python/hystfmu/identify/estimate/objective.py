@@ -1,9 +1,9 @@
 """The misfit of the free run of a graph, by coordinates; parameters that enter linearly are eliminated.
 
 For every point of the search the linear parameters follow from linear least squares, with non-negative weights where a
-parameter must not be negative (variable projection, Golub & Pereyra 1973).  The Jacobian is that of the run with these
-weights held, projected on what the columns do not reach (Kaufman 1975): of the whole derivative only a term of second
-order in the residuals is left out.
+parameter must not be negative (variable projection, Golub & Pereyra 1973). The Jacobian is that of the run with these
+weights held, projected on the orthogonal complement of the columns (Kaufman 1975). It neglects only a term of second
+order in the residuals.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Linear:
 
 
 class OutOfTime(Exception):
-    """The time of a search is over."""
+    """The time limit of a search is reached."""
 
 
 class Objective:
@@ -137,7 +137,7 @@ class Objective:
     def project(self, p: Array) -> tuple[Array, Array, Array]:
         """Return residuals (rows,), weights of the linear parameters, and an orthonormal basis of their columns.
 
-        The basis spans the columns with a weight that may move: of non-negative ones those that are positive.
+        The basis spans the columns whose weights can change: the free ones and the positive non-negative ones.
         """
         key = p.tobytes()
         if key != self._point[0]:
@@ -208,7 +208,10 @@ class Objective:
         return found
 
     def jacobian(self, p: Array) -> Array:
-        """Return the derivatives of the residuals, with the linear parameters following; shape (rows, n)."""
+        """Return the derivatives of the residuals, with the linear parameters optimised at each point.
+
+        Shape (rows, n).
+        """
         residuals, _, basis = self.project(p)
         if residuals @ residuals >= FARTHEST**2 / 2:
             return np.zeros((len(self.y), len(p)))

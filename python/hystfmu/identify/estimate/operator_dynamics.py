@@ -4,10 +4,10 @@ The x_i are outputs of the operator and of the scaling in front of it.  Offset a
 eliminated (variable projection, Golub & Pereyra 1973).  The search has f_n, zeta, tau and the shape of the operator.
 
 The search starts with the dynamics alone: a bank of responses of fixed shapes, filtered by G0 and delayed, is combined
-by least squares.  The bank represents a loop of any shape to about a percent, so that the dynamics do not compensate
-for the loop, as they do with a sum of plays (f_n 3176 Hz instead of 500 Hz).  Then the shape is searched with these
-dynamics, then all parameters together on all rows.  A delay that the data do not support is left out (Bayesian
-information criterion): it trades against f_n, whose standard error it multiplies by three.
+by least squares. The bank represents a loop of any shape to about one percent. So the dynamics do not compensate for
+the shape of the loop, as they would with a sum of plays (f_n 3176 Hz instead of 500 Hz). Then the shape is searched
+with these dynamics, then all parameters together on all rows. A delay that the data do not support is omitted (Bayesian
+information criterion), because it would triple the standard error of f_n.
 """
 
 from __future__ import annotations
@@ -129,8 +129,8 @@ def _bank(operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) 
 class _Chains:
     """Graphs by the whole samples of the delay and by whether there is a rest.
 
-    In a search the delay stands in front of the hysteresis, which commutes with it: what it gives before its first
-    input does then not depend on the gains.
+    In a search the delay precedes the hysteresis, which commutes with it. Then its initial output does not depend on
+    the gains.
     """
 
     def __init__(self, operator: Operator, data: Dataset, hold: str) -> None:
@@ -160,7 +160,7 @@ class _Chains:
         return self.made[key]
 
     def finished(self, graph: Graph) -> Graph:
-        """Return the graph with the delay behind the dynamics; it gives their steady output first."""
+        """Return the graph with the delay after the dynamics; the delay starts with their steady output."""
         delays = [n for n in graph.nodes if n.name == "delay"]
         scaling, *operator, total, g0, readout = (n for n in graph.nodes if n.name != "delay")
         if not delays:
@@ -179,7 +179,7 @@ class _Chains:
 
 
 def _run(operator: Operator, nodes: list[Node], u: Array) -> Array:
-    """Return what the operator gives to the sum for rows of u, shape (n, columns)."""
+    """Return the outputs of the operator that enter the sum, for rows of u, shape (n, columns)."""
     outputs = [Output(f"x{i}", column) for i, column in enumerate(operator.columns)]
     wires = [("input.y", "operator.u"), *operator.wires]
     return Graph(nodes, wires, [Input("u", ("input.u",))], outputs).run(u)

@@ -85,7 +85,8 @@ class Runs:
     def _differences(
         self, inputs: Array, h: float, changes: Sequence[Mapping[str, Array]], rows: NDArray[np.intp], step: float
     ) -> tuple[Array, Array]:
-        """Do the same by whole runs: the core has no sensitivities for an implicit inverse."""
+        """Compute the same by finite differences of whole runs, because the core has no sensitivities for an implicit
+        inverse."""
         y, before = self.run(inputs, h)[rows], dict(self._last)
         dy = np.zeros((len(y), len(changes)))
         for column, change in enumerate(changes):

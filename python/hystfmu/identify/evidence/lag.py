@@ -1,12 +1,12 @@
 """A signal behind a mode and a delay, at the rows of a record: 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) e^(-s tau).
 
 Between rows the input is a ramp (``foh``), held at the new value (``zoh``), or smooth (``smooth``: limited to the band
-below half the sample rate).  Each has an exact filter of four taps over the two poles of the mode, for a delay that is
-no whole number of steps too: the state at a row, propagated over the rest of a step.
+below half the sample rate). For each there is an exact filter with four taps and the two poles of the mode, also for a
+fractional delay: the state at a row is propagated over the rest of a step.
 
-A smooth input is a ramp behind a correction: the spectrum of ramps falls by sinc^2 (f h), which 1 + D/12 + D^2/90 +
-... undoes, D = 2 - 2 cos(2 pi f h) (the series of arcsin^2).  A chirp with seven rows in a period needs it: ramps alone
-lose 6 % of it.
+A smooth input is treated as ramps after a correction: ramps reduce the spectrum by sinc^2 (f h), which 1 + D/12 +
+D^2/90 + ... compensates, D = 2 - 2 cos(2 pi f h) (the series of arcsin^2). This matters for a chirp with seven rows per
+period, of which ramps alone lose 6 %.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SERIES = (1 / 3150, 1 / 560, 1 / 90, 1 / 12)  # 2/(n^2 C(2n, n)), n from 5 to 2
 
 
 def prepared(v: Array, hold: str) -> Array:
-    """Return the signal (n,) whose ramps, or steps, stand for the input between rows."""
+    """Return the signal (n,) whose ramps, or steps, represent the input between rows."""
     if hold != "smooth" or len(v) < 3:
         return v
     total = np.zeros_like(v)
@@ -56,7 +56,10 @@ def behind_mode(v: Array, f_n: float, zeta: float, delay: float, h: float, hold:
 
 
 def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
-    """Return a free decay (n,) of a mode from row 0; with itself one row later it spans all of them."""
+    """Return a free decay (n,) of a mode from row 0.
+
+    All free decays are combinations of it and itself one row later.
+    """
     w = 2 * np.pi * f_n * h
     step = expm(np.array([[0.0, 1.0], [-w * w, -2 * zeta * w]]))
     pulse = np.zeros(n)
@@ -75,7 +78,7 @@ def behind_delay(v: Array, delay: float, h: float, hold: str) -> Array:
 
 
 def _parts(steps: float) -> tuple[int, float]:
-    """Return whole steps and the part of the step before a row that the input reaches, in (0, 1]."""
+    """Return the whole steps of a delay, and the part of the last step during which the input acts, in (0, 1]."""
     whole = int(np.floor(steps))
     return whole, 1.0 - (steps - whole)
 
@@ -89,7 +92,8 @@ def _shift(x: Array, whole: int) -> Array:
 
 
 def _propagate(a: Array, b: float, t: float) -> tuple[Array, Array, Array]:
-    """Return what the state (2,), a held input and a ramp over one step add to the state after `t` steps."""
+    """Return the effects of the state (2,), of a held input and of a ramp over one step on the state after `t`
+    steps."""
     m = np.zeros((4, 4))
     m[:2, :2], m[1, 2], m[2, 3] = a, b, 1.0
     e = expm(m * t)

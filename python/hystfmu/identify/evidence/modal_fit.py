@@ -1,8 +1,9 @@
 """Fit of modes and a delay to records: columns run over the records, compared with the output in weighted bins.
 
-The columns are the input behind each mode, slow parts, and the input behind the delay alone, which stands for modes
-above the band.  Their weights are linear and follow for every trial (variable projection: Golub & Pereyra 1973, SIAM J.
-Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975); Levenberg-Marquardt finds frequencies, dampings and the delay.
+The columns are the input behind each mode, slow parts, and the input behind the delay only, which represents modes
+above the band. Their weights are linear and are computed for every trial (variable projection: Golub & Pereyra 1973,
+SIAM J. Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975); Levenberg-Marquardt finds frequencies, dampings and
+the delay.
 """
 
 from __future__ import annotations
@@ -82,7 +83,7 @@ class Fitted:
 
     @property
     def misfit(self) -> float:
-        """Mean square of the weighted errors over the rows without parameters: 1 where only noise is left."""
+        """Mean square of the weighted errors per degree of freedom: 1 if only noise is left."""
         return self.error / max(self.count - len(self.p) - len(self.gain) - len(self.decay), 1)
 
     def output(self, problem: Problem) -> Array:
@@ -229,8 +230,9 @@ def _bounds(problem: Problem, structure: Structure) -> tuple[Array, Array]:
 def _covariance(j: Array, e: Array) -> Array:
     """Return the covariance of the parameters.
 
-    The larger, parameter by parameter, of two: that of white errors of the size that is left, and that of errors which
-    are correlated inside clusters of bins, as model errors are (a sandwich: Liang & Zeger 1986, Biometrika 73(1) 13).
+    For each parameter it is the larger of two: that for white errors of the size of the residuals, and that for errors
+    which are correlated within clusters of bins, like model errors (sandwich estimator: Liang & Zeger 1986, Biometrika
+    73(1) 13).
     """
     size = np.linalg.norm(j, axis=0)
     size[size < 1e-100] = 1.0

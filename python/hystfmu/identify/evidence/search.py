@@ -58,7 +58,7 @@ def mode_response(f: Array, f_n: float | Array, zeta: float | Array) -> Complex:
 def scan(
     pooled: Pooled, known: list[Complex], lowest: float, highest: float, h: float, delays: Array
 ) -> tuple[float, float, float]:
-    """Return f_n (Hz), zeta and delay (steps) of the mode that explains most beside known responses.
+    """Return f_n (Hz), zeta and delay (steps) of the mode that explains most in addition to known responses.
 
     Known are those of modes, slow parts and the rest, without the delay.  f_n lies between `lowest` and `highest`
     (Hz), `delays` (steps) are tried, h is the step (s).
@@ -92,7 +92,8 @@ def _real(x: Complex) -> Array:
 
 
 def modes(seen: Seen) -> tuple[str, Fitted] | None:
-    """Return the hold and the fit with as many modes as pay; None if the record shows no response."""
+    """Return the hold and the fit with the number of modes that the data support; None if the record shows no
+    response."""
     at = np.flatnonzero(seen.response.seen)
     if len(at) < 3:
         return None
@@ -119,7 +120,7 @@ def modes(seen: Seen) -> tuple[str, Fitted] | None:
 def _branch(
     seen: Seen, hold: str, highest: float, none: Fitted, start: tuple[Array, bool]
 ) -> list[tuple[Problem, Fitted]]:
-    """Add modes while they pay, from one of the starts."""
+    """Add modes while the data support them, from one of the starts."""
     last, noise, found = none, seen.cells.noise, []
     for _ in range(MOST_MODES):
         grown = _grown(seen, hold, noise, highest, last, start)
@@ -140,7 +141,8 @@ def _branch(
 
 
 def _highest(r: Response) -> float:
-    """Return the highest frequency (Hz) up to which at least half of the points of a third of an octave are seen."""
+    """Return the highest frequency (Hz) up to which at least half of the points of each third of an octave are
+    coherent."""
     seen = r.seen
     for k in range(len(seen) - 1, -1, -1):
         near = (r.f <= r.f[k]) & (r.f >= r.f[k] / 2 ** (1 / 3))
@@ -152,9 +154,9 @@ def _highest(r: Response) -> float:
 def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
     """Decide how the input behaves between rows, and whether the rest is needed.
 
-    A hold changes the response by a factor 1 - (omega h)^2/12 or /24, which looks like a rest; held values differ from
-    a smooth input by half a step of delay too.  So a hold is known only where it alone needs no rest.  That a true rest
-    looks like a hold to within five standard errors is a rare coincidence; a needless one of three is not.
+    A hold changes the response by a factor 1 - (omega h)^2/12 or /24, which looks like a rest term; held values also
+    add half a step of delay. So a hold is identified only if the fit with it needs no rest term. A true rest term
+    rarely equals the effect of a hold within five standard errors.
     """
     modes = best.structure.modes
     tried = {}
@@ -172,7 +174,7 @@ def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
 
 
 def _half(found: Fitted) -> Fitted:
-    """Let the delay of a smooth input stand for that of held values too: a quarter of a step less, and more or less."""
+    """Widen the delay of a smooth input so that it also covers held values: a quarter of a step less, plus or minus."""
     p, covariance = found.p.copy(), found.covariance.copy()
     at = len(p) - 1
     p[at] -= 0.25

@@ -1,8 +1,9 @@
 """Spectra of records, cell by cell: the part of the output that follows the input, and the remaining noise.
 
-A cell is eight neighbouring bins of the Fourier transform of a whole record.  In it Y = (g_0 + g_1 f) V + E is fitted
-(a local polynomial: Pintelon & Schoukens, System Identification, 2nd ed. 2012, section 7.2): E is noise, or what no
-linear response explains.  Whole records have no windows that hide a short chirp, and the finest bins for light damping.
+A cell is eight neighbouring bins of the Fourier transform of a whole record. In it Y = (g_0 + g_1 f) V + E is fitted (a
+local polynomial: Pintelon & Schoukens, System Identification, 2nd ed. 2012, section 7.2): E is noise, or what no linear
+response explains. Whole records need no windows, which could hide a short chirp, and give the finest resolution for
+light damping.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class Window:
 
     @property
     def cells(self) -> int:
-        """Number of cells; the bins of DC and of half the sample rate are in none."""
+        """Number of cells; they exclude the bins of DC and of half the sample rate."""
         return (self.n // 2 - 1) // CELL
 
     def frequencies(self, h: float) -> Array:
@@ -116,7 +117,7 @@ def smooth(x: Array) -> Array:
 
 @dataclass(frozen=True)
 class Response:
-    """Frequency response, coherence, its level of chance and where it is sure, at points (n,)."""
+    """Frequency response, coherence, its chance level and significance, at points (n,)."""
 
     f: Array
     g: Complex
@@ -132,8 +133,8 @@ class Response:
     def band(self) -> tuple[float, float]:
         """Return the band (Hz) from the lowest frequency without a gap; (0, 0): none.
 
-        A mode between two points an octave apart shows in the response at both, and one of a share in a wider gap
-        changes the response by twice this share from one side to the other.
+        A mode between two points an octave apart affects the response at both. In a wider gap, a mode with a share of
+        the static gain changes the response by twice this share from one side to the other.
         """
         at = np.flatnonzero(self.seen)
         at = at[np.argmax(self.sure[at]) :] if self.sure.any() else at[:0]
@@ -195,9 +196,9 @@ def noise_density(power: Array, freedom: int, f: Array, h: float) -> float:
 
 
 def quiet_density(parts: Sequence[Array], h: float) -> float:
-    """Return the one-sided density of white noise from fourth differences, which slow signals do not pass.
+    """Return the one-sided density of white noise from fourth differences, which suppress slow signals.
 
-    The median over blocks of rows leaves out those with jumps and corners.
+    The median over blocks of rows ignores blocks with jumps and corners.
     """
     rows = np.concatenate([np.diff(x, 4)[: (len(x) - 4) // QUIET * QUIET].reshape(-1, QUIET) for x in parts])
     # a fourth difference has 70 times the variance; its correlation leaves `QUIET_FREEDOM` of `QUIET` rows

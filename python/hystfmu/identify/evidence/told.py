@@ -56,7 +56,7 @@ def held_input(seen: Seen, hold: str) -> Array:
 
 
 def weight_of(seen: Seen, problem: Problem, noise: Array) -> Array:
-    """Return one over the RMS of noise and model error in each bin that counts."""
+    """Return the inverse of the RMS of noise and model error in each bin that counts."""
     both = np.repeat(noise + INEXACT**2 * seen.cells.total / CELL, CELL)
     out, at = [], 0
     for w, b in zip(seen.windows, problem.bins, strict=True):
@@ -67,7 +67,7 @@ def weight_of(seen: Seen, problem: Problem, noise: Array) -> Array:
 
 
 def left_over(seen: Seen, hold: str, found: Fitted) -> Array:
-    """Return the output (n,) without that of a fit."""
+    """Return the output (n,) minus that of a fit."""
     problem = Problem(seen.h, hold, held_input(seen, hold), seen.y, seen.records, (), (), np.zeros(0), ())
     return np.asarray(seen.y - found.output(problem))
 
@@ -78,9 +78,9 @@ def powers(seen: Seen, e: Array) -> Array:
 
 
 def noise_of(seen: Seen, e: Array) -> Array:
-    """Return the noise of each cell: what a fit leaves, where that is less than what the local response leaves.
+    """Return the noise of each cell: the residual of a fit or of the local response, whichever is smaller.
 
-    A light resonance bends the response inside a cell.
+    With a lightly damped resonance the response is curved within a cell.
     """
     left, at, power = [], 0, powers(seen, e)
     for w in seen.windows:
@@ -110,7 +110,8 @@ def known_modes(found: Fitted, seen: Seen) -> NDArray[np.bool_]:
 
 
 def density_of(seen: Seen, e: Array) -> float:
-    """Return the density of the noise in spans of y: the least of what local responses, a fit, or quiet rows leave."""
+    """Return the density of the noise in spans of y: the least of the residuals of local responses, of a fit, and of
+    rows at rest."""
     left = seen.cells.left / (CELL - LOCAL)
     return min(
         noise_density(left, 2 * (CELL - LOCAL), seen.cells.f, seen.h),
@@ -120,7 +121,7 @@ def density_of(seen: Seen, e: Array) -> float:
 
 
 def static_gain(r: Response, found: Fitted | None) -> float:
-    """Return the static gain: of all parts of a fit, or of the lowest third of what is seen."""
+    """Return the static gain: of all parts of a fit, or of the lowest third of the coherent points."""
     if found is not None and found.structure.modes:
         return abs(float(found.gain.sum())) or 1.0
     seen = np.flatnonzero(r.seen)

@@ -1,10 +1,10 @@
 """Records that look like closed-loop data: the input follows the error of the output.
 
-In open loop the noise of the output does not reach the input.  Under feedback it does, and a fit takes the controller
-for a part of the device (Ljung, System Identification, 2nd ed. 1999, section 13.4).  The residual of a sum of plays and
+In open loop the noise of the output does not reach the input. Under feedback it does, and a fit then attributes the
+controller to the device (Ljung, System Identification, 2nd ed. 1999, section 13.4). The residual of a sum of plays and
 a cubic, and the increments of the input, are whitened by linear prediction; under feedback the residual of a row is
-correlated with later increments and hardly with earlier ones.  Ranks are taken, so that jumps of a command do not
-count.  A loop whose noise is far below the error of that sum of plays is not seen.
+correlated with later increments and hardly with earlier ones. Rank correlation is used, so that jumps of a command have
+little effect. A loop is not detected if its noise is far below the error of this sum of plays.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ CLEARLY = 3.0  # times the sum for earlier increments, which a poor model makes 
 
 
 def correlation(data: Dataset) -> tuple[float, float]:
-    """Return how far the residual is correlated with later and with earlier increments of the input.
+    """Return the correlation of the residual with later and with earlier increments of the input.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def warnings(data: Dataset) -> list[str]:
 
 
 def _whitened(v: Array) -> Array:
-    """Return what a linear prediction from the last rows leaves of v (n,), shape (n - 12,)."""
+    """Return the residual of a linear prediction of v (n,) from previous rows, shape (n - 12,)."""
     v = v - v.mean()
     n = len(v)
     past = np.column_stack([v[ORDER - 1 - j : n - 1 - j] for j in range(ORDER)])

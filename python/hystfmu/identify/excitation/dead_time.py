@@ -1,10 +1,10 @@
 """Dead time: rows without any response of the output to kinks and jumps of the input.
 
-A lag has two parts.  Dynamics answer at once and take their time; a late sensor or a delay answers not at all and then
-in full.  A smooth input does not tell them apart.  At its kinks and jumps the second difference is a pulse, and the
-least-squares weights of the second differences of y on those of u, shifted row by row, are the answer to it.  Shifts by
-which y would lead show what chance, noise and the hysteresis make of a weight: the answer begins with the first one
-that they explain less than once in twenty times.
+A lag has two parts. Dynamics respond at once but gradually; a late sensor or a delay does not respond at first, and
+then fully. A smooth input does not distinguish them. At its kinks and jumps the second difference is a pulse, and the
+response to it is given by the least-squares weights of the second differences of y on those of u, shifted row by row.
+Weights for shifts with y leading u show the effect of chance, noise and hysteresis: the response begins with the first
+weight that exceeds them at the 5 % level.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def dead_time(data: Dataset, lag: int) -> int | None:
     Returns
     -------
     int or None
-        Rows before the first answer; None if the kinks of the input do not tell.
+        Rows before the first response; None if the kinks of the input do not show it.
     """
     w, error = answer(data, lag)
     lead, w, error = w[:LEAD], w[LEAD:], error[LEAD:]

@@ -47,9 +47,9 @@ class Excitation:
         ``return-point``; ``no return-point``, as of Bouc-Wen or of a memory of the last extremum only; ``none`` if y is
         a function of u; ``unknown``.
     warnings : tuple of str
-        Why the excitation is not informative enough to identify memory; empty if it is.
+        Reasons why the excitation is not informative enough to identify memory; empty if it is.
     coarse : tuple of str
-        That the rows are too far apart to hold the extrema of a static model; dynamics smooth them.
+        Warning that the rows are too far apart to contain the extrema of a static model; dynamics smooth them.
     """
 
     reversals: int

@@ -41,24 +41,30 @@ def kinds_not_shown(data: Dataset) -> tuple[str, ...]:
     tuple of str
         Values of `KINDS`, in this order.
     """
-    from scipy.spatial import cKDTree
-
-    u, rows = data.u, data.train
-    lo, hi = float(u[rows].min()), float(u[rows].max())
+    u = data.u[data.train]
+    lo, hi = float(u.min()), float(u.max())
     middle, half = (lo + hi) / 2, (hi - lo) / 2
-    r = half * np.arange(1, PLAYS + 1) / (PLAYS + 1)
-
-    def states(v: Array) -> Array:
-        return np.asarray(np.column_stack([v, plays(v, r, float(v[0]))]) / (2 * half * np.sqrt(PLAYS + 1)))
-
-    seen = cKDTree(_thinned(data.along(states)[rows]))
     found = []
     for name, signal in held_out().items():
-        way_in = middle + half * ramps([(float(u[0]) - middle) / half, float(signal[0])])[:-1]
-        asked = states(np.concatenate([way_in, middle + half * signal]))[len(way_in) :]
-        distance, _ = seen.query(_thinned(asked), distance_upper_bound=NEAR)
-        found += [KINDS[name]] if np.mean(np.isinf(distance)) > FEW else []
+        way_in = ramps([(float(data.u[0]) - middle) / half, float(signal[0])])[:-1]
+        if new_states(data, middle + half * np.concatenate([way_in, signal]), len(way_in)) > FEW:
+            found.append(KINDS[name])
     return tuple(dict.fromkeys(found))
+
+
+def new_states(data: Dataset, u: Array, first: int = 0) -> float:
+    """Return the share of the states of another input u (n,), from a row on, without a near state in the record."""
+    from scipy.spatial import cKDTree
+
+    span = float(np.ptp(data.u[data.train]))
+    r = span / 2 * np.arange(1, PLAYS + 1) / (PLAYS + 1)
+
+    def states(v: Array) -> Array:
+        return np.asarray(np.column_stack([v, plays(v, r, float(v[0]))]) / (span * np.sqrt(PLAYS + 1)))
+
+    seen = cKDTree(_thinned(data.along(states)[data.train]))
+    distance, _ = seen.query(_thinned(states(u)[first:]), distance_upper_bound=NEAR)
+    return float(np.mean(np.isinf(distance)))
 
 
 def one_speed(data: Dataset) -> bool:

@@ -1,9 +1,10 @@
 """Estimate of the memory state before row 0 from the record.
 
 A device that was raised from 0 V, or from a bias, to its working point before the first row has plays that lean to one
-side.  At rest at the first input they would stand in the middle, and the model would miss every row until a full swing
-has wiped them out.  Plays from each of some inputs are fitted in closed form; the record speaks where one of them is
-clearly better.  The fit has a cubic bend behind the plays: what a bent output leaves would hide the gain.
+side. If the model started at rest at the first input, these plays would be centred, and all rows would have errors
+until a full swing wipes out the initial memory. Plays that start at each of several inputs are fitted in closed form. A
+start is chosen only if its fit is clearly better. The fit includes a cubic bend after the plays, because the error of a
+bent output would hide the improvement.
 """
 
 from __future__ import annotations
@@ -36,13 +37,13 @@ def rest(data: Dataset) -> float:
     Parameters
     ----------
     data : Dataset
-        With a measured output.  Of several records each rests at its first input, as does one with further inputs.
+        With a measured output. With several records, or with further inputs, each record rests at its first input.
 
     Returns
     -------
     float
-        In the unit of measure of u.  Of inputs that explain the record equally well the first of the record; else 0;
-        else the least or the largest of the record.  The first, too, where plays do not explain it.
+        In the unit of measure of u. If several inputs explain the record equally well: the first input of the record,
+        or 0, or the end of its range. Also the first input if plays do not explain the record.
     """
     first = float(data.u[0])
     if len(data.starts) > 1 or data.covariates:

@@ -1,10 +1,10 @@
-"""Lag of the sensor: whole rows by which the output follows the input late.
+"""Lag of the sensor: delay of the output in whole rows.
 
-A sensor that is read before the input is written, or that averages, lags by whole rows.  No model without a delay can
-follow it, and its loops look the wider the faster the input.  A sum of plays and a cubic, fitted to the training rows
-for the input delayed by 0, 1, 2, ... rows, shows it: the residual has its minimum at the lag.  Dynamics of the device
-look the same, and creep moves the minimum by a row, so the lag is reported and not removed.  Kinks of the input tell
-how much of it is dead time (`hystfmu.identify.excitation.dead_time`).
+A sensor that is read before the input is written, or that averages, lags by whole rows. A model without a delay cannot
+represent it, and the loops become wider with faster inputs. A sum of plays and a cubic, fitted to the training rows for
+the input delayed by 0, 1, 2, ... rows, shows it: the residual has its minimum at the lag. Dynamics of the device look
+the same, and creep moves the minimum by a row, so the lag is reported and not removed. Kinks of the input show how much
+of the lag is dead time (`hystfmu.identify.excitation.dead_time`).
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def residuals(data: Dataset) -> Array:
 
 
 def lag(data: Dataset) -> tuple[int, Array]:
-    """Find the lag of the output in rows, 0 if there is none that matters; return it with `residuals`."""
+    """Find the lag of the output in rows, 0 if there is no relevant one; return it with `residuals`."""
     found = residuals(data)
     best = int(np.argmin(found))
     clear = found[0] > CLEARLY * found[best] and found[0] - found[best] > LEAST and best < len(found) - 1
@@ -69,7 +69,7 @@ def lag(data: Dataset) -> tuple[int, Array]:
 
 
 def told(data: Dataset, error: float) -> tuple[dict[str, Any], list[str]]:
-    """Return what a fit reports of the lag, and a warning with the remedy unless the model follows it.
+    """Return the entries of a fit about the lag, and a warning with the remedy unless the model represents it.
 
     Parameters
     ----------
@@ -81,8 +81,8 @@ def told(data: Dataset, error: float) -> tuple[dict[str, Any], list[str]]:
     Returns
     -------
     dict
-        ``lag_rows``; ``dead_rows``, those of them that are dead time, if the record tells; ``lag``, both in words.
-        Empty without a lag.
+        ``lag_rows``; ``dead_rows``, the part that is dead time, if the record shows it; ``lag``, both in words. Empty
+        without a lag.
     list of str
         The warning, if any.
     """

@@ -86,7 +86,7 @@ class Fitting:
         self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
 
     def columns(self, operator: str) -> Array:
-        """Return what an operator sums."""
+        """Return the columns of an operator."""
         return {PLAYS: self.plays, STOPS: self.stops}[operator] if operator != RELAYS else self.relays.columns
 
     def problem(self, parts: Parts, rows: NDArray[np.intp]) -> Problem:
@@ -98,7 +98,7 @@ class Fitting:
         return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside, held)
 
     def filtered(self, g: Dynamics | None) -> Filter | None:
-        """Return the function from columns to columns behind dynamics."""
+        """Return a function that filters columns by the dynamics."""
         return None if g is None else lambda columns: g.filter(columns, self.data.h, self.options["hold"])
 
     def fit(
@@ -121,11 +121,11 @@ class Fitting:
         return Trial(parts, fitted, float(np.sqrt(np.mean(e**2))))
 
     def dynamics(self, trial: Trial, rows: NDArray[np.intp], progress: Progress) -> Dynamics:
-        """Search the dynamics behind a given hysteresis, whose weights follow for every trial."""
+        """Search the dynamics after a given hysteresis, whose weights are computed for every trial."""
         return search(self.residuals(trial, rows), self.data, self.options, progress, trial.parts.g)
 
     def residuals(self, trial: Trial, rows: NDArray[np.intp]) -> Callable[[Dynamics], Array]:
-        """Return the function from other dynamics to the residuals that a hysteresis near that of the trial leaves."""
+        """Return a function that maps other dynamics to the residuals with a hysteresis near that of the trial."""
         left = bent_sum.residuals(self.problem(trial.parts, rows), trial.fit)
         return lambda g: left(self.filtered(g))
 
@@ -169,7 +169,7 @@ def _hysteresis(f: Fitting, operator: str, w: Array) -> Node:
 def _beside(
     f: Fitting, parts: Parts, s: BentSum, used: list[int], at_0: float
 ) -> tuple[list[Node], list[tuple[str, str]], list[tuple[str, ...]]]:
-    """Return blocks and wires that let the bend follow covariates, the last block with the output; and their ends.
+    """Return blocks and wires of a bend that depends on covariates, and their ends.
 
     `used` are the numbers of the covariates that act, `at_0` is the value of the bend at 0, which its block leaves
     out.

@@ -27,7 +27,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
-from hystfmu.core.columns import parallel_lags
+from hystfmu.graph.columns import parallel_lags
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 
 LEVELS = ("none", "offset", "gain", "bend")
@@ -225,9 +225,9 @@ def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
 
 
 def residuals(p: Problem, s: BentSum) -> Callable[[Filter | None], Array]:
-    """Return the function from other dynamics to the residuals (m,) that one Gauss-Newton step from `s` leaves.
+    """Return a function that maps other dynamics to the residuals (m,) after one Gauss-Newton step from `s`.
 
-    Columns without weight stay without: a search of the dynamics filters the others hundreds of times.
+    Columns with weight 0 are omitted, because a search of the dynamics filters the columns hundreds of times.
     """
     used = s.w > 0
     held = tuple((strength, None if P is None else P[:, used]) for strength, P in p.penalties)
@@ -247,7 +247,7 @@ def _variables(s: BentSum) -> dict[str, Array]:
 
 
 def _newton(p: Problem, s: BentSum) -> BentSum:
-    """Return the weights that a linearisation at `s` asks for."""
+    """Return the weights that minimise the linearised error at `s`."""
     linear, free, target = _linearised(p, s)
     x, v = p.solved(linear, target, free)
     w, k, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
@@ -262,7 +262,8 @@ def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array, Array]:
 
 
 def _before(p: Problem, s: BentSum) -> Array:
-    """Return what `_linearised` filters by the dynamics: derivatives by w, the output, derivatives by k, free ones."""
+    """Return the columns that `_linearised` filters by the dynamics: derivatives by w, the output, derivatives by k,
+    free columns."""
     v = p.columns @ s.w
     slope, b = (f(v, s.q, s.c, s.g)[:, None] for f in (p.following.slope, p.following.value))
     parts = [p.crept(slope * p.columns, s.k), p.crept(b, s.k), *(p.lag(b - b[:1], T) for T in p.T)]

@@ -30,8 +30,8 @@ def thresholds(u: Array, n: int) -> Array:
     """Return half-widths, shape (n,), in equal steps from 0 (excluded) to 98 % of half the range of u.
 
     A play wider than half the range never moves back: its column is constant after the first loading (Shen & Ma 2017
-    spread theirs over the whole range, so half of their columns are constant).  A play that travels less than 2 % of
-    the range is hardly excited: its weight would fit the noise at the peaks and spoil every larger input.
+    spread theirs over the whole range, so half of their columns are constant). A play that moves less than 2 % of the
+    range is hardly excited: its weight would fit the noise at the peaks and cause errors for every larger input.
     """
     return np.asarray((1 - LEAST_TRAVEL) * np.ptp(u) / 2 * np.arange(1, n + 1) / n)
 
@@ -70,7 +70,7 @@ def dead_band(u: Array) -> float:
 
 
 def behind_dead_band(data: Dataset, band: float) -> Dataset:
-    """Return the data with the input that a model behind a play of that half-width sees."""
+    """Return the data with the input after a play of this half-width."""
     if band == 0:
         return data
     r, u0 = np.array([band]), float(data.u[0])

@@ -7,13 +7,13 @@ readout, creep as a few lags with time constants one decade apart (Krejci & Kuhn
 Alici 2005.  `bent_sum` fits weights, bend and creep for given dynamics; f_n, zeta and tau are searched outside
 (variable projection).
 
-A part is kept if it reduces the error on validation blocks inside the training rows by more than `BETTER`.  Stops take
-the place of plays where the loop runs clockwise, relays with a smooth density (Preisach) where minor loops differ with
-their place: bend, creep and dynamics stand behind any of them.  A bend that is not monotone has no inverse: it must
-gain `NEEDED`.
+A part is kept if it reduces the error on validation blocks inside the training rows by more than `BETTER`. Stops
+replace plays if the loop is clockwise. Relays with a smooth density (Preisach) replace them if minor loops differ with
+their position. Bend, creep and dynamics follow any of these operators. A bend that is not monotone has no inverse: it
+must reduce the error by `NEEDED`.
 
-With covariates, such as temperature and load, the bend follows each of them, by an offset, a gain, or all of its
-coefficients (`following`), as far as the validation blocks support it; one without effect is no input of the model.
+With covariates, such as temperature and load, the bend depends on each of them, by an offset, a gain, or all of its
+coefficients (`following`), as the validation blocks support. A covariate without effect is not an input of the model.
 """
 
 from __future__ import annotations
@@ -94,7 +94,8 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 
 def _following(f: Fitting, trial: Trial) -> Trial:
-    """Find what follows each covariate: the whole bend if clearly better, less than the gain if not clearly worse."""
+    """Choose the dependence on each covariate: the whole bend if clearly better, less than the gain if not clearly
+    worse."""
     if f.options["covariates"] is not None:
         return trial
     best = trial
@@ -126,7 +127,10 @@ def _operated(f: Fitting, parts: Parts) -> Trial:
 
 
 def _exchanged(f: Fitting, best: Trial) -> Trial:
-    """Try relays in the place of plays, or plays in that of relays; these, without an exact inverse, must gain more."""
+    """Try relays instead of plays, or plays instead of relays.
+
+    Relays, without an exact inverse, must be better by more.
+    """
     if f.options["operator"] is not None or best.error <= max(CLEAR * f.noise, ENOUGH * f.data.span):
         return best
     other = PLAYS if best.parts.operator == RELAYS else RELAYS
@@ -137,7 +141,8 @@ def _exchanged(f: Fitting, best: Trial) -> Trial:
 
 
 def _with_other_start(f: Fitting, trial: Trial) -> Trial:
-    """Fit relays behind a bend from equal weights, too: those fitted to a straight line mislead (butterfly loops)."""
+    """Fit relays behind a bend also from equal weights, because weights from a fit without bend may be far off
+    (butterfly loops)."""
     if trial.parts.degree == 1 or trial.parts.operator != RELAYS:
         return trial
     return trial.or_better(f.tried(trial.parts, replace(trial.fit, w=np.ones_like(trial.fit.w)), trial.fit.rms))
@@ -161,7 +166,7 @@ def _bent(f: Fitting, trial: Trial) -> Trial:
 
 
 def _moving(f: Fitting, trial: Trial, progress: Progress) -> Trial:
-    """Put dynamics behind it."""
+    """Add dynamics after it."""
     g = f.dynamics(trial, f.kept[::FIRST], progress)
     moved = f.tried(replace(trial.parts, g=g), trial.fit)
     return moved if f.options["dynamics"] == "yes" else trial.or_better(moved)

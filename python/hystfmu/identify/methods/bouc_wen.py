@@ -55,7 +55,7 @@ def nodes(data: Dataset) -> list[Node]:
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph ``(scaling, bouc_wen) -> sum``; return it with its number of parameters and what is known."""
+    """Build the graph ``(scaling, bouc_wen) -> sum``; return it with its number of parameters and further results."""
     lo, hi, scale = limits(options["n_max"])
     if options["z0"] is not None:
         lo[3], hi[3] = options["z0"] - 1e-9, options["z0"] + 1e-9

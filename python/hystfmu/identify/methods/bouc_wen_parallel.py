@@ -1,11 +1,11 @@
-"""Bouc-Wen operator beside a curve and lags of the input: a spring, a dashpot and creep in parallel, as in a damper.
+"""Bouc-Wen operator in parallel with a curve and lags of the input: a spring, a dashpot and creep, as in a damper.
 
   y = c + f(x) + sum_l k_l L_{T_l}[x] + b z + sum_l m_l L_{T_l}[z],   z = z[x; beta, gamma, n],  x = scaled u
 
-f is a polynomial, L_T a first-order lag; with a short T the difference x - L_T[x] is the speed times T.  One state of
-relaxation beside a curve, such as the open-circuit voltage of a battery (Plett 2004), is the case n = 1, gamma = 0; the
-damper of Spencer et al. 1997 has a spring and a dashpot beside z.  All but the four parameters of z are linear and are
-projected out (variable projection, Golub & Pereyra 1973).  The degree of f and the lags are kept as far as they reduce
+f is a polynomial, L_T a first-order lag; with a short T the difference x - L_T[x] is the speed times T. A relaxation
+state in parallel with a curve, such as the open-circuit voltage of a battery (Plett 2004), is the case n = 1, gamma =
+0; the damper of Spencer et al. 1997 has a spring and a dashpot in parallel with z. All parameters except the four of z
+are linear and are projected out (variable projection, Golub & Pereyra 1973). The degree of f and the lags are chosen by
 the error on validation blocks inside the training rows.
 """
 

@@ -57,7 +57,7 @@ def basis(u: Array, w: Array, m: int, q: int) -> Array:
 def segments(u: Array, least: float) -> tuple[Rows, Rows]:
     """Return first and last rows of the monotone pieces of a path u (n,), of length `least` or up to the next reversal.
 
-    The increment between two rows is mostly noise, that of a longer piece is not.
+    The increment between two rows is mostly noise; the increment over a longer piece is not.
     """
     first, last, direction = [0], [], 0.0
     for k in range(1, len(u)):

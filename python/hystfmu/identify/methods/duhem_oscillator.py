@@ -7,11 +7,11 @@ oscillator gives the first estimates; the output error of the free run from rest
 of the train rows and on all of them.  Knots are added between the knots while the data support them (Bayesian
 information criterion).
 
-Guard: of two knots at -x and x, the stiffer one counts at -x, and none there is below `SOFTEST`.  Every loop of z over
-y then takes energy from the motion, so that a free run of the equation decays, whatever the data.
+Guard: of two knots at -x and x, the stiffness at -x is at least that at x and at least `SOFTEST`. Then every loop of z
+over y dissipates energy, so that a free run of the equation decays for any data.
 
-Trap: the block interpolates u linearly between rows, and steps as long as the rows.  Force with power near the sample
-rate must be given at a finer step (band-limited interpolation, option ``stride``).
+Trap: the block interpolates u linearly between rows, and its steps are the rows. Force with power near the sample rate
+must be given at a finer step (band-limited interpolation, option ``stride``).
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ CANDIDATES = (Candidate(LAGS, 0.5, 3.0),)
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph of one ``duhem_oscillator``; return it, the number of its parameters and what is known of them.
+    """Build the graph of one ``duhem_oscillator``; return it, the number of its parameters and further results.
 
     An InputError are spectra that give a mass or stiffness that is not positive, a natural frequency above that of the
     rows, or an oscillator that has nothing to do with the data.
@@ -122,7 +122,7 @@ class Trial:
 
 
 def physical(p: Array) -> Array:
-    """Return parameters (3 + n,), relative to the first estimates, of an oscillator whose force takes energy."""
+    """Return parameters (3 + n,), relative to the first estimates, of an oscillator whose force is dissipative."""
     f = p[3:]
     left = np.maximum(np.maximum(f, f[::-1]), SOFTEST)
     right = np.minimum(f, f[::-1])

@@ -4,12 +4,13 @@ G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1).  The weights of the plays en
 zeta, tau) the plays, filtered by G0 and delayed, are columns of a non-negative least-squares problem.  Only three
 parameters remain to search (variable projection, Golub & Pereyra 1973).
 
-Trap: thresholds that miss the true ones distort every loop, and the dynamics compensate: 40 even thresholds can shift
-f_n by 5 %.  So after a first search with N even thresholds, those with a weight among FINER N are kept (non-negative
-least squares selects few), and the dynamics are searched again.
+Trap: wrong thresholds distort every loop, and the dynamics compensate for this: 40 equally spaced thresholds can shift
+f_n by 5 %. So after a first search with N equally spaced thresholds, the method fits FINER N of them, keeps those with
+a weight (non-negative least squares selects few), and searches the dynamics again.
 
-Trap: a ramp between the samples of a sine loses (omega h)^2/12 of its amplitude, and again the dynamics compensate.
-With f_n 400 Hz, zeta 0.7 and cycles down to 10 ms, f_n is off by 1.7 % at 50 samples in the shortest cycle; use 100.
+Trap: ramps between the samples of a sine reduce its amplitude by (omega h)^2/12, and again the dynamics compensate for
+this. With f_n 400 Hz, zeta 0.7 and cycles down to 10 ms, f_n is off by 1.7 % at 50 samples in the shortest cycle; use
+100.
 
 A rate-independent operator commutes with a delay, so the place of the delay does not matter.
 """

@@ -1,9 +1,9 @@
 """Basis-function network of the IPMC paper: a polynomial of lagged input, auxiliary function and output.
 
 y(k) = theta' h(k), h all monomials up to order q of u(k-1..k-n_u), f(k-1..k-n_f), y(k-1..k-n_y); f is the auxiliary
-function in its correct form, the Zhao-Tan operator.  The model is linear in theta: one least-squares problem, solved at
-once by QR or sample by sample.  Neighbouring lags are nearly equal.  A ridge on the scaled weights keeps them from
-cancelling, which would amplify noise and every frequency that the training data lack.
+function in its correct form, the Zhao-Tan operator. The model is linear in theta: one least-squares problem, solved at
+once by QR or sample by sample. Neighbouring lags are nearly equal. A ridge on the scaled weights avoids large weights
+that cancel, which would amplify noise and frequencies outside the training data.
 
 Covariates are further regressors: y(k) = (theta_0 + sum_j c_j(k) theta_j)' h(k), c_j scaled to [-1, 1], which is again
 one least-squares problem and in the graph a network for each, weighted by its covariate.  h then has no lags of y.
@@ -80,7 +80,7 @@ class Signals:
     beside: Array
 
     def regressors(self, z: Array, q: int, rows: Rows) -> Array:
-        """Return the monomials of z (rows, p), and after them the same times each covariate."""
+        """Return the monomials of z (rows, p), followed by their products with each covariate."""
         own = basis(z[rows], q)
         if self.beside.shape[1] == 0:
             return own

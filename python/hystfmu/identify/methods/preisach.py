@@ -1,10 +1,10 @@
-"""Preisach model with a smooth density, weights >= 0; rate dependence beside it where the data show it.
+"""Preisach model with a smooth density, weights >= 0, and parallel rate-dependent terms if the data show them.
 
   y = c + integral over alpha >= beta of mu(alpha, beta) relay_{alpha, beta}[u]
         [ + sum_l k_l q_l + sum_j x_j S(q_b - m, s_j) ],   T_l q_l' = u - q_l,  T_b q_b' = u - q_b
 
-mu is a smooth function of few parameters (`smooth_density`).  Minor loops differ with their place, unlike those of a
-sum of plays, but wiping-out and congruence hold.  Mayergoyz, Mathematical Models of Hysteresis, 1991, ch. 1.  The terms
+mu is a smooth function of few parameters (`smooth_density`). Minor loops differ with their position, unlike those of a
+sum of plays, but wiping-out and congruence hold. Mayergoyz, Mathematical Models of Hysteresis, 1991, ch. 1. The terms
 in brackets are creep (Krejci & Kuhnen 2001) and dead zones S of a lagged input, which widen the loop with the rate.
 
 The model is linear in all weights x >= 0 and v, which minimise |y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 +

@@ -1,9 +1,9 @@
 """Yu & Alici 2005: network on the input and its rate, (u, du/dt), by default with memory as well.
 
-The rate is not a memory: two descending branches can have the same (u, du/dt), so the literal network
-(``memory = "none"``) fits a single tone and little else.  With ``memory = "plays"`` its inputs also include a bank of
-plays, and the first and second derivative of a Prandtl-Ishlinskii fit v of the output: the dynamics after the
-hysteresis depend on the rate of its output, v - (2 zeta/omega_n) v' + ..., not on the rate of u.
+The rate is not a memory: two descending branches can have the same (u, du/dt). So the literal network (``memory =
+"none"``) only fits signals with a single tone. With ``memory = "plays"`` its inputs also include a bank of plays, and
+the first and second derivative of a Prandtl-Ishlinskii fit v of the output: the dynamics after the hysteresis depend on
+the rate of its output, v - (2 zeta/omega_n) v' + ..., not on the rate of u.
 
 A derivative is a difference over the last step with a first-order filter of time constant tau.
 """

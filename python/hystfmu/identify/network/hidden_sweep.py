@@ -1,8 +1,8 @@
 """Sweep over the number of hidden neurons: trains a network of each size, scores it on a validation split.
 
-Two processes share the sizes.  Each is this module run as a program with one BLAS thread: small factorisations in two
-threads of one process wait for each other, a hundred times longer than they compute.  A program of its own does not
-import the caller's script.  A few small networks are trained in this process.
+Two processes share the sizes. Each process runs this module as a program with one BLAS thread, because small
+factorisations in two threads of one process wait for each other a hundred times longer than they compute. A separate
+program does not import the caller's script. A few small networks are trained in this process.
 """
 
 from __future__ import annotations

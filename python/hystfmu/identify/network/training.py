@@ -160,8 +160,8 @@ def train(
 def decay_for(y: Array, least: float = LEAST_DECAY) -> float:
     """Return the weight decay for noisy data: noise variance over a weight variance of 10 (MacKay 1992).
 
-    The noise is estimated from third differences of y (n,).  Kinks that no feature explains count a little, unlike in
-    `hystfmu.data.reversals.noise`.
+    The noise is estimated from third differences of y (n,). Kinks that no feature explains have a small effect, unlike
+    in `hystfmu.data.reversals.noise`.
     """
     third = np.diff(y, 3)
     variance = (np.median(np.abs(third)) / 0.6745) ** 2 / 20 if len(third) else 0.0

@@ -69,7 +69,7 @@ def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
 
 
 def _reduced(A: Array, F: Array, b: Array) -> Array:
-    """Return the triangle of the QR factors of [A F b], made of one part of the rows after the other."""
+    """Return the triangle of the QR factors of [A F b], computed from successive parts of the rows."""
     R = np.zeros((0, A.shape[1] + F.shape[1] + 1))
     for k in range(0, len(b), MANY):
         rows = slice(k, k + MANY)
@@ -166,8 +166,8 @@ def positive_solution(A: Array, b: Array) -> Array | None:
 def _mixed(rows: Array) -> tuple[Array, Array]:
     """Mix the rows by a random orthogonal matrix, so that the first k of them span the space of all.
 
-    The mixing is random signs, cosine transform, random order (Avron, Maymounkov & Toledo 2010).  Trap: samples in
-    their own order repeat each other nearly; processed in that order, rounding grows to 1e-10, the size of real rows.
+    The mixing is random signs, cosine transform, random order (Avron, Maymounkov & Toledo 2010). Trap: consecutive
+    samples are nearly equal; without mixing, rounding errors grow to 1e-10, the size of real rows.
     """
     rng = np.random.default_rng(0)
     signs = rng.choice([-1.0, 1.0], (len(rows), 1))

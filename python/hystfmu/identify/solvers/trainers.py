@@ -1,8 +1,8 @@
 """Minimisers of a sum of squares, which train networks: Levenberg-Marquardt, Powell-Beale, L-BFGS.
 
-levenberg_marquardt  the default: half the error of the next in a third of the time.
-powell_beale         conjugate gradients with restarts, as in Zhao & Tan 2008; uses all iterations.
-lbfgs                limited-memory quasi-Newton (Nocedal 1980; scipy), for networks too large for a Jacobian.
+levenberg_marquardt the default: half the error of the second one in a third of the time. powell_beale conjugate
+gradients with restarts, as in Zhao & Tan 2008; uses all iterations. lbfgs limited-memory quasi-Newton (Nocedal 1980;
+scipy), for networks too large for a Jacobian.
 """
 
 from __future__ import annotations

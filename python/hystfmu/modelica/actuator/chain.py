@@ -13,7 +13,7 @@ BEND, CREEP = ("m", "b0", "knots", "b"), ("lags", "creep", "T")
 
 
 def chain(graph: Graph) -> Slot | None:
-    """The slot of a chain with each block at most once in this order, the operator at least."""
+    """The slot of a chain: each block occurs at most once in this order; only the operator is required."""
     nodes = list(graph.nodes)
     first = nodes.pop(0) if nodes[0].type == "scaling" else None
     types = [n.type for n in nodes]

@@ -69,7 +69,7 @@ def refusal(model: Model) -> str:
 
 
 def made(model: Model, sheet: Sheet) -> Made:
-    """Fold a model that `refusal` does not refuse."""
+    """Convert a model to SI units for the slot; `refusal` must accept it."""
     found = fold(model.graph, model.step or 1.0)
     assert found is not None
     (name, unit), metre = si(model.graph.inputs[0].unit), si(model.graph.outputs[0].unit)[1]
@@ -93,7 +93,7 @@ def _beside(model: Model, u: Array) -> Array:
 
 
 def _held(graph: Graph) -> Graph:
-    """The graph with lags that stay: a vibration is too fast for creep."""
+    """The graph with constant lags, because a vibration is too fast for creep."""
     for n in graph.nodes:
         if n.type == "creep":
             graph = graph.replace(n.with_values(T=n.value("T") * FOREVER))

@@ -1,8 +1,8 @@
 """Stiffness, capacitance, mass and damping of an actuator: from a data sheet, from an identified mode, or not at all.
 
-An actuator without a known mode has no mass.  With one, mass and damping follow for small vibrations about the voltage
-at the start, where plays stick and an operator has the slope that it has after a reversal: the position is then the
-linear response
+An actuator without a known mode has no mass. With a known mode, mass and damping are computed for small vibrations
+about the initial voltage, where plays do not move and an operator has its slope after a reversal. The position is then
+the linear response
 
     K(s) x = F,   K = k/(1 + k sigma d/(1 + s tau + R sigma s/(d (1 + s R C0)))),
 
@@ -31,14 +31,14 @@ SETTLING = 1e4  # Hz: without a mass, the damping of the ceramic settles within 
 
 @dataclass(frozen=True)
 class Mode:
-    """Data of a model on its mode.
+    """Data on the mode of a model.
 
     Attributes
     ----------
     f_n, zeta : float or None
         Natural frequency (Hz) and damping ratio; None where they are not known.
     why : str
-        What is known, or why nothing is.
+        Text on the known values, or the reason why there are none.
     """
 
     f_n: float | None
@@ -98,7 +98,7 @@ def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float
     ----------
     form : Form
     sheet : Sheet
-        Data sheet; its resonance comes before an identified one.
+        Data sheet; its resonance has priority over an identified one.
     most, stroke : float
         Range of the input (V or A) of the identified model, and its stroke (m) over it.
     slope : float
@@ -188,7 +188,8 @@ class _Small:
         return self.k / (1 + self.k * self.slope * self.d / (1 + s * self.tau / speed + leads))
 
     def mass(self, f_n: float, zeta: float) -> tuple[float, float, float]:
-        """Mass, damping, and how many times faster than its default the circuit must be to leave damping to set."""
+        """Mass, damping, and the factor by which the circuit must be faster than its default so that the damping can be
+        set."""
         w = 2 * math.pi * f_n
         root = cmath.sqrt(zeta**2 - 1)
         poles = (w * (-zeta + root), w * (-zeta - root))

@@ -1,4 +1,4 @@
-"""A network in the slot: on plays, or on an operator that plays stand for."""
+"""A network in the slot: on plays, or on an operator that plays replace."""
 
 from __future__ import annotations
 
@@ -59,14 +59,14 @@ def network(graph: Graph) -> Slot | None:
 
 
 def _reach(graph: Graph, first: Node) -> tuple[float, float]:
-    """The ends of the scaled input that the features were scaled for."""
+    """Range of the scaled input for which the features were scaled."""
     features = graph.node("features")
     middle, half = -features.value("offset")[0] / features.value("gain")[0], 1 / abs(features.value("gain")[0])
     return float(middle - half), float(middle + half)
 
 
 def _plays(node: Node, reach: tuple[float, float]) -> _Plays | None:
-    """Plays, or a sum of plays, or the plays that stand for an operator with return-point memory."""
+    """Plays, a sum of plays, or the plays that replace an operator with return-point memory."""
     match node.type:
         case "play_bank":
             n = node.dims["n"] + 1
@@ -85,9 +85,10 @@ def _plays(node: Node, reach: tuple[float, float]) -> _Plays | None:
 
 
 def _polygon(node: Node, x0: float, longest: float) -> tuple[Array, Array]:
-    """Half-widths and weights of plays whose loading curve is a polygon in that of an operator, each (n,).
+    """Half-widths and weights of plays, each (n,), whose loading curve is a polygon that approximates that of an
+    operator.
 
-    Its corners lie closer where the curve bends: the largest distance is about the same between any two.
+    Its corners are denser where the curve bends, so that the largest distance is about the same in every segment.
     """
     q = np.linspace(0, longest, FINE)
     phi = Graph.single(node).run(x0 + q).reshape(FINE, -1)[:, 0]

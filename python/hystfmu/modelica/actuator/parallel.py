@@ -1,4 +1,4 @@
-"""An operator beside a curve and lags of its input in the slot: Preisach and Bouc-Wen."""
+"""An operator in parallel with a curve and lags of its input in the slot: Preisach and Bouc-Wen."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def bouc_wen(graph: Graph, h: float) -> Slot | None:
 def _beside(
     graph: Graph, nodes: dict[str, Node], total: Node, ends: tuple[str, str], fastest: float
 ) -> tuple[float, float, dict[str, str], float, float] | None:
-    """Weights of input and z, values of what stands beside them, its value at 0, the least slope of the curve."""
+    """Weights of input and z, values of the parallel terms, their value at 0, the least slope of the curve."""
     source = {to: origin for origin, to in graph.wires}
     weights = {source.get(f"{total.name}.u[{i + 1}]", ""): float(k) for i, k in enumerate(total.value("k"))}
     (x, z), at_0, least, late = ends, 0.0, 0.0, None

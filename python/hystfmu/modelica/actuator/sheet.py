@@ -11,19 +11,19 @@ from hystfmu.base.errors import InputError
 
 @dataclass(frozen=True)
 class Sheet:
-    """Values of a data sheet in SI units; None: not said.
+    """Values of a data sheet in SI units; None: not stated.
 
     Attributes
     ----------
     stroke : float or None
-        Free stroke (m) over the range in which the blocking force counts.
+        Free stroke (m) over the voltage range of the blocking force.
     blocking_force : float or None
-        Force (N) that holds it back.
+        Blocking force (N).
     capacitance : float or None
         Small-signal capacitance (F).
     capacitance_ratio : float
-        Mean capacitance over the range in parts of the small-signal one. A stack of 38 um, 900 N and 3.1 uF at 120 V,
-        the default of the class DataSheet, has the coupling of its ceramic, 0.69 squared, with the default of 1.6.
+        Ratio of the mean capacitance over the range to the small-signal one. A stack of 38 um, 900 N and 3.1 uF at 120
+        V, the default of the class DataSheet, has the coupling of its ceramic, 0.69 squared, with the default of 1.6.
     inductance : float or None
         Inductance (H) of the coil of a current-driven actuator without load, mean over the range.
     resistance : float or None

@@ -1,4 +1,4 @@
-"""A class of the slot of an actuator with its values, and what makes them out of the blocks of a graph."""
+"""A class of the slot of an actuator with its values, and their computation from the blocks of a graph."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class Slot:
     rest : float
         Scaled voltage at which the memory rests at the start.
     left_out : list of str
-        Parts of the model that the actuator has not.
+        Parts of the model that the actuator omits.
     first_slope, least_slope : float
-        Slope of the output at the start, and the least of all branches, where it may be below 0: a stack whose charge
-        falls while its voltage rises has no stable circuit.
+        Slope of the output at the start, and the least slope of all branches if it may be negative: a stack whose
+        charge falls while its voltage rises has no stable circuit.
     """
 
     name: str
@@ -76,9 +76,9 @@ def zones(node: Node, names: tuple[str, str, str, str], gain: float = 1.0) -> tu
 def lags(
     node: Node, names: tuple[str, str, str], gain: float = 1.0, fastest: float = 0.0
 ) -> tuple[dict[str, str], float]:
-    """The lags of a creep block under the names of number, weights, time constants; the weight that acts at once.
+    """The lags of a creep block under the names of number, weights, time constants; and the direct weight.
 
-    Lags faster than `fastest` (s) act at once: the samples of a record do not tell how they act in between.
+    Lags faster than `fastest` (s) count as direct, because the samples of a record do not resolve them.
     """
     w, T = gain * node.value("w"), node.value("T")
     slow = fastest <= T
@@ -88,7 +88,7 @@ def lags(
 
 
 def thinned(w0: float, r: Array, w: Array) -> tuple[float, float, Array, Array]:
-    """A sum of dead zones with at most `KNOTS` of them, through the old one at each that is left.
+    """A sum of at most `KNOTS` dead zones that equals the original sum at the remaining thresholds.
 
     Parameters
     ----------

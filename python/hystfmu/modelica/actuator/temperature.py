@@ -1,4 +1,4 @@
-"""A chain in the slot whose bend follows a temperature, as the kind actuator makes it."""
+"""A chain in the slot whose bend depends on a temperature, as in models of the kind actuator."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def temperatures(graph: Graph) -> bool:
 
 
 def warm(graph: Graph) -> Slot | None:
-    """The slot of a chain whose bend follows its second input, a temperature."""
+    """The slot of a chain whose bend depends on its second input, a temperature."""
     if len(graph.inputs) != 2 or not temperatures(graph):
         return None
     T = graph.inputs[1]

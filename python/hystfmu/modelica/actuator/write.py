@@ -16,7 +16,7 @@ ACTUATOR = ("Actuator", "ActuatorExample")  # classes in a package
 
 
 def actuator_files(model: Model, within: str, told: str, values: Mapping[str, float] | None) -> dict[str, str]:
-    """The files of the actuator by class; none of a model that is no actuator, unless a data sheet asks for it.
+    """The files of the actuator by class; none if the model is not an actuator, unless a data sheet is given.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def actuator_files(model: Model, within: str, told: str, values: Mapping[str, fl
     Raises
     ------
     InputError
-        A data sheet of a model that is no actuator, or one that no stack can have.
+        A data sheet for a model that is not an actuator, or an impossible data sheet.
     """
     why = refusal(model)
     if why and values is not None:

@@ -1,7 +1,7 @@
 """The files of the Modelica library that follow from the C tables: base classes, package.order, Validation models.
 
-A file is generated if its first line says so; every other one is written by hand.  `make generate` writes them,
-`make check` fails when one is stale.
+A generated file is marked in its first line; all others are written by hand. `make generate` writes them, `make check`
+fails when one is stale.
 """
 
 from hystfmu.modelica.library.tree import generated, missing, stale, write

@@ -7,8 +7,8 @@ import re
 import sys
 
 from hystfmu.base.errors import InputError
-from hystfmu.core.groups import group
 from hystfmu.core.library import BlockType, Dim, Var
+from hystfmu.graph.listing import group
 from hystfmu.modelica.layout import placed, port_placed
 from hystfmu.modelica.library.shelf import Shelf
 from hystfmu.modelica.literals import sentence

@@ -1,4 +1,4 @@
-"""The package Choices: enumerations of the words of choices that Types has not."""
+"""The package Choices: enumerations for the choices that are missing in Types."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _PACKAGE = "Choices"
 
 
 def enumerations() -> dict[str, str]:
-    """Every generated enumeration by its name below HystFMU, and the package; nothing while Types has them all."""
+    """Every generated enumeration by its name below HystFMU, and the package; nothing if Types contains them all."""
     found = {}
     for base in base_classes():
         for v in base.block.parameters:

@@ -16,7 +16,7 @@ _PHYSICAL = re.compile(r"connect\(\w+\.(?:pin|flange)")  # a model with physical
 
 
 def generated(root: Path) -> dict[PurePath, str]:
-    """The generated files, relative to the folder HystFMU `root`, and those by hand to which a line is missing."""
+    """The generated files, relative to the folder HystFMU `root`, and hand-written files with an added line."""
     shelf = Shelf(root)
     classes = {b.path: b.text(shelf) for b in base_classes()}
     classes |= {f"{b.package}.BaseClasses.package": package(b.package) for b in base_classes()}
@@ -69,7 +69,7 @@ def stale(root: Path) -> list[PurePath]:
 
 
 def write(root: Path) -> None:
-    """Write the generated files, and remove those that nothing stands for any more."""
+    """Write the generated files, and remove obsolete ones."""
     made = generated(root)
     for file in _on_disk(root):
         if file not in made:

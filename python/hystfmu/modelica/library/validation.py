@@ -30,7 +30,7 @@ def models(shelf: Shelf, bases: Mapping[str, str]) -> dict[str, str]:
     Raises
     ------
     InputError
-        A table is of a class that the library has not.
+        A table belongs to a class that is not in the library.
     """
     texts = {**bases, **shelf.texts}
     found = {}
@@ -70,7 +70,7 @@ def _on_signal(case: Case, name: str, texts: Mapping[str, str]) -> str:
         ],
         wires,
         (_STOP, step),
-        f"{case.text}. The test holds it against the unit on the signal of "
+        f"{case.text}. The test compares it with the unit on the signal of "
         f"{link('Validation.BaseClasses.TestSignal')}, {where}.",
         name,
     )
@@ -85,7 +85,7 @@ def _driven(case: Case, name: str) -> str:
         [f"{name} tested{values} annotation ({placed(0, 0, 20)});"],
         [f"tested.{port} = {expression};" for port, expression in case.inputs.items()],
         (case.stop, case.interval),
-        f"{case.text}. The test holds it against the unit at every sample.",
+        f"{case.text}. The test compares it with the unit at every sample.",
         name,
     )
 

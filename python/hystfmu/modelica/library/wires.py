@@ -14,7 +14,7 @@ _COLORS = {"Pin": "{0, 0, 255}", "Flange": "{0, 127, 0}"}
 
 
 def nested(texts: Mapping[str, str]) -> dict[str, str]:
-    """The files, and the classes that stand in those of one package, as ``Interfaces.Sampled``, by their names."""
+    """The files, and the classes within files of one package, such as ``Interfaces.Sampled``, by name."""
     found = dict(texts)
     for name, text in texts.items():
         for m in re.finditer(r"^  (?:partial )?(?:block|model) (\w+) .*?^  end \1;", text, re.M | re.S):
@@ -23,7 +23,7 @@ def nested(texts: Mapping[str, str]) -> dict[str, str]:
 
 
 def drawn(text: str, name: str, texts: Mapping[str, str]) -> str:
-    """The file `text` of the class `name` below HystFMU with a line for each connection whose ends have a place.
+    """The file `text` of the class `name` below HystFMU with a line for each connection whose ends have positions.
 
     Parameters
     ----------

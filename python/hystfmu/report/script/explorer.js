@@ -230,15 +230,14 @@ async function explorer(place) {
     status.textContent = problem || loop.ariaValueText + (moved ? '. Parameters were moved.' : '');
   }
   let due = 0;
-  function later() {
-    due = due || requestAnimationFrame(() => {
-      due = 0;
-      drawLoop(), drawTime();
-      const text = drawMemory(plane, viewed, uLabel);
-      if (text !== about.textContent) about.textContent = plane.ariaLabel = text;
-      if (w.length) say();
-    });
+  function draw() {
+    due = 0;
+    drawLoop(), drawTime();
+    const text = drawMemory(plane, viewed, uLabel);
+    if (text !== about.textContent) about.textContent = plane.ariaLabel = text;
+    if (w.length) say();
   }
+  const later = () => due = due || requestAnimationFrame(draw);
 
   // ---- pointer and keys
   const under = e => within(map.vx(e.clientX - loop.getBoundingClientRect().left));
@@ -271,6 +270,7 @@ async function explorer(place) {
   });
   new ResizeObserver(later).observe(place);
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', later);
+  matchMedia('print').addEventListener('change', draw); // at once, in the colours of paper
   tell();
   demonstrate();
 }

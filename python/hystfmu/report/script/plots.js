@@ -14,6 +14,7 @@ function plot(svg, number) {
   const ends = name => svg.dataset[name].split(' ').map(Number);
   const whole = {x: ends('x'), y: ends('y')};
   let view = {...whole};
+  const log = 'log' in svg.dataset, plain = (v, digits) => log ? +(10 ** v).toPrecision(digits) : v;
   const frame = svg.querySelector('.frame'), side = name => +frame.getAttribute(name);
   const left = side('x'), top = side('y'), wide = side('width'), high = side('height');
   const axes = svg.querySelector('.axes'), output = element('output');
@@ -48,9 +49,12 @@ function plot(svg, number) {
     const to = [px(whole.x[0]) - left * kx, py(whole.y[0]) - (top + high) * ky];
     for (const l of lines) l.path.setAttribute('transform', `translate(${to}) scale(${kx / 10} ${ky / 10})`);
     axes.replaceChildren();
-    for (const v of ticks(view.x)) {
+    const at = (log ? decades : ticks)(view.x), names = at.map(v => tick(plain(v, 3)));
+    const all = Math.max(...names.map(n => n.length)) * at.length < wide / 9; // else every second name
+    for (const [k, v] of at.entries()) if (all || k % 2 === 0) {
       drawn('path', {class: 'grid', d: `M${px(v)} ${top}V${top + high}`}, axes);
-      drawn('text', {class: 'tick', x: px(v), y: top + high + 15, 'text-anchor': 'middle'}, axes).textContent = tick(v);
+      const below = {class: 'tick', x: px(v), y: top + high + 15, 'text-anchor': 'middle'};
+      drawn('text', below, axes).textContent = names[k];
     }
     for (const v of ticks(view.y)) {
       drawn('path', {class: 'grid', d: `M${left} ${py(v)}H${left + wide}`}, axes);
@@ -74,12 +78,12 @@ function plot(svg, number) {
     if (x < view.x[0] || x > view.x[1]) return;
     rule.setAttribute('d', `M${px(x)} ${top}V${top + high}`), rule.setAttribute('visibility', 'visible');
     const values = lines.map(l => `${l.name} ${print(mark(l, nearest(l.points, p => Math.abs(p[0] - x))))}`);
-    output.textContent = `${svg.dataset.label} ${print(x)}: ${values.join(', ')}`;
+    output.textContent = `${svg.dataset.label} ${print(plain(x, 5))}: ${values.join(', ')}`;
   }
   // the point of a loop that is nearest on the screen
   function point(l, k) {
     hide();
-    output.textContent = `${l.name}: ${print(l.points[k][0])}, ${print(mark(l, k))}`;
+    output.textContent = `${l.name}: ${print(plain(l.points[k][0], 5))}, ${print(mark(l, k))}`;
   }
   function hover([x, y]) {
     if (functions) {

@@ -12,9 +12,10 @@ function table(t) {
       const down = head.getAttribute('aria-sort') === 'ascending';
       heads.forEach(h => h.removeAttribute('aria-sort'));
       head.setAttribute('aria-sort', down ? 'descending' : 'ascending');
-      const texts = rows.map(r => cell(r, k)), found = texts.filter(v => !isNaN(parseFloat(v))).length;
+      const number = text => parseFloat(text.replace('< ', ''));
+      const texts = rows.map(r => cell(r, k)), found = texts.filter(v => !isNaN(number(v))).length;
       const numbers = 2 * found > texts.filter(v => v && v !== '-').length; // the others are words: stopped, unstable
-      const value = r => numbers ? parseFloat(cell(r, k)) : cell(r, k);
+      const value = r => numbers ? number(cell(r, k)) : cell(r, k);
       const order = (a, b) => numbers ? (isNaN(a) ? 1 : isNaN(b) ? -1 : a - b) : a.localeCompare(b);
       rows.sort((a, b) => (down ? -1 : 1) * order(value(a), value(b)));
       rows[0].parentNode.append(...rows);

@@ -1,8 +1,9 @@
 """The control side of a loop: the units from reference and measured output to the command.
 
-The plant is the unit that the first metric with `against` is about.  Its actuator side goes upstream to the last unit
-that belongs to the plant: one at the rate of the plant, a converter, a delay for computing time, an amplifier.  Its
-sensor side goes downstream over units that read nothing but the plant and noise.  What leads to the command is control.
+The plant is the unit that the first metric with `against` is about. Its actuator side consists of the upstream units up
+to the last one that belongs to the plant: a unit at the rate of the plant, a converter, a delay for computing time, or
+an amplifier. Its sensor side consists of the downstream units that read only the plant and noise. The units that lead
+to the command are the controller.
 """
 
 from __future__ import annotations
@@ -94,13 +95,13 @@ class _Sides:
         return self.system.parts[k].period < self.system.case.ripple
 
     def _drivers(self, k: int) -> list[int]:
-        """Return the values that a unit reads of others than noise; of sources only if there is nothing else."""
+        """Return the values that a unit reads, except noise; values of sources only if there are no others."""
         read = {n.source for n in self.into[k]}
         driven = sorted(s for s in read if self.owner[s] not in self.sources)
         return driven or sorted(s for s in read if not is_noise(self.system.parts[self.owner[s]]))
 
     def _command(self) -> tuple[int, tuple[int, ...]]:
-        """Go upstream from the plant; return the command and the units that it passes on its way to the plant."""
+        """Search upstream from the plant; return the command and the units between it and the plant."""
         k, way, ends = self.plant, [self.plant], 0
         command = -1
         while True:
@@ -123,7 +124,7 @@ class _Sides:
         return command, tuple(way[:ends])
 
     def _sensed(self) -> frozenset[int]:
-        """Return the plant, and the units that read it and nothing but noise besides."""
+        """Return the plant, and the units that read only the plant and noise."""
         found = {self.plant}
         noise = {k for k in self.sources if is_noise(self.system.parts[k])}
         while new := {k for k in self.into if k not in found and self._measures(k, found, noise)}:
@@ -174,7 +175,7 @@ def types(part: Part) -> set[str]:
 
 
 def is_source(part: Part) -> bool:
-    """Return whether a unit gives signals of the time: it reads no other and has a source block."""
+    """Return whether a unit is a source: it reads no other unit and has a source block."""
     if not isinstance(part.graph, Graph):
         return False
     return not part.inputs and any(n.block.family == "sources" for n in part.graph.nodes)
@@ -186,13 +187,13 @@ def is_noise(part: Part) -> bool:
 
 
 def acts_on_plant(part: Part) -> bool:
-    """True if a unit at the rate of the controller stands for hardware: converter, time of computing, amplifier."""
+    """Return whether a unit at the rate of the controller represents hardware: converter, computing time, amplifier."""
     found = types(part)
     return bool(found) and (found <= LATE or "amplifier" in found)
 
 
 def controls(system: System, k: int) -> bool:
-    """Return whether a unit is a controller or an inverse: the way upstream from the plant ends there."""
+    """Return whether a unit is a controller or an inverse, where the upstream search from the plant ends."""
     part = system.parts[k]
     if isinstance(part.graph, Foreign):
         return False

@@ -1,8 +1,8 @@
 """The controller of a loop as one graph with the ports r, y and u, as an FMU, and as C files for a target.
 
 Inputs are the outputs of sources and the measured output that the controller reads: `r`, `r_ahead`, `r_dot`, `r_ddot`
-of the reference, `y`, and `unit_output` of any other source.  `u_present` starts a hand-over, see `bumpless_transfer`;
-as long as it is not given, the output has the bits of the command in the scenario.
+of the reference, `y`, and `unit_output` of any other source. `u_present` starts a hand-over, see `bumpless_transfer`;
+without it, the output equals the command in the scenario bit by bit.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Controller:
         Its graph, with the step at which it is called.
     case : Case
     signals : dict of str to str
-        For each port the output of the scenario, `unit.output`, that it takes or gives.
+        For each port the corresponding output of the scenario, `unit.output`.
     units : tuple of str
         Units of the scenario inside of it.
     left_out : tuple of str
@@ -79,7 +79,7 @@ def _text(system: System, side: ControlSide) -> str:
 
 
 def _late(system: System, side: ControlSide) -> float:
-    """Return the steps of the delays between command and plant, which are no part of the controller."""
+    """Return the steps of the delays between command and plant, which are not part of the controller."""
     between = [system.parts[k] for k in side.actuated[1:]]
     graphs = [(p.graph, p.period) for p in between]
     late = sum(n.dims["n"] * t for g, t in graphs if isinstance(g, Graph) for n in g.nodes if n.type == "delay")
@@ -135,7 +135,7 @@ def _plant_unit(system: System, side: ControlSide) -> str:
 
 
 def _sources(system: System, side: ControlSide) -> dict[int, _Source]:
-    """Return the inputs of the controller by the places of the values that they stand for, r and y first."""
+    """Return the inputs of the controller by the indices of their values, r and y first."""
     read = sorted({n.source for n in boundary(system, side)})
     owner, names = {place: system.parts[k] for place, k in system.owners.items()}, system.names
     tracked = next(m for m in system.case.metrics.values() if m.against is not None)
@@ -187,7 +187,7 @@ def _reference_text(name: str, lead: float, end: str) -> str:
 
 
 def _with_handover(graph: Graph, output: str, measure: str, seconds: float, home: dict[str, str]) -> Graph:
-    """Put the hand-over behind the command, or in front of a unit that only limits it; what reads it later follows.
+    """Insert the hand-over after the command, or in front of a unit that only limits it; its readers are reconnected.
 
     `home` names the unit of each block.
     """
@@ -209,7 +209,10 @@ def _block(end: str) -> str:
 
 
 def _before_limits(graph: Graph, command: str, home: dict[str, str]) -> str:
-    """Return the source of a unit that only limits the command, if it stands before it; else the command itself."""
+    """Return the source of a unit that only limits the command, if it precedes this unit.
+
+    Otherwise the command itself.
+    """
     node, order = graph.node(_block(command)), [n.name for n in graph.nodes]
     alone = list(home.values()).count(home[node.name]) == 1 and node.type == "scaling" and node.sizes["u"] == 1
     if not alone or (node.value("gain")[0], node.value("offset")[0]) != (1.0, 0.0):
@@ -219,7 +222,7 @@ def _before_limits(graph: Graph, command: str, home: dict[str, str]) -> str:
 
 
 def _shorter(graph: Graph, parts: list[Part]) -> Graph:
-    """Name the block of a unit of one block as the unit, so that its parameters are `unit_parameter`."""
+    """If a unit has one block, give the block the name of the unit, so that its parameters are `unit_parameter`."""
     new = {f"{p.name}_{p.own.nodes[0].name}": p.name for p in parts if len(p.own.nodes) == 1}
 
     def renamed(end: str) -> str:

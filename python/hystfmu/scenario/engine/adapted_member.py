@@ -32,7 +32,7 @@ def fmu_member(
     store: FmuStore | None,
     clock: C.c_double,
 ) -> SteppedMember:
-    """Return the member of a part that is an FMU: called directly where that is possible."""
+    """Return the member for an FMU: called directly if possible."""
     if isinstance(part.graph, Foreign) and not part.graph.direct:
         return AdaptedMember(system, part, part.graph, sources, values, clock)
     return FmuMember(system, part, sources, values, store, clock)
@@ -75,7 +75,7 @@ class AdaptedMember(SteppedMember):
         return [(self._variables[name], len(names)) for name, names in wanted]
 
     def _status(self, call: Callable[[], object]) -> int:
-        """Make a call; what it finds is what the FMU said last."""
+        """Make a call; a finding becomes the last message of the FMU."""
         try:
             call()
         except Exception as e:  # nothing may escape into the master in C

@@ -32,12 +32,14 @@ def n_states(graph: Graph) -> int:
 
 
 def n_saved(graph: Graph) -> int:
-    """Return the number of values of a saved state of the core: last step, states, and what else a run changes."""
+    """Return the number of values of a saved state of the core: last step, states, and other values that a run
+    changes."""
     return len(graph.executor().state)
 
 
 def state_hash(graph: Graph, saved: Array, skip: int = 0) -> str:
-    """Return the hash of the states of a graph in a `saved` state (n,) of the core, after `skip` states of others."""
+    """Return the hash of the states of a graph in a `saved` state (n,) of the core, after `skip` states of other
+    graphs."""
     return hashlib.sha256(saved[1 + skip : 1 + skip + n_states(graph)].tobytes()).hexdigest()[:16]
 
 
@@ -61,7 +63,7 @@ class FmuStore:
     def get(self, graph: Graph, fmi: Literal[2, 3]) -> tuple[Path, Any]:
         """Folder and model description of the graph as an FMU; exported on first use.
 
-        It has no sample time: the scenario decides on its steps, and cuts them at discontinuities.
+        The FMU has no sample time, because the scenario controls its steps and divides them at discontinuities.
         """
         graph = graph.with_step(0.0)
         key = (graph.token, fmi)
@@ -260,7 +262,7 @@ class FmuMember(SteppedMember):
         self._fmu.setFMUState(self._state)
 
     def state_hash(self) -> str:
-        """Return the hash of the present states; not of a foreign FMU."""
+        """Return the hash of the present states; foreign FMUs have none."""
         assert not isinstance(self._graph, Foreign)
         self.save()
         serialize = self._fmu.serializeFMUstate if self._fmi == 2 else self._fmu.serializeFMUState

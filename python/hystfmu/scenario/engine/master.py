@@ -82,7 +82,7 @@ class Newton:
         return self._change
 
     def learn(self, before: Array, now: Array) -> None:
-        """Update the matrix by what the last change has made of the residual (Broyden)."""
+        """Update the matrix with the last change of the residual (Broyden)."""
         self._lib.newton_learn(self._n, *[_at(a) for a in (self._H, self._change, before, now, self._room)])
 
 
@@ -192,7 +192,7 @@ def _loop(
 
 
 def _coupling(system: System, values: Array, sweeps: Sweeps) -> Callable[[Sequence[Member]], Callable[[float], None]]:
-    """For the units that are due together: what makes them do one fine step that ends at the given time."""
+    """Function that advances the units that are due together by one fine step, which ends at the given time."""
     spec = system.case.coupling
     early = system.early()
 
@@ -258,8 +258,8 @@ def _coupling(system: System, values: Array, sweeps: Sweeps) -> Callable[[Sequen
 def _relaxation(last: float, before: Array, now: Array) -> float:
     """Factor of the residual in the next guess: Aitken's relaxation of a vector (Irons & Tuck 1969).
 
-    For one value it is the secant method, so that a loop of any gain but one converges.  Summed in a stated order: the
-    C core has the same bits.
+    For one value it is the secant method, so that a loop of any gain but one converges. The order of the sums is fixed,
+    so that the C core gives the same bits.
     """
     along = square = 0.0
     for a, b in zip(before.tolist(), now.tolist(), strict=True):

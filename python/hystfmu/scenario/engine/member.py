@@ -20,9 +20,10 @@ from hystfmu.scenario.system.system import Link, Part, System
 
 
 def weights(system: System, links: Sequence[Link]) -> list[float]:
-    """Return where in the reader's step the newest value of each source lies: 1 at its end, 0 at its beginning.
+    """Return the position of the newest value of each source within the reader's step: 1 at its end, 0 at its
+    beginning.
 
-    The value of a source that steps more often and follows in the order is one of its own steps old.
+    If a source steps more often and follows in the order, its value is one of its own steps old.
     """
     late = [system.maker(link).period / system.parts[link.to].period for link in links]
     return [1.0 if system.fresh(link) else 1.0 - part for link, part in zip(links, late, strict=True)]
@@ -42,7 +43,7 @@ class Lines:
         self._anew = False
 
     def cut(self) -> None:
-        """Begin the next line anew, constant: the length of the step changes."""
+        """Start the next line as a constant, because the length of the step changes."""
         self._anew = True
 
     def save(self) -> None:
@@ -111,7 +112,10 @@ class Member(Protocol):
 
 
 def whole_turn(member: Member) -> int:
-    """Make a turn in one call, for steps that are more than calls of a binary.  A failure is raised."""
+    """Set inputs, step and get outputs in one call, for units that are more than calls of a binary.
+
+    A failure is raised.
+    """
     member.copy()
     member.advance()
     member.take()
@@ -122,7 +126,7 @@ Slot = tuple[str, tuple[str, ...]]
 
 
 def slots(port: Port | ForeignPort, fmi: int) -> list[Slot]:
-    """The variables of an FMU that a port is, each with the names of its elements."""
+    """The variables of an FMU that are ports, each with the names of its elements."""
     return [(port.name, port.scalar_names)] if fmi == 3 else [(n, (n,)) for n in port.scalar_names]
 
 
@@ -138,7 +142,8 @@ def _nothing() -> int:
 class Calls:
     """Function pointers of an FMU: set, step, get; save and restore where states are needed; tangent in a loop.
 
-    `source` says for every element of its inputs which value it reads; -1: it keeps what stands in `inputs`.
+    `source` gives for every element of its inputs the index of the value that it reads; -1: it keeps the value in
+    `inputs`.
     """
 
     fmi3: bool
@@ -153,10 +158,10 @@ class Calls:
 
 
 class SteppedMember(ABC):
-    """An FMU between its inputs and its outputs; a subclass says how it is called.
+    """An FMU with its inputs and outputs; a subclass defines the calls.
 
-    Its window `y` into the values of the system takes the outputs; `linked` and `fixed` are the inputs that are set in
-    every step and once.
+    `y` is the part of the values of the system that receives its outputs; `linked` are the inputs that are set in every
+    step, `fixed` those that are set once.
     """
 
     def __init__(
@@ -196,7 +201,7 @@ class SteppedMember(ABC):
         self._rollback = system.case.coupling.scheme == "iterative"  # states before the present point are restored
 
     def _call(self, part: Part, put: Callable[[], int], do: Callable[[], int], get: Callable[[], int]) -> None:
-        """Take the calls that set the inputs, make a step and get the outputs; a status above 1 is a failure."""
+        """Register the calls that set the inputs, make a step and get the outputs; a status above 1 is a failure."""
         self._put, self._do = put if len(self._u) else _nothing, do
         self._get = get if part.outputs else _nothing
         self.turn: Sequence[Callable[[], int]] = [partial(whole_turn, self)]

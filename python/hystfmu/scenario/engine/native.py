@@ -1,8 +1,7 @@
 """Running a case wholly in the C core: the master loop of `fmu_build/master`, without a call into Python per step.
 
 With Gauss-Seidel coupling, neighbours in the order that have the same rate become one graph; otherwise every unit is
-one.
-The lock of the interpreter is free while it runs: threads run cases in parallel.
+one. The interpreter lock is released during a run, so threads can run cases in parallel.
 """
 
 from __future__ import annotations
@@ -141,7 +140,7 @@ class Native:
         return self._slots[key]
 
     def _present(self, part: Part, node: Node, name: str) -> Array:
-        """The values that a parameter of a block has now."""
+        """Present values of a parameter of a block."""
         end = (f"{part.name}_{node.name}", name)
         (member,) = (m for m in self._members.values() if end in m.parameters)
         first = member.parameters[end]

@@ -57,7 +57,7 @@ class Unit(C.Structure):
 
 
 class GraphUnit:
-    """Units that are one graph: how they are called, and where their inputs and outputs stand."""
+    """Units in one graph: their calls, and the indices of their inputs and outputs."""
 
     def __init__(self, system: System, parts: tuple[int, ...]) -> None:
         first = system.parts[parts[0]]
@@ -140,7 +140,10 @@ class GraphUnit:
 
 
 def _straight(unit: Unit, source: list[int], ahead: list[float], values: C.Array[C.c_double]) -> list[Array]:
-    """Give a unit inputs on straight lines, which begin with the present values; the arrays that must live."""
+    """Give a unit inputs on straight lines, which start with the present values.
+
+    Return the arrays that must be kept.
+    """
     now = [values[j] if j >= 0 else 0.0 for j in source]
     line, weight = np.array(5 * now), np.array(ahead)
     unit.ahead, unit.line = weight.ctypes.data, line.ctypes.data

@@ -94,12 +94,13 @@ def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = N
 
 # ---- in a child process ---------------------------------------------------------------------------------------------
 def one_line(words: object) -> str:
-    """Return what foreign code says as a line of bounded length."""
+    """Return a message of foreign code as a line of bounded length."""
     return " ".join(str(words).split())[:MOST_WORDS]
 
 
 def box_of(systems: Sequence[System], folder: str) -> Box:
-    """Return what the foreign FMUs of these cases may use: their unpacked archives, and a folder to write into."""
+    """Return the files that the foreign FMUs of these cases may use: their unpacked archives, and a folder to write
+    into."""
     return Box.of(folder, *(p.graph.folder for s in systems for p in s.foreign if isinstance(p.graph, Foreign)))
 
 

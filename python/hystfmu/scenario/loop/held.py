@@ -1,4 +1,4 @@
-"""Dynamics of a plant discretised for a held command that comes late, also by a fraction of a step, or on a ramp."""
+"""Discretised dynamics of a plant for a held, delayed command, also with a fractional delay or a ramp."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def ramp_of(dynamics: Sequence[Node], step: float) -> float:
 
 
 def held(plant: StateSpace, h: float, delay: float, ramp: float = 0.0) -> StateSpace:
-    """Discretise dynamics for a command that is held for a step h (s) and comes `delay` steps late, exactly.
+    """Discretise dynamics exactly for a command that is held for a step h (s) and delayed by `delay` steps.
 
     Source: Astrom & Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3, for a command that jumps.
 
@@ -44,8 +44,8 @@ def held(plant: StateSpace, h: float, delay: float, ramp: float = 0.0) -> StateS
     Returns
     -------
     (A, B, C, D), shapes (n + q, n + q), (n + q, 1), (1, n + q), (1, 1)
-        States of the plant, then the q past commands that still act.  Direct feed-through reads the command as it is
-        at the end of a step, before that of the same sample comes: it is a past one.
+        States of the plant, then the q past commands that still act. Direct feed-through reads the command at the end
+        of a step, before the command of the same sample: a past command.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: f
 def _lines(part: float, ramp: float) -> Iterator[tuple[float, Array, Array]]:
     """Yield the straight lines of the command in a step: length, and weights of three commands at its two ends.
 
-    A new command comes after a part of the step, and rises in the time of a ramp, maybe into the next step; both are
+    A new command arrives after a part of the step and rises during a ramp, possibly into the next step; both times are
     fractions of a step.
     """
     new, last, older = np.eye(3)
@@ -100,7 +100,7 @@ def _lines(part: float, ramp: float) -> Iterator[tuple[float, Array, Array]]:
 
 
 def _over(A: Array, B: Array, t: float) -> tuple[Array, Array, Array]:
-    """Return e^(A t), and what an input of 1, and one that rises from 0 to 1, add in the time t."""
+    """Return e^(A t), and the effects of an input of 1, and of one that rises from 0 to 1, during the time t."""
     # here, so that a process for a foreign FMU does not wait for it
     from scipy.linalg import expm
 

@@ -88,7 +88,7 @@ class LoopVerdict:
 
 
 def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop | InputError]:
-    """Return the loop of each case or why it has none; no case runs if the scenario states its slopes."""
+    """Return the loop of each case, or the reason why it has none; no case runs if the scenario states its slopes."""
     spec = scenario.spec.margins
     slopes = None if spec is None or spec.slopes is None else (spec.slopes[0], spec.slopes[1])
     found: dict[str, OpenedLoop | InputError] = {}
@@ -144,7 +144,7 @@ def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError
 def stability_of(
     scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError], lost: Collection[str]
 ) -> list[LoopVerdict]:
-    """Return a verdict for each case whose loop is unstable at its own delay: broken, unless the scenario expects it.
+    """Return a verdict for each case whose loop is unstable at its own delay: broken, unless the scenario expects this.
 
     `lost` are the cases whose loop is unstable for the nominal slope, or for one along their path.  A case that is
     expected to be unstable and is stable, or does not exist, is refused.

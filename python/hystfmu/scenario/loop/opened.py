@@ -59,9 +59,10 @@ class OpenedLoop:
 
     @functools.cached_property
     def nominal(self) -> float:
-        """Slope for which margins hold: 1, unless no inverse stands in the loop and the plant never has that slope.
+        """Slope for which margins hold: 1, unless the loop has no inverse and the plant never has this slope.
 
-        The gain of such a plant, say in um/V, is that of the loop: margins hold for its largest slope then.
+        Then the slope of the plant, for example in um/V, is part of the loop gain, and margins hold for its largest
+        value.
         """
         if self.inverted:
             return 1.0
@@ -95,13 +96,13 @@ class OpenedLoop:
         return margins_of(*self._resolved(slope, delay), self.h, lambda gain: self._stable_with(gain, slope, delay))
 
     def _stable_with(self, gain: float, slope: float, delay: float) -> bool:
-        """Return whether the loop is stable with a further gain where it is broken."""
+        """Return whether the loop is stable with a further gain at the opened signal."""
         if self.broken is None:
             return self.stable(gain * slope, delay)
         return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
 
     def _closed_break(self, gain: float) -> OpenedLoop:
-        """Return the loop with a gain between the two sides of the signal at which it is broken."""
+        """Return the loop with a gain between the two sides of the opened signal."""
         assert self.broken is not None
         A, B, C, D = self.broken
         order = [0, *range(2, len(D)), 1]  # the broken signal goes last
@@ -172,7 +173,7 @@ class OpenedLoop:
     def radius(self, slope: float, delay: float) -> float:
         """Return the largest modulus of a pole of the closed loop; it is stable below 1.
 
-        With a memory of n steps the bound factor^(1/n) stands for the poles that it adds.
+        With a memory of n steps, the bound factor^(1/n) represents the additional poles.
         """
         largest = float(np.abs(np.linalg.eigvals(self._closed_from_plant(slope, delay))).max())
         if not self.memories or largest >= 1:
@@ -193,7 +194,7 @@ class OpenedLoop:
         return _turns(1 - np.exp(-1j * self._period * self._angles) * factor) == 0
 
     def learning(self, slope: float | None = None, delay: float = 0.0) -> float:
-        """Return the largest modulus of Q - L T, by which corrections of a memory shrink in a period; NaN without."""
+        """Return the largest modulus of Q - L T, the factor of the corrections per period; NaN without a memory."""
         slope = self.nominal if slope is None else slope
         return float(np.abs(self._factor(slope, delay)).max()) if self.memories else np.nan
 
@@ -226,8 +227,8 @@ class OpenedLoop:
     def stable_at(self, delay: float) -> bool:
         """Return whether every slope of the sector is stable.
 
-        A slope of 0, such as of an inverse at its limit, opens the loop: its integrators stand, and nothing grows.  A
-        slope close to 0 counts instead, at which a conditionally stable loop is lost.
+        A slope of 0, for example of an inverse at its limit, opens the loop, and nothing grows. Therefore a slope close
+        to 0 is tested instead, at which a conditionally stable loop becomes unstable.
         """
         least = NO_SLOPE * max(map(abs, self.slopes))
         found = [float(s) if abs(s) >= least else least for s in np.linspace(*self.slopes, SLOPES)]
@@ -243,7 +244,7 @@ class OpenedLoop:
         return float(found)
 
     def noise_gain(self, slope: float | None = None, delay: float = 0.0) -> float:
-        """Return the RMS of the command that white noise of RMS 1 at the sensor makes; infinite if unstable."""
+        """Return the RMS of the command for white noise of RMS 1 at the sensor; infinite if unstable."""
         slope = self.nominal if slope is None else slope
         if not self.stable(slope, delay):
             return np.inf
@@ -270,7 +271,7 @@ def _error(K: Complex, G: Complex) -> Complex:
 
 
 def _covariance(M: Array, N: Array) -> Array:
-    """Return X = M X M' + N N' of a stable M, a sum of squares: by doubling the terms, which keeps it positive."""
+    """Return the solution X of X = M X M' + N N' for a stable M, by doubling, which keeps X positive."""
     X, P = N @ N.T, M
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(DOUBLINGS):
@@ -281,5 +282,5 @@ def _covariance(M: Array, N: Array) -> Array:
 
 
 def _turns(f: Complex) -> int:
-    """Return how often a response on (0, pi] and its conjugate wind around 0."""
+    """Return the number of encirclements of 0 by a response on (0, pi] and its conjugate."""
     return round(float(np.angle(f[1:] / f[:-1]).sum()) / np.pi)

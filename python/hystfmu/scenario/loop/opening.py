@@ -45,13 +45,13 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
     slopes : (float, float), optional
         Sector of local slopes of the plant over its inverse; by default the case is run to find it.
     at : str
-        Signal `unit.output` of the loop at which it is broken, for all units that read it.
+        Signal `unit.output` at which the loop is opened, for all units that read it.
 
     Raises
     ------
     InputError
-        The case has no feedback, or in its loop a foreign FMU, several rates, a plant without linear dynamics, units
-        that are not linear at rest, or no such signal.
+        The case has no feedback, its loop has a foreign FMU, several rates, a plant without linear dynamics or units
+        that are not linear at rest, or there is no such signal.
     """
     where = system.case.title
     plant = _plant(system)
@@ -129,9 +129,9 @@ def _linear(system: System, controller: Graph, ports: int) -> tuple[StateSpace, 
 
 
 def _controllers(system: System, plant: int, around: Sequence[int], between: Mapping[int, set[str]]) -> Graph:
-    """Return the units of the loop but the plant as one graph, what has memory or levels as gains of 1.
+    """Return the units of the loop except the plant as one graph.
 
-    The lone dynamics of each inverse stay in it.
+    Hysteresis and quantisers become gains of 1. Dynamics that only an inverse has remain.
     """
     n = len(system.parts)
     if system.case.ripple == 1:  # one rate: the order goes round, and the plant may stand anywhere
@@ -169,12 +169,12 @@ class _Content:
 
 @functools.lru_cache(maxsize=64)
 def _tangent(controller: _Content, h: float) -> StateSpace:
-    """Return the state space of a controller, once for all cases that have it."""
+    """Return the state space of a controller, computed once for all cases that have it."""
     return sampled(without_limits(controller.graph), h)
 
 
 def _break(controller: Graph, graph: Graph, at: str, units: Sequence[str], where: str) -> Graph:
-    """Break a controller at a signal: the units that read it read a new input instead, as early or late as before."""
+    """Open a controller at a signal: its readers read a new input instead, with the same delay."""
     unit, _, output = at.partition(".")
     source = next((o.source for o in graph.outputs if unit in units and o.name == f"{unit}_{output}"), None)
     if source is None:
@@ -205,7 +205,7 @@ def _tracked(system: System) -> str:
 
 
 def _outputs(system: System, within: Sequence[int]) -> list[str]:
-    """Return the outputs of a loop that follow references of their own, made outside of it."""
+    """Return the outputs of a loop that follow their own references from outside the loop."""
     names = {system.parts[k].name for k in within}
     found = {
         m.against.partition(".")[0]: m.signal
@@ -222,7 +222,7 @@ def _plant(system: System) -> int:
 
 
 def _loop(system: System, plant: int) -> list[int]:
-    """Return the units through which the plant acts on itself, in the order of evaluation."""
+    """Return the units of the feedback path of the plant, in the order of evaluation."""
     owner = system.owners
     edges = [(owner[n.source], n.to) for n in system.links]
     after, before = behind(edges, plant), behind([(b, a) for a, b in edges], plant)

@@ -1,6 +1,6 @@
 """The plant of a loop: units at its rate in series, their linear dynamics, and the slopes over the inverse before them.
 
-The slopes stand for everything with memory.  Dynamics that the inverse undoes, such as creep, count to it.
+The slopes represent all parts with memory, including dynamics that the inverse compensates, such as creep.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ class PlantSide:
     Attributes
     ----------
     links : tuple of Link
-        Connection that drives each of them; the first brings the command.
+        Connection that drives each of them; the first one carries the command.
     delay : float
-        Steps by which delays among them, or their order, let the command act later.
+        Delay of the command in steps, by delay units or by the order.
     """
 
     links: tuple[Link, ...]
@@ -45,7 +45,7 @@ class PlantSide:
 
     @property
     def entry(self) -> Link:
-        """Connection that brings the command."""
+        """Connection that carries the command."""
         return self.links[0]
 
     @property
@@ -94,15 +94,15 @@ def _delay(system: System, part: Part) -> int:
 
 
 def has_memory(graph: Graph) -> bool:
-    """Return whether a unit is an inverse or a model of a hysteresis, for which the slope stands."""
+    """Return whether a unit is an inverse or a model of a hysteresis, which the slope represents."""
     return any(n.block.family in MEMORY and n.block.rate != CONTINUOUS for n in graph.nodes)
 
 
 def lone_dynamics(system: System, side: PlantSide, between: Collection[int]) -> set[str]:
-    """Return the types of the dynamics that an inverse undoes and the plant side does not have.
+    """Return the types of the dynamics that an inverse compensates although the plant side does not have them.
 
-    They act on the command as any controller does.  Trap: in the sector they are no slope, but a memory of the path: an
-    inverse with creep before a plant without seemed to have slopes from -6 to 10.
+    They act on the command like a controller. Trap: in the sector they would appear as slopes: an inverse with creep in
+    front of a plant without creep seemed to have slopes from -6 to 10.
     """
     return _undone(system, between) - {n.type for link in side.links for n in system.parts[link.to].own.nodes}
 
@@ -110,7 +110,7 @@ def lone_dynamics(system: System, side: PlantSide, between: Collection[int]) -> 
 def as_gain(part: Part, lone: Collection[str] = ()) -> Graph:
     """Replace the inverse of a hysteresis by a gain of 1 from its first input to its first output.
 
-    Blocks that invert `lone` dynamics stay, with a static gain of 1.
+    Blocks that invert `lone` dynamics remain, with a static gain of 1.
     """
     n = len(part.inputs)
     kept = [m for m in part.own.nodes if m.block.inverts in lone]
@@ -131,7 +131,7 @@ def _gain_undone(node: Node) -> float:
 
 
 def for_small_signals(graph: Graph) -> Graph:
-    """Replace quantisers by gains of 1, which they are for signals of many levels, and leave out constant offsets.
+    """Replace quantisers by gains of 1, which is valid for signals of many levels, and omit constant offsets.
 
     Trap: differences around an offset of 50 lose the digits of the tangent.
     """
@@ -144,7 +144,7 @@ def for_small_signals(graph: Graph) -> Graph:
 
 
 def without_limits(graph: Graph) -> Graph:
-    """Remove the limits of controllers and scalings: rest may lie outside them, and a small motion reaches none."""
+    """Remove the limits of controllers and scalings: rest may lie outside them, and small signals do not reach them."""
     for n in graph.nodes:
         if any(key in n.values for key in LIMITS):
             graph = graph.replace(replace(n, values={k: v for k, v in n.values.items() if k not in LIMITS}))
@@ -152,10 +152,11 @@ def without_limits(graph: Graph) -> Graph:
 
 
 def dynamics(system: System, side: PlantSide, between: Collection[int]) -> tuple[StateSpace, float]:
-    """Return the linear dynamics of the plant side, and the time in which a new command reaches them (s).
+    """Return the linear dynamics of the plant side, and the ramp time of a new command (s).
 
-    Their static gain is 1 if they have one; without any they are a gain of 1.  Dynamics that ramp up to their input
-    take a step of their unit for it.  Dynamics beside a hysteresis, such as creep, count with its slope at rest.
+    Their static gain is 1 if they have one; without any they are a gain of 1. For dynamics that ramp up to their input,
+    this is a step of their unit. Dynamics in parallel with a hysteresis, such as creep, count with the slope of the
+    hysteresis at rest.
     """
     undone = _undone(system, between)
     found: StateSpace = (*NO_STATES, np.ones((1, 1)))
@@ -181,7 +182,7 @@ def _chain(way: Sequence[Node]) -> StateSpace:
 
 
 def _in_parallel(graph: Graph, undone: Collection[str]) -> StateSpace:
-    """Return a unit with all that its hysteresis is at rest, a gain."""
+    """Return a unit whose hysteresis is replaced by its gain at rest."""
     for n in graph.nodes:
         if n.type in (DELAY, LEVELS) or n.type in undone:
             gain = gain_of(n) if n.type in undone else 1.0
@@ -198,7 +199,7 @@ def _with_gain_one(system: StateSpace) -> StateSpace:
 
 
 def command_of(system: System, side: PlantSide, between: Sequence[int]) -> Link:
-    """Return the connection that brings the command: into the first inverse, or without one into the plant side."""
+    """Return the connection that carries the command: into the first inverse, or without one into the plant side."""
     return next((n for n in system.links if between and n.to == between[0] and n.input == 0), side.entry)
 
 
@@ -227,9 +228,9 @@ def _without(lone: Collection[str], graph: Graph) -> Graph:
 
 
 def _undone(system: System, between: Collection[int]) -> set[str]:
-    """Return the types of the dynamics that inverses before the plant undo.
+    """Return the types of the dynamics that inverses in front of the plant compensate.
 
-    A block inverts them, or they lie in the ring of a block whose output is found by trial.
+    A block inverts them, or they belong to the model of an implicit inverse.
     """
     found: set[str] = set()
     for k in between:
@@ -243,7 +244,7 @@ def _undone(system: System, between: Collection[int]) -> set[str]:
 
 
 def _output(system: System, link: Link, side: PlantSide) -> int:
-    """Return which output of a unit of the plant side goes on."""
+    """Return the output of a unit of the plant side that the next unit reads."""
     unit = system.parts[link.to]
     after = next((n.source for n in side.links if n.to != link.to and system.maker(n) is unit), None)
     if after is None:
@@ -253,14 +254,14 @@ def _output(system: System, link: Link, side: PlantSide) -> int:
 
 
 def _on_the_way(graph: Graph) -> list[Node]:
-    """Return the dynamics between the driven input of a unit and the output that goes on."""
+    """Return the dynamics between the driven input of a unit and the output that the next unit reads."""
     edges, ends, last = _ways(graph)
     after, before = behind(edges, *ends) | ends, behind([(b, a) for a, b in edges], last) | {last}
     return [n for n in graph.nodes if n.block.rate == CONTINUOUS and n.name in after & before]
 
 
 def _parallel(graph: Graph, way: Sequence[Node]) -> bool:
-    """Return whether the driven input of a unit also reaches its output beside some of these dynamics."""
+    """Return whether the driven input of a unit also reaches its output in parallel with some of these dynamics."""
     edges, ends, last = _ways(graph)
     return any(last in behind([e for e in edges if n.name not in e], *ends) | ends for n in way if n.name != last)
 
@@ -272,7 +273,10 @@ def _ways(graph: Graph) -> tuple[list[tuple[str, str]], set[str], str]:
 
 
 def _at_rest(graph: Graph, undone: Collection[str]) -> Graph:
-    """Replace dynamics by their static gains, but not those that the inverse undoes; leave out delays and levels."""
+    """Replace dynamics by their static gains, except those that the inverse compensates.
+
+    Omit delays and quantisation.
+    """
     for n in graph.nodes:
         if n.type in (DELAY, LEVELS):
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}))

@@ -1,7 +1,7 @@
 """Delay margin by simulation, for loops whose gain depends on the amplitude, which have no linear margin.
 
-A delay of whole fine steps is put behind the command and grows, by bisection, until the case does not hold any more: it
-stops, its error grows, or its error is far above that without the delay.
+A delay of whole fine steps is added after the command. Bisection finds the largest one for which the case does not
+fail. It fails if it stops, if its error grows, or if its error is far above that without the delay.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ NAME = "further_delay"
 
 
 def simulated_delay(system: System, entry: Link, growth: float = GROWTH, far: float = FAR) -> float:
-    """Return the largest further delay with which a case holds, in steps, up to `MOST`; NaN if it does not without.
+    """Return the largest further delay for which a case does not fail, in steps, up to `MOST`; NaN if it fails without
+    one.
 
     `entry` brings the command to the units at the rate of the plant.  The largest error may grow by the factor `growth`
     from the first half of the window of the metric to the second, and be `far` above that without a further delay, of
@@ -46,7 +47,7 @@ def simulated_delay(system: System, entry: Link, growth: float = GROWTH, far: fl
 
 
 def _delayed(system: System, entry: Link, n: int) -> System:
-    """Put a delay of n fine steps into a connection; it runs behind the unit that it reads."""
+    """Insert a delay of n fine steps into a connection; it steps after the unit that it reads."""
     case, maker, reader = system.case, system.maker(entry), system.parts[entry.to]
     at = case.order.index(maker.name) + 1
     end = f"{reader.name}.{reader.inputs[entry.input]}"

@@ -1,4 +1,4 @@
-"""Table of the margins of scenarios: one row for every loop that differs, with the cases that share it."""
+"""Table of the margins of scenarios: one row for each different loop, with the cases that have it."""
 
 from __future__ import annotations
 
@@ -57,14 +57,12 @@ class LoopRow:
         Sector of local slopes of plant over inverse along the paths of these cases.
     margins : dict
         ``stable``, and for the nominal slope of the loop without further delay: ``Ms_db`` (``Ms_worst_db`` is the
-        largest of the sector), ``gain_db``, by which the gain may grow, ``gain_low_db``, by which it may fall (-inf
-        where nothing limits it), ``conditionally_stable``, whether it is limited, ``phase_deg``, ``delay_steps``,
-        ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white noise of RMS 1 at the sensor), ``learning``
-        (factor from period to period of a memory);
-        with one step of delay: ``Ms_1_db``, and at the largest slope ``Ms_1_largest_db``; ``stable_to_steps``, the
-        largest delay up to which the whole sector is stable; ``simulated_delay_steps``, only where the gain depends on
-        the amplitude, at most 4.
-        What a loop does not have is None.
+        largest of the sector), ``gain_db``, the upper gain margin, ``gain_low_db``, the lower gain margin (-inf if
+        there is no limit), ``conditionally_stable``, whether the lower margin is finite, ``phase_deg``,
+        ``delay_steps``, ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white noise of RMS 1 at the sensor),
+        ``learning`` (factor from period to period of a memory); with one step of delay: ``Ms_1_db``, and at the largest
+        slope ``Ms_1_largest_db``; ``stable_to_steps``, the largest delay up to which the whole sector is stable;
+        ``simulated_delay_steps``, only where the gain depends on the amplitude, at most 4. Missing values are None.
     at_delay : tuple of dict
         The first figures for each of `DELAYS`, ``further_steps``, with ``sector_stable``.
     """
@@ -178,7 +176,7 @@ def margin_table(
     at: str = "",
     delays: bool = False,
 ) -> MarginTable:
-    """Compute the margins of every case of scenarios, and hold them against the limits that they state.
+    """Compute the margins of every case of scenarios, and compare them with the stated limits.
 
     Parameters
     ----------
@@ -189,7 +187,7 @@ def margin_table(
     progress : function
         Called with the fraction done.
     at : str
-        Signal `unit.output` at which the loops are broken; by default the input of the plant.
+        Signal `unit.output` at which the loops are opened; by default the input of the plant.
     delays : bool
         Also the margins with each of `DELAYS`.
     """
@@ -222,7 +220,7 @@ def margin_table(
 
 
 def _unstable(group: Sequence[OpenedLoop]) -> Sequence[OpenedLoop]:
-    """Return which of some equal loops are unstable on their own path; all if only their joint sector is."""
+    """Return those of some equal loops that are unstable on their own path; all if only their joint sector is."""
     return [o for o in group if not (o.margins().stable and o.stable_at(0.0))] or group
 
 

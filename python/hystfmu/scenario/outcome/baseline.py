@@ -1,8 +1,8 @@
 """Baseline of a run: baseline.toml (metrics, memories) and baseline.csv (rows of the recorded signals).
 
-A run is compared strictly (`tolerance`), or, where the scenario has a `[tube]`, with room in time and value: a row of
-the baseline is met if the signal of this run passes through the box around it.  The tube lies around the run and not
-around the baseline, for a run has all its rows and a baseline a few.
+A run is compared strictly (`tolerance`), or, if the scenario has a `[tube]`, with tolerances in time and value: a row
+of the baseline is met if the signal of the run passes through the box around it. The tube is computed around the run,
+because a run has all rows and a baseline only some.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class Kept:
 
     @property
     def trace(self) -> Trace:
-        """All that was kept."""
+        """All stored rows."""
         return self._excerpt.trace()
 
     def rows(self) -> Array:
@@ -115,7 +115,7 @@ class Kept:
 
 
 def save_baseline(folder: Path, signals: tuple[str, ...], runs: dict[str, Record]) -> None:
-    """Write baseline.toml and baseline.csv, each as a whole; only ever called for an explicit `--record`."""
+    """Write baseline.toml and baseline.csv atomically; called only for an explicit `--record`."""
     cases = ["# generated from scenario.toml by 'hystfmu run --record' - do not edit", "[case]"]
     lines = [",".join(["case", "t", *signals])]
     for name, r in runs.items():
@@ -207,7 +207,8 @@ def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
 def _outside(tube: TubeSpec, kept: Kept, signal: str, at: Array, was: Array, room: float) -> Array:
     """Distance of each baseline value from the tube around the signal of this run; 0 and below: inside.
 
-    Beyond its ends the signal goes on as its point reflection: a late signal has not reached its last value yet.
+    Beyond its ends the signal is extended by point reflection, because a late signal has not reached its last value
+    yet.
     """
     trace, h = kept.trace, kept.h  # the rows near the ends and near `at` are all there
     n = min(int(np.ceil(tube.time / h)), len(trace.t) - 1)

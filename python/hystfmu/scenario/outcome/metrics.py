@@ -1,4 +1,4 @@
-"""Numbers of a run, from its rows as they come.
+"""Metrics of a run, computed from successive rows.
 
 With e = signal - against, over the rows at or after `after`, in percent of the stroke:
 rms_percent              root mean square of e, between samples included (fine grid)
@@ -14,7 +14,7 @@ loop_area_percent        area that the signal encloses over `against`, of the re
 With `lines`, rms and max count the rows alone where `against` moves at constant speed: the lines of a scan without
 its turn-arounds.
 
-Sums run over the rows in their order: the same bits however a run is divided into chunks.
+Sums follow the order of the rows, so the result does not depend on the division into chunks.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ class _Variation:
 
 
 class _LoopArea:
-    """Of a loop that is closed by a straight line (shoelace formula), as a share of the rectangle of its spans."""
+    """Area of a loop that is closed by a straight line (shoelace formula), as a share of the rectangle of its spans."""
 
     def __init__(self) -> None:
         self._origin: tuple[float, float] | None = None
@@ -204,7 +204,7 @@ _OF_STROKE = ("rms_percent", "max_percent", "between_samples_percent")
 
 
 class _Lines:
-    """Rows at which a reference goes on at the speed of the last two steps."""
+    """Rows at which a reference continues at the speed of the last two steps."""
 
     STRAIGHT = 1e-6  # largest change of the step, relative to it
 

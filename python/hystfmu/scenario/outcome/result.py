@@ -28,11 +28,11 @@ class Verdict:
     value : float
         In the unit of its kind.
     limit, baseline : float, optional
-        The largest value allowed, the smaller of limit and guard, and the value recorded; None: none is stated.
+        The largest allowed value, which is the smaller of limit and guard, and the recorded value; None if not stated.
     within : bool
         Finite and not above the limit.
     same : bool, optional
-        Unchanged against the baseline; None: there is none to compare with.
+        Unchanged from the baseline; None if there is no baseline.
     """
 
     metric: str
@@ -49,7 +49,7 @@ def judge(
 ) -> tuple[list[Verdict], list[str], list[str]]:
     """Both verdicts on every metric, one line per failure (scenario/case, metric, value, limit), and notes.
 
-    Without `strict` the limits alone decide, and what changed is a note; otherwise a missing baseline or a change is a
+    Without `strict` only the limits are tested, and changes are notes; otherwise a missing baseline or a change is a
     failure.
     """
     known = baseline.metrics.get(case.name) if baseline is not None else None
@@ -84,7 +84,7 @@ def judge(
 
 
 def _allowed(guard: float | None, limit: float | None, recorded: float | None) -> tuple[float | None, str]:
-    """Return the largest value allowed, and where it comes from if the guard of the scenario is what holds."""
+    """Return the largest allowed value, and a text if it comes from the guard of the scenario."""
     if guard is None or recorded is None:
         return limit, ""
     most = max(guard * abs(recorded), ROUNDING)
@@ -122,7 +122,7 @@ class LoopFigures:
 
 @dataclass(frozen=True)
 class Result:
-    """One case of a scenario after its run.
+    """Result of one case of a scenario.
 
     Parameters
     ----------
@@ -132,16 +132,16 @@ class Result:
     lines : tuple of str
         One per failure: scenario/case, metric, value, limit.
     trace : Trace, optional
-        The signals that the case names: recorded, in loops, in metrics.  All rows, or of a long run those that a
-        picture needs (`simulate` gives all, `chunks` all in turn).  None when a unit refused to go on.
+        The signals that the case names: recorded, in loops, in metrics. All rows, or for a long run those for a plot
+        (`simulate` returns all rows, `chunks` returns them in parts). None if a unit stopped the run.
     seconds : float
         Time of the run.
     notes : tuple of str
-        Remarks that are no failure: discontinuities between two steps.
+        Remarks that are not failures: discontinuities between two steps.
     counted : Sweeps
         Of an iterative coupling.
     loop : LoopFigures, optional
-        Margins of its loop; None where it has none.
+        Margins of its loop; None if it has none.
     """
 
     system: System

@@ -178,8 +178,8 @@ class Excerpt:
 class Picture(Excerpt):
     """The signals that a case names: all rows of a run of at most MOST_ROWS.
 
-    Of a longer one every 2nd, 4th, ... row, and of the rows between them those with the lowest and the highest error of
-    the metric that is drawn.
+    For a longer run every 2nd, 4th, ... row, and between them the rows with the lowest and the highest error of the
+    drawn metric.
     """
 
     def __init__(self, system: System) -> None:

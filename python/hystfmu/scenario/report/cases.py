@@ -11,6 +11,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.printable import escape
 from hystfmu.report.curve import path
+from hystfmu.report.digits import figure_of
 from hystfmu.report.page import figure
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.outcome.baseline import CHANGED
@@ -22,11 +23,15 @@ from hystfmu.scenario.system.system import System
 
 
 def case_plots(system: System, trace: Trace) -> list[Plot]:
-    """Plots of a case in the report: the named loops and signals, those of one unit of measure together."""
+    """Plots of a case in the report: the error first, then loops, then signals, with one unit of measure each."""
     case = system.case
     after = min((m.after for m in case.metrics.values()), default=0.0)
     window = trace.t >= after
     plots = []
+    tracked = drawn(case)
+    if tracked is not None and tracked.against is not None:
+        line = Line(f"{tracked.signal} - {tracked.against}", *error_of(trace, tracked))
+        plots.append(Plot("Tracking error, including between samples", "t in s", "% of the stroke", [line], True))
     if case.loops:
         lines = [Line(f"{b} over {a}", _share(trace[a][window]), _share(trace[b][window])) for a, b in case.loops]
         plots.append(Plot("Loops, each over its range", "input in % of its range", "output in % of its range", lines))
@@ -36,15 +41,11 @@ def case_plots(system: System, trace: Trace) -> list[Plot]:
     for signals in units.values():
         lines = [Line(s, trace.t, trace[s]) for s in signals]
         plots.append(Plot(", ".join(signals), "t in s", value_label(system, signals), lines))
-    tracked = drawn(case)
-    if tracked is not None and tracked.against is not None:
-        line = Line(f"{tracked.signal} - {tracked.against}", *error_of(trace, tracked))
-        plots.append(Plot("Tracking error, including between samples", "t in s", "% of the stroke", [line], True))
     return plots
 
 
 def error_of(trace: Trace, tracked: MetricSpec) -> tuple[Array, Array]:
-    """Return times (s) and error (% of the stroke) of a metric with `against`, where it counts, each of shape (n,)."""
+    """Return times (s) and error (% of the stroke) of a metric with `against`, in its window, each of shape (n,)."""
     against = tracked.against or tracked.signal
     window = trace.t >= tracked.after
     e = (trace[tracked.signal] - trace[against])[window]
@@ -65,11 +66,11 @@ def _share(v: Array) -> Array:
 
 
 TURNS = 3  # of the reference, on each side of the largest error
-TALL, LOW = 220, 150
+LOW, TALL = 130, 250  # curves that cannot be told apart, and under them the main plot, their difference
 
 
 def main_verdict(r: Result) -> Verdict | None:
-    """Return the metric that stands for a case: the one whose error is drawn, else the first; None if it stopped."""
+    """Return the main metric of a case: the one whose error is drawn, or the first; None if the case stopped."""
     if not r.verdicts:
         return None
     tracked = drawn(r.system.case)
@@ -77,7 +78,7 @@ def main_verdict(r: Result) -> Verdict | None:
 
 
 def nearness(r: Result) -> tuple[bool, float]:
-    """Return whether a case failed, and how near it is to its limit: the share of it that its metric takes."""
+    """Return whether a case failed, and the ratio of its metric to its limit."""
     v = main_verdict(r)
     if v is None or not math.isfinite(v.value):
         return True, math.inf
@@ -112,9 +113,9 @@ def _said(name: str, r: Result) -> str:
     if v is None:
         return f'<p><b>{title}</b> <b class="bad">stopped</b></p>'
     unit = " % of the stroke" if v.kind.endswith("_percent") else ""
-    limit = "" if v.limit is None else f", limit {v.limit:.4g}"
+    limit = "" if v.limit is None else f", limit {v.limit:.3g}"
     word = f'<b class="{"ok" if r.passed else "bad"}">{word_of(r)}</b>'
-    return f"<p><b>{title}</b><br/>{escape(v.metric)} {v.value:.3g}{unit}{limit}: {word}</p>"
+    return f"<p><b>{title}</b><br/>{escape(v.metric)} {escape(figure_of(v.value, v.kind))}{unit}{limit}: {word}</p>"
 
 
 def _plots(r: Result) -> list[Plot]:
@@ -128,20 +129,20 @@ def _plots(r: Result) -> list[Plot]:
     lines = [Line("wanted", t, wanted), Line("reached", t, reached)]
     unit = value_label(r.system, [tracked.against, tracked.signal])
     return [
-        Plot("wanted and reached, around the largest error", "t in s", unit, lines, height=TALL),
+        Plot("wanted and reached, around the largest error", "t in s", unit, lines, height=LOW),
         Plot(
             "error, also between samples",
             "t in s",
             "% of the stroke",
             [Line("reached - wanted", t, e)],
             envelope=True,
-            height=LOW,
+            height=TALL,
         ),
     ]
 
 
 def _around(wanted: np.ndarray, at: int) -> slice:
-    """Return the rows between some turns of the reference before and behind a row."""
+    """Return the rows between turns of the reference before and after a row."""
     steps = np.diff(wanted)
     moving = np.flatnonzero(steps)
     turns = moving[1:][np.diff(np.sign(steps[moving])) != 0]
@@ -166,7 +167,10 @@ def place(r: Result) -> str:
 
 
 def matrix(results: Sequence[Result]) -> str:
-    """Return cases against scenarios as HTML, the fullest rows and columns first; the longer side goes downwards."""
+    """Return a table of cases and scenarios as HTML, rows and columns with most entries first.
+
+    The longer side is vertical.
+    """
     scenarios = [name for name, _ in Counter(r.scenario for r in results).most_common()]
     cases = [name for name, _ in Counter(r.case for r in results).most_common()]
     cells = {(r.case, r.scenario): r for r in results}
@@ -198,12 +202,12 @@ def _cell(r: Result | None) -> str:
 def linked(r: Result) -> str:
     """Return curve, metric and verdict of a case as a link to it."""
     v = main_verdict(r)
-    number = "" if v is None else f"{v.value:.3g} "
+    number = "" if v is None else f"{escape(figure_of(v.value, v.kind))} "
     return f'<a class="{"ok" if r.passed else "bad"}" href="#{place(r)}">{_curve(r)}{number}{word_of(r)}</a>'
 
 
 def _curve(r: Result) -> str:
-    """Draw the error; nothing where there is none, or it is not finite."""
+    """Draw the error; nothing if there is none, or if it is not finite."""
     tracked = drawn(r.system.case)
     if r.trace is None or tracked is None or tracked.against is None:
         return ""
@@ -248,10 +252,11 @@ def _row(r: Result, metrics: Sequence[str], loops: bool, curves: bool, shown: bo
 
 
 def _metric(v: Verdict | None, fails: bool) -> str:
-    """Return value and limit; the sign between them is the verdict.  `fails`: a change is a failure."""
+    """Return value and limit, with the verdict as the sign between them. `fails`: a change is a failure."""
     if v is None:
         return "<td></td>"
     good = v.within and not (fails and v.same is False)
-    limit = "" if v.limit is None else f" <small>{'≤' if v.within else '&gt;'} {v.limit:.4g}</small>"
-    changed = f'<small class="was">was {v.baseline:.4g}</small>' if v.same is False else ""
-    return f"<td{'' if good else BAD}>{v.value:.4g}{limit}{changed}</td>"
+    limit = "" if v.limit is None else f" <small>{'≤' if v.within else '&gt;'} {v.limit:.3g}</small>"
+    was = "" if v.baseline is None or v.same is not False else escape(figure_of(v.baseline, v.kind))
+    changed = f'<small class="was">was {was}</small>' if was else ""
+    return f"<td{'' if good else BAD}>{escape(figure_of(v.value, v.kind))}{limit}{changed}</td>"

@@ -37,7 +37,7 @@ class _Margins(pydantic.BaseModel):
     delay_steps: float | None  # none if no delay makes the loop unstable
 
     def values(self) -> dict[str, float]:
-        """Return peak and delay margin as numbers, of an unstable loop the worst there are."""
+        """Return peak and delay margin as numbers; for an unstable loop the worst possible ones."""
         if not self.stable or self.Ms_db is None:
             return {"Ms, dB": math.inf, "delay margin, steps": 0.0}
         return {"Ms, dB": self.Ms_db, "delay margin, steps": math.inf if self.delay_steps is None else self.delay_steps}
@@ -124,7 +124,10 @@ def _values(c: _Case | None, margins: bool) -> dict[str, float]:
 
 
 def _largest_first(found: Sequence[Change]) -> list[Change]:
-    """Sort by the share of the change, verdicts in front by that of their case; what one run lacks counts as most."""
+    """Sort by the relative change, verdicts first by that of their case.
+
+    A metric that only one run has counts as the largest change.
+    """
 
     def share(c: Change) -> float:
         return math.inf if c.relative is None or not math.isfinite(c.relative) else abs(c.relative)

@@ -35,10 +35,10 @@ class Delay:
 def delay_budget(system: System) -> list[Delay]:
     """Every delay in the system, from coupling, order, wiring and rates: held values, delay blocks, the command.
 
-    A connection to a unit that stands earlier in the order carries the value of the last step; with Jacobi coupling
-    every connection does, with iterative coupling none.  For a unit that does not feed that input through (a plant
-    with dynamics) this is the command held since its sample: no delay but the hold.  For one that does, it is one step
-    late.  A straight line through the last two values makes up for both, to first order.
+    A connection to a unit that is earlier in the order carries the value of the last step; with Jacobi coupling every
+    connection does, with iterative coupling none. For a unit without direct feed-through (a plant with dynamics) this
+    value is the command since its sample: there is no delay except the hold. For a unit with direct feed-through it is
+    one step late. A straight line through the last two values compensates both to first order.
     """
     owner, names, ripple = system.owners, system.names, system.case.ripple
     found: list[Delay] = []
@@ -68,7 +68,7 @@ SCHEMES = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "ite
 
 
 def loop_rows(system: System) -> list[Sequence[object]]:
-    """Say in rows what order, step, delays and notes a loop has."""
+    """Return order, step, delays and notes of a loop as rows."""
     case = system.case
     rates = [f"{p.name} every {system.length(p) * 1e3:.6g} ms" for p in system.parts if system.length(p) != case.step]
     rows: list[Sequence[object]] = [
@@ -139,7 +139,7 @@ def _hysteretic(system: System) -> Iterator[Part]:
 
 
 def _plants(system: System) -> list[Part]:
-    """Return the hysteretic units of a system that drive no other one; none of a system with foreign FMUs."""
+    """Return the hysteretic units of a system that drive no other hysteretic unit; none if it has foreign FMUs."""
     if system.foreign:
         return []
     inverses = [_before(system, part) for part in _hysteretic(system)]
@@ -168,7 +168,8 @@ def _link(system: System, part: Part) -> Link | None:
 
 
 def _inverse(system: System, part: Part) -> Graph | None:
-    """Return the graph of the inverse in front of `part`; None without one that the wanted output alone drives."""
+    """Return the graph of the inverse in front of `part`; None if there is none with only the wanted output as
+    input."""
     found = _before(system, part)
     return found.own if found is not None and len(found.inputs) == 1 else None
 

@@ -39,7 +39,7 @@ def machine_form(
 
 
 def _plain(v: Any) -> Any:
-    """Convert to JSON types.  Infinity and NaN, which a diverged run gives, become text."""
+    """Convert to JSON types. Infinity and NaN, from a diverged run, become text."""
     if isinstance(v, dict):
         return {str(k): _plain(x) for k, x in v.items()}
     if isinstance(v, list | tuple):

@@ -23,6 +23,7 @@ from hystfmu.scenario.report.machine import machine_form
 if TYPE_CHECKING:
     from hystfmu.scenario.outcome.result import Result
 
+ALL = "Scenarios against cases, each with its error and verdict"
 OPEN = ' open="open"'
 METHODS = {"newton": "Newton", "relaxation": "Aitken relaxation"}
 MOST_SHOWN, LEAST_DRAWN, PER_CASE = 500_000, 100_000, 550  # characters: of all cases, their diagrams, rows of a case
@@ -90,7 +91,11 @@ def _scenarios(results: Sequence[Result]) -> list[str]:
     for r in results:
         groups.setdefault(r.scenario, []).append(r)
     several = len(groups) > 1
-    parts = [f"<section><h2>All cases</h2>{matrix(results)}</section>"] if several else []
+    parts = (
+        [f"<section><h2>All cases</h2><details><summary>{ALL}</summary>{matrix(results)}</details></section>"]
+        if several
+        else []
+    )
     drawings = _drawings(results)
     worst = sorted((r for r in results if not r.passed), key=nearness, reverse=True)[:MOST_FAILURES]
     unfolded = {place(r) for r in worst}
@@ -98,7 +103,8 @@ def _scenarios(results: Sequence[Result]) -> list[str]:
 
 
 def _drawings(results: Sequence[Result]) -> dict[str, str]:
-    """Return the diagrams of cases by their place: all, or as many as fit, those nearest to their limits first."""
+    """Return the diagrams of cases by their link target: all, or as many as fit, those nearest to their limits
+    first."""
     first = {r.scenario: r for r in sorted(results, key=nearness)}  # the worst of each scenario
     ordered = sorted(results, key=lambda r: (first[r.scenario] is r, nearness(r)), reverse=True)
     found: dict[str, str] = {}
@@ -134,7 +140,7 @@ def _scenario(results: Sequence[Result], drawings: dict[str, str], unfolded: Set
 
 
 def _case(r: Result, drawing: str, usual: Sequence[Sequence[object]], unfolded: Set[str]) -> str:
-    """Return what is to be seen of a case beside its metrics: diagrams, its own delays, sweeps; often nothing."""
+    """Return the content of a case besides its metrics: diagrams, own delays, sweeps; often nothing."""
     s, rows = r.sweeps, loop_rows(r.system)
     counted = f"<p>{s['mean']:.3g} sweeps per step, at most {s['most']} ({METHODS[s['method']]})</p>" if s else ""
     other = table(Table(("loop", "of this case"), [row for row in rows if row not in usual])) if rows != usual else ""

@@ -67,16 +67,16 @@ def every_metric(results: Sequence[Result]) -> str:
 
 
 def decisive(result: Result) -> Verdict | None:
-    """Return the metric that is nearest to its limit or farthest beyond it, without limits the first.
+    """Return the metric that is nearest to its limit or farthest beyond it; without limits the first metric.
 
-    None if a unit refused to go on, so that nothing was measured.
+    None if a unit stopped the run, so that nothing was measured.
     """
     limited = [v for v in result.verdicts if v.limit is not None or not v.within]
     return max(limited, key=_ratio, default=None) or next(iter(result.verdicts), None)
 
 
 def _ratio(v: Verdict) -> float:
-    """Return the share of its limit that a metric takes; infinite for a value that is not finite."""
+    """Return the ratio of a metric to its limit; infinite for a value that is not finite."""
     if not math.isfinite(v.value):
         return math.inf
     if v.limit is None or v.limit == 0:
@@ -109,7 +109,7 @@ def _worst(results: Sequence[Result]) -> list[str]:
 
 
 def _shortened(failures: Sequence[str]) -> list[str]:
-    """Keep every exceeded limit, but only the first change against the baseline: the others follow from it."""
+    """Keep every exceeded limit, but only the first change from the baseline."""
     changed = [line for line in failures if CHANGED in line]
     lines = [line for line in failures if CHANGED not in line] + changed[:1]
     if len(changed) > 1:

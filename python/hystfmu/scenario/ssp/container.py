@@ -1,7 +1,7 @@
-"""A closed loop with foreign FMUs as one FMU: a container that steps FMUs, ours and foreign, in the stated order.
+"""A closed loop with foreign FMUs as one FMU: a container that steps own and foreign FMUs in the stated order.
 
-Our neighbours between foreign FMUs are one FMU each.  The units lie unpacked in `resources/units`; the binary is the
-master loop of `fmu_build/master` around function pointers, and `resources/system.txt` says what is connected to what
+Neighbouring own units between foreign FMUs are joined to one FMU. The units are unpacked in `resources/units`. The
+binary is the master loop of `fmu_build/master` with function pointers, and `resources/system.txt` lists the connections
 (`fmu_build/container/system_file.h`).
 """
 
@@ -107,7 +107,7 @@ def _fmi(part: Part) -> Literal[2, 3]:
 
 
 def _letter(described: Any, fmi: int) -> str | None:
-    """The letter of a type; None if a container has none for it."""
+    """The letter of a type; None if the container does not support the type."""
     if described is None:
         return _REAL
     if described.type == "Enumeration":
@@ -198,7 +198,7 @@ def _own(part: Part, step: float, files: dict[str, bytes]) -> tuple[str, str, st
 
 
 def _told(system: System, part: Part, v: Any, reference: int, values: Sequence[Any]) -> str:
-    """A value that a unit is told once; `v` describes its variable in a foreign FMU."""
+    """A value that is set once; `v` describes its variable in a foreign FMU."""
     letter = _letter(v, _fmi(part))
     if letter is None:
         raise InputError(f"{system.case.where}: {part.name}.{v.name}: a container sets no values of type {v.type}")

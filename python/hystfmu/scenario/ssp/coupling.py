@@ -78,7 +78,10 @@ def differences(case: Case, names: Mapping[str, str], trace: Trace) -> dict[str,
 
 
 def _groups(system: System) -> list[tuple[int, ...]]:
-    """Neighbours between foreign FMUs; smaller groups where those would be an algebraic loop inside one graph."""
+    """Groups of neighbours between foreign FMUs.
+
+    Smaller groups if a group would have an algebraic loop within one graph.
+    """
     found: list[tuple[int, ...]] = []
     for foreign, run in groupby(range(len(system.parts)), lambda k: isinstance(system.parts[k].graph, Foreign)):
         parts = tuple(run)

@@ -1,7 +1,7 @@
 """Elements of an SSP archive: parameter sets (SSV) with their types, and connections that mean the same at both ends.
 
 Readers convert between the units of measure of two connectors (SSP 1.0, section 4.5.2) unless the connection suppresses
-it.  This one makes no conversion, so a connection that needs one is refused.
+it. HystFMU does not convert, so a connection that needs a conversion is refused.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NO_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 
 
 def changes(part: Part, where: str) -> dict[str, SetValue]:
-    """Return the parameters and constant inputs of a unit that its FMU does not start with.
+    """Return the parameters and constant inputs of a unit that differ from the start values of its FMU.
 
     The start values of a foreign FMU are not ours to write; those of our own FMUs are, and nothing is left.  A value
     that no parameter set holds is refused.
@@ -118,14 +118,14 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
 
 
 def _same(root: ET.Element, one: str | None, other: str | None) -> bool:
-    """True if a number means the same in both units; one without a unit or a dimension takes that of the other."""
+    """Return whether a number means the same in both units; a missing unit counts as that of the other end."""
     meanings = [_meaning(root, unit) for unit in (one, other)]
     plain = ((0,) * len(_EXPONENTS), 1.0, 0.0)
     return None in (one, other) or plain in meanings or (meanings[0] is not None and meanings[0] == meanings[1])
 
 
 def _meaning(root: ET.Element, unit: str | None) -> tuple[tuple[int, ...], float, float] | None:
-    """Return exponents of the base units, factor and offset; None of a unit that is not defined."""
+    """Return exponents of the base units, factor and offset; None for an undefined unit."""
     for u in root.iter(f"{{{SSC}}}Unit"):
         base = u.find(f"{{{SSC}}}BaseUnit")
         if u.get("name") == unit and base is not None:

@@ -1,6 +1,6 @@
 """Read a foreign SSP archive: FMUs, connections and parameter sets become a case that the engines run.
 
-SSP 1.0 and 2.0, one flat system of FMUs for Co-Simulation.  What is not understood is refused, never left out.
+SSP 1.0 and 2.0, one flat system of FMUs for Co-Simulation. Unsupported elements are refused, never ignored.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ TOLERANCE = 1e-9  # of the largest value of a signal: other platforms have the s
 
 @dataclass(frozen=True)
 class Ssp:
-    """The case of an archive, and the result that travels with it (`signals` by rows, `t` first), or None."""
+    """The case of an archive, and the reference result in it (`signals` by rows, `t` first), or None."""
 
     case: Case
     signals: tuple[str, ...]
@@ -136,7 +136,7 @@ class _Reader:
         return value
 
     def _whole(self, text: str, what: str) -> float:
-        """Return a whole number as it is written: a float does not hold all of 64 bits."""
+        """Return an integer exactly as written, because a float cannot represent all 64 bits."""
         number = self._number(text, what)
         return int(text) if re.fullmatch(r"\s*[+-]?[0-9]{1,20}\s*", text) else number
 
@@ -164,7 +164,7 @@ class _Reader:
         return units
 
     def _place(self, name: str, source: str) -> str:
-        """Return the place of an FMU in the archive; its `source` is a URI, where a space may be %20."""
+        """Return the path of an FMU in the archive; its `source` is a URI, in which a space may be %20."""
         inside = source if (self._folder / source).is_file() else unquote(source)
         file = self._folder / inside
         if not (file.is_file() and file.resolve().is_relative_to(self._folder.resolve())):

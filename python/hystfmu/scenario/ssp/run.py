@@ -127,8 +127,8 @@ def run_ssp(
 ) -> SspRun:
     """Run an archive, and compare it with the reference in it if there is one for this step and coupling.
 
-    Rows go to the file `out` as they come, and no more of them are kept than the reference has.  `progress` is called
-    with the fraction done.  `settings` override parameters, ``{"component.parameter": value}``.
+    Rows are written to the file `out` during the run, and only as many rows as the reference has are kept. `progress`
+    is called with the fraction done. `settings` override parameters, ``{"component.parameter": value}``.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop, settings or {})
     system, run = _built(path, case), Run(engine, coupling, seconds, confined=confined)

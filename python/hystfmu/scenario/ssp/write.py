@@ -1,8 +1,9 @@
 """A scenario as a System Structure and Parameterization archive (SSP 1.0 and 2.0), which other simulators run.
 
-All components are FMUs, and the start values of ours are the values of the case: several readers take no parameter sets
-(SSV) of components.  Readers step all components at once, from the values of the last step, at one step: so does the
-reference result, `extra/org.hystfmu/reference.csv`.  Step and coupling travel as annotations.
+All components are FMUs. The start values of own FMUs are the values of the case, because several readers do not support
+parameter sets (SSV) of components. Readers step all components in parallel, with the values of the last step and one
+step size. The reference result, `extra/org.hystfmu/reference.csv`, is computed in the same way. Step and coupling are
+stored as annotations.
 """
 
 from __future__ import annotations
@@ -73,13 +74,14 @@ def write_ssp(
     fmi : {2, 3}
         Version of the FMUs of our units.
     separate : bool
-        Make every unit a component.  By default neighbours that can step as one graph are one component, in which the
-        order of the case holds in every reader.
+        Make every unit a component. By default, neighbours that can step as one graph are one component, which keeps
+        the order of the case in every reader.
 
     Raises
     ------
     InputError
-        A coupling that no reader implements, a case that does not run with theirs, or a file that cannot be written.
+        A coupling that no reader implements, a case that does not run with the coupling of the readers, or a file that
+        cannot be written.
     Stopped
         The case itself does not run.
     """
@@ -114,8 +116,8 @@ def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
     Raises
     ------
     InputError
-        Of a graph: units of different rates, an algebraic loop, a case that does not reach its end.  Of a container: a
-        version other than FMI 2.0, a unit or a coupling that it does not step.  A file that cannot be written.
+        Of a graph: units of different rates, an algebraic loop, a case that does not reach its end. Of a container: a
+        version other than FMI 2.0, or an unsupported unit or coupling. A file that cannot be written.
     """
     from hystfmu.fmu.write.export import export_fmu
 
@@ -157,9 +159,9 @@ def _handed(system: System, trace: Trace) -> dict[tuple[str, str], float]:
 
 
 def _with_starts(part: Part, handed: dict[tuple[str, str], float], h: float) -> Graph:
-    """The graph whose inputs start with the constants of the scenario, or with what its sources hand to it.
+    """The graph whose inputs start with the constants of the scenario, or with the initial values of its sources.
 
-    An importer sets only what is connected, and fmpy and ecos set that only after the initialisation.
+    An importer sets only connected inputs, and fmpy and ecos set them only after the initialisation.
     """
     g = part.own
     inputs = []

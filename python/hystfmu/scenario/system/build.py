@@ -81,7 +81,7 @@ def build(case: Case) -> System:
 
 
 def _kept(start: float, where: str) -> float:
-    """The start value of an input of a foreign FMU that nothing is connected to, as a number that a run carries."""
+    """Return the start value of an unconnected input of a foreign FMU as a number."""
     if not math.isfinite(start) or float(start) != start:
         raise InputError(f"{where}: its start value {start} cannot be carried: connect it or give it a constant value")
     return float(start)

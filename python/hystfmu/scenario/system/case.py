@@ -1,6 +1,6 @@
-"""The cases of a scenario: the overrides of every `[[case]]` on top of the scenario, checked as far as files say it.
+"""The cases of a scenario: the overrides of every `[[case]]` on top of the scenario, checked without models.
 
-The rest of the program sees plain, complete cases.
+The rest of the program only uses complete cases.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Scenario:
     overrides : mapping of str to value
         ``{"unit.parameter": value}`` on top of everything else, in the cases that have such a parameter.
     coupling : str, optional
-        Scheme that all cases take instead of their own.
+        Scheme for all cases instead of their own.
 
     Raises
     ------
@@ -125,7 +125,7 @@ class Scenario:
         overrides: dict[str, Any] | None = None,
         coupling: Scheme | None = None,
     ) -> Scenario:
-        """The cases of a scenario that is no file, or one with changes.
+        """The cases of a scenario without a file, or with changes.
 
         `attached` has what a path of a unit stands for, where that is no file of the `folder`, which also holds the
         baseline.  Errors begin with the origin.

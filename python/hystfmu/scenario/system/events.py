@@ -1,9 +1,9 @@
 """Events of references and disturbances: discontinuities, kinks and reversals, known before the run.
 
-Events between two communication points are located, and a step ends on each (`events = "located"`).  A unit whose steps
-cannot be cut holds until its own grid point; a source of this kind takes its own event there, and `missed` reports it.
-A discontinuity needs two cuts, the first right before it: otherwise a unit that reads values at the end of its step
-would see it from the beginning of that step.
+Events between two communication points are located, and a step ends on each (`events = "located"`). A unit whose steps
+cannot be divided holds until its own grid point; a source of this kind applies its event there, and `missed` reports
+this. A discontinuity needs two step ends, the first one right before it: otherwise a unit that reads values at the end
+of its step would see the discontinuity from the beginning of this step.
 """
 
 from __future__ import annotations
@@ -49,7 +49,8 @@ def in_file(part: Part, node: Node, name: str) -> Array:
 
 
 def missed(system: System) -> list[str]:
-    """Return a line for every source with a discontinuity between the steps of its unit, and when that takes effect."""
+    """Return a line for every source with a discontinuity between the steps of its unit, with the time of its
+    effect."""
     lines = []
     for event in _events(system, in_file):
         part = event.part
@@ -109,7 +110,7 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
 
 
 def _joined(spans: list[tuple[float, float, float]]) -> Iterator[tuple[float, float, float]]:
-    """Yield (begin, end, near) of the events; those nearer than the core can tell apart are joined."""
+    """Yield (begin, end, near) of the events; events closer than the resolution of the core are joined."""
     joined: tuple[float, float, float] | None = None
     for begin, end, near in spans:
         if joined is not None and begin - joined[1] <= near:
@@ -161,7 +162,8 @@ def _reference(system: System, part: Part, node: Node, values: Values) -> Iterat
 
 
 def _pieces(system: System, part: Part, node: Node, values: Values, begin: float, end: float) -> tuple[str, Array, str]:
-    """Return the parameter that times the pieces, where they meet, and the lowest derivative discontinuous there."""
+    """Return the parameter with the times of the pieces, their limits, and the lowest derivative that is discontinuous
+    there."""
     (shape,) = (v for v in node.block.vars if v.name == "shape")
     kind = shape.choices[int(values(part, node, "shape")[0])]
     f = float(values(part, node, "frequency")[0])

@@ -2,11 +2,10 @@
 
 Tables merge key by key; numbers, texts and lists replace.  Three rules keep the result readable:
 
-- A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole.
-- Of several files in a list, a later one is on top of those before it.
-- A case states what differs from the case of the same name below.  A file that lists cases runs these, in its order;
-  one that lists none runs those of the file that it extends.  A name with ``*`` or ``?`` stands for all of these that
-  match and that the file does not name elsewhere.
+- A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole. - Of
+several files in a list, a later one has priority. - A case states the differences from the case of the same name in the
+extended file. If a file lists cases, these run in this order; otherwise the cases of the extended file run. A name with
+``*`` or ``?`` stands for all matching cases of the extended file that the file does not name elsewhere.
 
 A condition is a corner, a signal or a delay that several cases take, in the order of their lists: later ones and then
 the case itself come on top.  Its text, unless it states one, is that of its conditions.
@@ -159,7 +158,7 @@ def _rebased(table: Table, home: Path, folder: Path) -> Table:
 
 
 def _origin(layers: Sequence[tuple[Path, Table]], merged: Table, key: Sequence[str | int]) -> Path:
-    """The file that states a key of the merged table; the first one for a key that none states."""
+    """The file that states a key of the merged table; the first file if none states it."""
 
     def known(table: Any) -> int:
         """Number of parts of the key that a file states."""
@@ -176,7 +175,7 @@ def _origin(layers: Sequence[tuple[Path, Table]], merged: Table, key: Sequence[s
 
 
 def _are_same(own: Any, case: Any) -> bool:
-    """Return whether a case of a file has become this one of the merged table."""
+    """Return whether a case of a file is part of this case of the merged table."""
     return own is case or (_is_named(own) and _is_named(case) and own["name"] == case["name"])
 
 
@@ -207,7 +206,7 @@ def _complete(case: CaseSpec, spec: ScenarioSpec, file: Path) -> CaseSpec:
 
 
 def _without_conditions(spec: Spec) -> Spec:
-    """Return a copy that has never stated conditions, so that a saved file has none either."""
+    """Return a copy without conditions, so that a saved file has none."""
     made = spec.model_copy(update={"conditions": type(spec.conditions)()})
     made.model_fields_set.discard("conditions")
     return made

@@ -1,6 +1,6 @@
 """Folders of scenarios: those that come with the package, and paths inside the folder of all scenarios.
 
-Scenarios may stand in groups: a folder with scenarios, itself among scenarios, belongs to the folder of all.
+Scenarios may be grouped: a folder of scenarios within the folder of all scenarios.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def inside(folder: Path, relative: str, where: str, scenario: Path | None = None
 
 
 def _root(scenario: Path) -> Path:
-    """The folder of all scenarios: the parent of a scenario, or the one above where that is a group among scenarios."""
+    """Return the folder of all scenarios: the parent of a scenario, or of its group."""
     group = scenario.parent
     if (group / FILE).exists():
         return group
@@ -70,7 +70,7 @@ def shipped_names() -> list[str]:
 
 
 def here_or_shipped(path: str) -> Path:
-    """Return a path as it is, or the shipped one where nothing of that name, `scenarios/...`, lies in this folder."""
+    """Return a path unchanged, or the shipped one if `scenarios/...` does not exist in the current folder."""
     first, *inside = Path(path).parts or (".",)
     if first != "scenarios" or Path(path).exists():
         return Path(path)

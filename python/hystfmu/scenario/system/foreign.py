@@ -1,7 +1,7 @@
-"""A foreign FMU as a unit of a scenario: what the master reads from its modelDescription.xml.
+"""A foreign FMU as a unit of a scenario: the data of its modelDescription.xml that the master uses.
 
-Its inputs and outputs that are numbers or booleans are its ports; inputs that nothing is connected to keep their start
-values.  `hystfmu run` executes it in a child process.
+Its ports are the inputs and outputs that are numbers or booleans; unconnected inputs keep their start values. `hystfmu
+run` executes it in a child process.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Foreign:
 
     @property
     def direct(self) -> bool:
-        """True if arrays of the master are set and read in the FMU as they stand."""
+        """True if arrays of the master can be set and read in the FMU without conversion."""
         kinds = {p.variable.type for p in self.ports}
         return self.description.coSimulation is not None and self.fmi > 1 and kinds <= _DIRECT
 
@@ -98,7 +98,7 @@ class Foreign:
 
     @property
     def any_step(self) -> bool:
-        """True if it declares communication steps of any length; an integrator makes them."""
+        """True if it declares variable communication steps; always true with an integrator."""
         simulation = self.description.coSimulation
         if simulation is None:
             return True
@@ -188,7 +188,7 @@ def _port(path: Path, v: Any, sizes: Mapping[str, Any]) -> ForeignPort:
 
 
 def _value(v: Any, value: Any, now: Any) -> float | bool | str | list[float]:
-    """Return the value of a parameter as its type; that of an array row by row."""
+    """Return the value of a parameter in its type, for an array row by row."""
     if v.type == "String" and not v.dimensions:
         text = str(value)
         if "\0" in text:

@@ -9,8 +9,8 @@ from hystfmu.scenario.system.system import Part, System
 
 
 def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Graph, list[tuple[int, int]]]:
-    """Some units of one period as one graph, in their order; `own`: what a unit reads of itself stays outside, as what
-    a coupling hands it.
+    """Some units with the same period as one graph, in their order; `own`: values that a unit reads from itself remain
+    inputs from outside, as in a coupling.
 
     Blocks are called `unit_block`, outputs `unit_output`, inputs `unit_input`.  Return also which inputs of which units
     became inputs of the graph, in its order: those with a source outside, and constants (whose value is the start
@@ -45,7 +45,7 @@ def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Gra
 
 
 def _text(part: Part, i: int, port: Port) -> str:
-    """Describe an output by its own text; that of the block which it leaves says nothing of the unit."""
+    """Describe an output by its own text; the text of its block does not describe the unit."""
     own = next(o.text for o in part.own.outputs if o.name == port.name)
     return own or f"{part.outputs[i]} of {part.name}" + (f", in {port.unit}" if port.unit else "")
 
@@ -53,9 +53,9 @@ def _text(part: Part, i: int, port: Port) -> str:
 def segments(system: System, cut: bool) -> list[tuple[int, ...]]:
     """Neighbours in the order that have the same period: each can be one graph without changing any value.
 
-    With `cut` steps, those that take any step and those that do not come into different ones.
-    A unit that feeds a value of the last step through (it stands before the unit that makes it) would be an algebraic
-    loop inside one graph: it and its source come into different ones.
+    If steps are divided (`cut`), units that accept any step and units that do not are in different groups. A unit with
+    direct feed-through of a value of the last step (it precedes its source) would be an algebraic loop within one
+    graph: it and its source are in different groups.
     """
     owner = system.owners
     early = [(n.to, owner[n.source], n.input) for n in system.links if owner[n.source] >= n.to]

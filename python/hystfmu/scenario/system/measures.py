@@ -1,7 +1,7 @@
 """Units of measure for reports: from C tables, models and FMUs, propagated along the connections.
 
-Signals that are connected, that a metric subtracts from one another, or that a block passes on unscaled are the same
-quantity.  A unit of measure that one of them states holds for all.
+Signals that are connected, that a metric subtracts, or that a block passes without scaling have the same unit of
+measure. If one of them states it, it applies to all.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ PASSED_ON = ("delay", "quantiser", "sum")  # blocks whose output is their input,
 def unit_of(system: System, end: str) -> str:
     """Unit of measure of `unit.output`, `unit.input` or `unit.parameter`.
 
-    Empty where none is stated ("1" in a table: as in the data), or where signals of one quantity state different ones.
+    Empty if none is stated ("1" in a table: as in the data), or if such signals state different ones.
     """
     own = _stated(system, end)
     if own:
@@ -40,7 +40,7 @@ def _stated(system: System, end: str) -> str:
 
 
 def _same_quantity(system: System, end: str) -> set[str]:
-    """Return the signals that are the same quantity as `end`, which is one of them."""
+    """Return the signals with the same unit of measure as `end`, including `end`."""
     beside: dict[str, list[str]] = {}
     for a, b in _pairs(system):
         beside.setdefault(a, []).append(b)

@@ -20,7 +20,7 @@ SOURCES = {"model", "block", "graph", "inverse_of", "fmu"}  # keys that say what
 
 
 class UnitSpec(pydantic.BaseModel):
-    """One unit: what it is (exactly one of `model`, `block`, `graph`, `inverse_of`, `fmu`), how it runs, how often."""
+    """One unit: its content (exactly one of `model`, `block`, `graph`, `inverse_of`, `fmu`), and how it runs."""
 
     model_config = STRICT
     model: str | None = Field(None, description="path of a *.model.toml, relative to the scenario's folder")
@@ -124,7 +124,7 @@ class TubeSpec(pydantic.BaseModel):
 
 
 class MarginsSpec(pydantic.BaseModel):
-    """Limits of the linearised loop, beside the limits of what a run reaches."""
+    """Limits of the linearised loop, in addition to the limits of metrics."""
 
     model_config = STRICT
     case: Name | None = Field(

@@ -1,9 +1,8 @@
 """A case made ready to run: a graph per unit, connections as indices, the grid of times.
 
-The grid is the fine step h/ripple.  A unit has a period in fine steps: 1 (fine), ripple (the normal one), or
-ripple * every (slow).  At fine step n every unit whose period divides n runs over its period that ends there, in the
-stated order, with the newest values of its sources (Gauss-Seidel).  Engines differ in
-what executes a unit, not in this.
+The grid is the fine step h/ripple. A unit has a period in fine steps: 1 (fine), ripple (the normal one), or ripple *
+every (slow). At fine step n, every unit whose period divides n runs over its period that ends there, in the stated
+order, with the newest values of its sources (Gauss-Seidel). This is the same in all engines.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ class Part:
 
     @property
     def own(self) -> Graph:
-        """The graph of a unit that is no foreign FMU.
+        """The graph of a unit that is not a foreign FMU.
 
         Raises
         ------
@@ -63,7 +62,7 @@ class Part:
 
     @property
     def any_step(self) -> bool:
-        """True if its steps may be cut: it runs at the finest rate and has no sampled block."""
+        """True if its steps can be divided: it runs at the finest rate and has no sampled block."""
         if isinstance(self.graph, Foreign):
             return self.period == 1 and self.graph.any_step
         return self.period == 1 and not is_sampled(self.graph)
@@ -129,7 +128,7 @@ class System:
         return times[first - begin * ripple :][: end - first]
 
     def rows(self, t: Array) -> Rows:
-        """For every time in [0, stop] the first fine step that is not before it, shape (n,)."""
+        """Return for every time in [0, stop] the first fine step at or after it, shape (n,)."""
         n = np.clip(np.ceil(t / self.h).astype(np.int64), 0, self.n_steps)
         n = np.where((n > 0) & (self.at(n - 1) >= t), n - 1, n)  # the quotient is rounded
         return np.where((n < self.n_steps) & (self.at(n) < t), n + 1, n)
@@ -153,7 +152,8 @@ class System:
         return self.columns[end]
 
     def fresh(self, link: Link) -> bool:
-        """True if the reader sees the value at the end of its step: its source goes first, or sweeps agree on it."""
+        """Return whether the reader sees the value at the end of its step, because its source precedes it or the
+        coupling is iterative."""
         scheme = self.case.coupling.scheme
         return scheme == "iterative" or (scheme != "jacobi" and link.source < self.parts[link.to].first)
 
@@ -172,17 +172,17 @@ class System:
         return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
 
     def early(self) -> Array:
-        """Places of the values that a unit reads before the unit that makes them has stepped (in the stated order)."""
+        """Indices of the values that a unit reads before their source has stepped (in the stated order)."""
         owner = self.owners
         return np.array(sorted({n.source for n in self.links if owner[n.source] >= n.to}), dtype=np.int64)
 
     def makers(self) -> Array:
-        """The unit that makes each of them."""
+        """The source of each of them."""
         owner = self.owners
         return np.array([owner[j] for j in self.early().tolist()], dtype=np.int64)
 
     def loops(self) -> frozenset[int]:
-        """Units through which a value that is read early leads to one that is read early."""
+        """Units in the loops of iterative coupling: paths from one value that is read early to another."""
         owner, early = self.owners, set(self.early().tolist())
         after = {n.to for n in self.links if n.source in early}
         before = {owner[j] for j in early}
@@ -225,7 +225,7 @@ class System:
 
 
 def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """The outputs that a case is about, by the key that names them."""
+    """Outputs that a case names, by key."""
     yield "record", case.record
     for pair in case.loops:
         yield "loops", pair

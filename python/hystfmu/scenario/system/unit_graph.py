@@ -81,13 +81,13 @@ def with_files(case: Case) -> Case:
 
 
 def _foreign(case: Case, relative: str, where: str) -> Foreign:
-    """The FMU that a path of the case stands for."""
+    """The FMU of a path of the case."""
     attached = case.attached.get(relative)
     return attached if isinstance(attached, Foreign) else Foreign.load(_path(case, relative, where))
 
 
 def _model(case: Case, relative: str, where: str) -> Model:
-    """The model that a path of the case stands for."""
+    """The model of a path of the case."""
     attached = case.attached.get(relative)
     if isinstance(attached, Model):
         return attached
@@ -97,12 +97,12 @@ def _model(case: Case, relative: str, where: str) -> Model:
 
 @lru_cache(maxsize=16)
 def _parsed(path: Path, content: bytes) -> Model:
-    """The model in a file, read once for all cases as long as its content stays."""
+    """The model in a file, read once for all cases as long as the file does not change."""
     return Model.load(path)
 
 
 def _path(case: Case, relative: str, where: str) -> Path:
-    """The file that a path of the case stands for."""
+    """The file of a path of the case."""
     attached = case.attached.get(relative)
     if isinstance(attached, Path):
         return attached
@@ -145,7 +145,7 @@ def parameter_names(graph: Graph | Foreign) -> set[str]:
 
 
 def with_values(graph: Graph | Foreign, values: dict[str, Any]) -> Graph | Foreign:
-    """The unit with some parameters changed, by the names that an importer would use (`w`, `w_2`, `net_W1`)."""
+    """Return the unit with some parameters changed, by their names in an FMU (`w`, `w_2`, `net_W1`)."""
     if isinstance(graph, Foreign):
         return graph.with_settings(values)
     for name, value in values.items():
@@ -156,7 +156,7 @@ def with_values(graph: Graph | Foreign, values: dict[str, Any]) -> Graph | Forei
 
 
 def changed(graph: Graph, name: str, value: object) -> tuple[Port, int, list[float]]:
-    """A parameter after a change that a scenario's `set` could ask for.
+    """A parameter after a change by `set` of a scenario.
 
     Return its port, the first element that changes, and the new value of that and those after it.
     """

@@ -1,4 +1,4 @@
-"""A linear recursion over many columns at once in the C core, for the filters of fits."""
+"""A linear recursion over many columns at once in the C core, for the filters of fits; a transfer function as one."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
 from hystfmu.core.library import library
+from hystfmu.graph.node import Node
 
 
 class _Raw(C.Structure):
@@ -88,3 +90,30 @@ def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursi
         d.
     """
     return Recursion(np.diag(1 - shares), np.zeros(len(shares)), shares, weights, np.ones(len(shares)), direct)
+
+
+def discretised(node: Node, h: float) -> Recursion:
+    """Return a transfer function stepped by h (s) from its steady state.
+
+    Raises
+    ------
+    InputError
+        The block refuses its parameters for this step, or has no steady state.
+    """
+    block, sizes = node.block, node.sizes
+    held = block.of("param", "fixed", "derived")
+    ends = np.cumsum([sizes[v.name] for v in held])
+    p: Array = np.zeros(ends[-1] + 1)
+    places = {v.name: p[end - sizes[v.name] : end] for v, end in zip(held, ends, strict=True)}
+    for v in block.parameters:
+        places[v.name][:] = node.value(v.name)
+    wrong = block.raw.prepare(block.raw_dims(node.dims), p.ctypes.data_as(C.POINTER(C.c_double)), h)
+    if wrong:
+        raise InputError(f"{node.name}: {wrong.decode()}")
+    n, last = len(places["c"]), places["alpha"][0]
+    if last == 0:
+        raise InputError(f"{node.name}: The last coefficient of a must not be 0. Got an integrator.")
+    steady: Array = np.zeros(n)
+    steady[0] = 1 / last
+    A = places["A"].reshape(n, n)
+    return Recursion(A, places["B0"], places["B1"], places["c"], steady, float(places["d"][0]))

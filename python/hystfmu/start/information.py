@@ -1,0 +1,48 @@
+"""What a new input tells of the parameters of a model, beside the record that it was fitted to.
+
+The output is moved by every element of its parameters in turn.  With J the derivatives by relative changes, on the
+record and on the new input, and sigma the error of the fit, the information is log det(I + J'J / sigma^2): each
+direction of the parameters counts by the factor by which its uncertainty falls, from one of 100 % (D-optimal design;
+Pukelsheim, Optimal Design of Experiments, 1993).  Directions that the record has determined gain little.  A model of
+many parameters counts by its states: the share of them without a near one in the record.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.identify.estimate.runs import Runs
+from hystfmu.identify.excitation.not_shown import new_states
+from hystfmu.model import Model
+
+MOST = 80  # elements of parameters whose derivatives are taken
+MOST_ROWS = 2000  # of each run that count: more are thinned evenly
+LEAST_NOISE = 1e-4  # of the span: a fit without noise
+
+
+def information(model: Model, data: Dataset, u: Array, h: float) -> float:
+    """Return what an input u (m,) with the step h (s) tells of a model, beside the data that it was fitted to."""
+    values = {
+        f"{model.graph.nodes[p.node].name}.{p.var.name}": np.asarray(p.start, dtype=np.float64)
+        for p in model.graph.ports
+        if p.is_parameter and p.var.type == "real"
+    }
+    changes = [
+        {name: np.where(np.arange(len(v)) == k, v, 0.0)}
+        for name, v in values.items()
+        for k in np.flatnonzero((v != 0) & (np.abs(v) < 1e300))
+    ]
+    if not 0 < len(changes) <= MOST or len(model.graph.inputs) > 1:
+        return new_states(data, u)
+    runs, sigma = Runs(model.graph), max(float(model.fit.get("rms", 0.0)), LEAST_NOISE * data.span)
+
+    def told(v: Array, step: float) -> Array:
+        rows = np.arange(len(v))[:: -(-len(v) // MOST_ROWS)]
+        j = runs.sensitivities(v.reshape(-1, 1), step, changes, rows)[1]
+        return np.asarray(j.T @ j * (len(v) / len(rows)) / sigma**2)
+
+    known = np.eye(len(changes)) + sum(told(data.u[rows], data.h) for rows in data.records)
+    gain = np.linalg.slogdet(known + told(u, h))[1] - np.linalg.slogdet(known)[1]
+    return float(gain) if np.isfinite(gain) else new_states(data, u)

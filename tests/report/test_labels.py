@@ -1,0 +1,142 @@
+"""Labels lie apart and inside their pictures: canvases of the explorer and pictures of the docs; on paper, too.
+
+`accessibility.js` measures the same on every kind of page.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from opened_page import opened
+
+from hystfmu.report.plot import Line, Plot
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+DOCS = Path(__file__).parents[2] / "python" / "docs"
+CHECKS = Path(__file__).with_name("accessibility.js").read_text()
+WIDTHS = (1280, 400)
+WRITTEN = """() => {  // boxes of the texts of every canvas, as they are drawn
+  window.written = [];
+  const paint = CanvasRenderingContext2D.prototype.fillText;
+  CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+    const m = this.measureText(text);
+    const box = [x - m.actualBoundingBoxLeft, y - m.actualBoundingBoxAscent, x + m.actualBoundingBoxRight,
+      y + m.actualBoundingBoxDescent];
+    if (text) written.push([this.canvas.className, text, box, [this.canvas.clientWidth, this.canvas.clientHeight]]);
+    paint.call(this, text, x, y);
+  };
+}"""
+PIXELS = "() => [...document.querySelectorAll('canvas')].map(c => c.toDataURL())"
+
+
+SIZES = """[...document.querySelectorAll('text')].map(e => {
+  const m = e.getScreenCTM();
+  return Math.hypot(m.a, m.b) * parseFloat(getComputedStyle(e).fontSize);
+})"""
+LEAST = {1280: 9, 400: 8}  # px, of letters in pictures of the docs
+
+
+def collisions(written: list[Any]) -> list[str]:
+    """What lies on another text of the same canvas, or reaches out of it."""
+    found = []
+    for name, text, (left, top, right, bottom), (wide, high) in written:
+        if min(left, top) < 0 or right > wide or bottom > high:
+            found.append(f"{name}: {text} leaves the canvas")
+    for (a, first, p, _), (b, second, q, _) in combinations(written, 2):
+        if a == b and min(p[2], q[2]) > max(p[0], q[0]) and min(p[3], q[3]) > max(p[1], q[1]):
+            found.append(f"{a}: {first} lies on {second}")
+    return found
+
+
+def drawn_at(p: Page, width: int) -> list[Any]:
+    """The texts of the last drawing of every canvas in a window of this width."""
+    p.set_viewport_size({"width": width, "height": 900})
+    p.wait_for_timeout(100)
+    p.evaluate("written.length = 0")
+    p.get_by_role("button", name="Restart").click()
+    p.wait_for_timeout(100)
+    written: list[Any] = p.evaluate("written")
+    return list({str(w): w for w in written}.values())
+
+
+@pytest.mark.parametrize("kind", ["demonstration", "run", "fmu"])
+def test_labels_of_the_explorer_lie_apart(browser: Browser, made: Callable[[str], Path], kind: str) -> None:
+    with opened(browser, made(kind)) as p:
+        p.evaluate(WRITTEN)
+        found = {width: drawn_at(p, width) for width in WIDTHS}
+    assert min(map(len, found.values())) > 20
+    assert {width: collisions(w) for width, w in found.items()} == {width: [] for width in WIDTHS}
+
+
+def test_collisions_are_found() -> None:
+    page = [["loop", "a", [0, 0, 10, 10], [50, 50]], ["loop", "b", [5, 5, 15, 15], [50, 50]]]
+    assert collisions(page) == ["loop: a lies on b"]
+    assert collisions([["loop", "a", [45, 0, 55, 10], [50, 50]]]) == ["loop: a leaves the canvas"]
+
+
+def test_labels_of_a_log_axis_are_decades(browser: Browser, tmp_path: Path) -> None:
+    from hystfmu.report.page import figure, page
+
+    plots = [
+        Plot("many", "f (Hz)", "dB", [Line("g", [1e-3, 2e4], [0.0, 1.0])], log_x=True),  # type: ignore[list-item]
+        Plot("few", "f (Hz)", "dB", [Line("g", [3.0, 80.0], [0.0, 1.0])], log_x=True),  # type: ignore[list-item]
+        Plot("long", "u", "y", [Line("g", [100000.0005, 100000.0035], [0.0, 1.0])]),  # type: ignore[list-item]
+    ]
+    file = tmp_path / "page.html"
+    file.write_text(page("axes", ["<h1>axes</h1>", *map(figure, plots)]))
+    with opened(browser, file) as p:
+        for width in WIDTHS:
+            p.set_viewport_size({"width": width, "height": 900})
+            assert [w for w in p.evaluate(CHECKS) if "lies on" in w or "outside" in w] == []
+        first = [p.locator("svg").nth(k).locator(".axes text[text-anchor=middle]").all_text_contents() for k in (0, 1)]
+        assert first == [["0.001", "0.01", "0.1", "1", "10", "100", "1000", "10000"], ["5", "10", "20", "50"]]
+        p.locator("svg").nth(1).focus()
+        for key in "++0":
+            p.keyboard.press(key)
+        again = p.locator("svg").nth(1).locator(".axes text[text-anchor=middle]").all_text_contents()
+        assert again == first[1]  # the page draws what Python drew
+        p.locator("svg").nth(1).hover()
+        assert "f (Hz) " in (p.locator("figcaption").nth(1).text_content() or "")
+
+
+def test_paper_has_light_colours(browser: Browser, made: Callable[[str], Path]) -> None:
+    seen = []
+    for scheme in ("light", "dark"):
+        with opened(browser, made("fmu"), color_scheme=scheme) as p:
+            p.wait_for_timeout(200)
+            screen = p.evaluate(PIXELS)
+            p.emulate_media(media="print")
+            p.wait_for_timeout(100)
+            seen.append(p.evaluate(PIXELS))
+            assert (screen == seen[-1]) == (scheme == "light")
+    assert seen[0] == seen[1]
+
+
+def test_labels_of_the_pictures_of_the_docs_lie_apart(browser: Browser, tmp_path: Path) -> None:
+    import sys
+
+    sys.path.insert(0, str(DOCS))
+    from pictures import PICTURES
+
+    files = [DOCS / "first_screen.svg"]
+    for name, (_, _, draw) in PICTURES.items():
+        for k, svg in enumerate(draw()):
+            files.append(tmp_path / f"{name}_{k}.svg")
+            files[-1].write_text(svg)
+    found = {}
+    page = browser.new_page()
+    for file in files:
+        page.set_content(f"<!doctype html><body>{file.read_text()}")
+        for width in WIDTHS:
+            page.set_viewport_size({"width": width, "height": 900})
+            wrong = [w for w in page.evaluate(CHECKS) if "lies on" in w or "outside" in w]
+            least = min(page.evaluate(SIZES))
+            found[f"{file.name} at {width}"] = wrong + [f"letters of {least:.1f} px"] * (least < LEAST[width])
+    page.close()
+    assert found == {name: [] for name in found}
