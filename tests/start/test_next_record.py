@@ -43,7 +43,7 @@ def test_a_device_that_began_with_one_sine_is_known_five_times_better() -> None:
         return float(np.sqrt(np.mean(np.concatenate([model.predict(v, H) - device(v) for v in held_out]) ** 2)))
 
     first = hy.fit(data, "krasnoselskii_pokrovskii", levels=12)
-    u, h = excitation(data, reference_frequency(data), 20.0, first)
+    u, h = excitation(data, reference_frequency(data), 200.0, first)
     both = hy.Dataset.joined([data, hy.Dataset.from_signal(u, device(u), h)])
     second = hy.fit(both, "krasnoselskii_pokrovskii", levels=12)
     assert error(second) < error(first) / 5, f"seed {seed}: {error(first):.3g}, then {error(second):.3g}"
