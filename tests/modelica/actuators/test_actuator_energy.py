@@ -106,12 +106,15 @@ def test_every_model_in_the_slot_keeps_the_balance(slot: str) -> None:
     assert np.ptp(v["stack.flange_b.s"]) > 1e-6
 
 
+# its SineVoltage calls Modelica.Math.sin, an external "builtin" that rumoca 0.10.2 does not run
 STANDARD = """
-  Modelica.Electrical.Analog.Sources.SineVoltage source(V = 50, f = 200, offset = 10);
+  Modelica.Electrical.Analog.Sources.SignalVoltage source;
+  HystFMU.Sources.Sine voltage(amplitude = 50, offset = 10, frequency = 200);
   Modelica.Mechanics.Translational.Sources.Force push;
   HystFMU.Sources.DecayingSine force(amplitude = 300, frequency = 200, phase = 1, decay = 0);
 """
 WIRED = """
+  connect(voltage.r, source.v);
   connect(source.n, ground.p);
   connect(source.p, line.p);
   connect(force.r, push.f);
