@@ -89,7 +89,7 @@ def interval_text(found: Interval | None, which: str, unit: str) -> str:
         return "No interval for new rows: it needs 80 rows that are no training rows (--train A:B)."
     of = f" {unit}" if unit else ""
     return (
-        f"The error of a row of another record of this kind of signal is within +-{found.half_width:.4g}{of} with a "
+        f"The error of a row of another record of this kind of signal is within +-{found.half_width:.3g}{of} with a "
         f"probability of 95 % (conformal over {found.blocks} blocks of the errors {which}; other signals or amplitudes "
         f"may err more). Measured with each block left out: {found.coverage:.1f} % of {found.rows} rows are inside, "
         f"{found.lowest:.0f} % in the worst block."

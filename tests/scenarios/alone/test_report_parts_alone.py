@@ -136,7 +136,7 @@ def test_value_and_limit_of_a_metric() -> None:
         return matrix._metric(v, fails)
 
     assert cell(None) == "<td></td>"
-    assert cell(verdict(0.51234, limit=None)) == "<td>0.5123</td>"
+    assert cell(verdict(0.51234, limit=None)) == "<td>0.512</td>"
     assert cell(verdict(0.5)) == "<td>0.5 <small>≤ 1</small></td>"
     assert cell(verdict(2.0)) == '<td class="bad">2 <small>&gt; 1</small></td>'
     assert (
@@ -245,7 +245,8 @@ def test_several_scenarios_have_a_matrix(monkeypatch: pytest.MonkeyPatch) -> Non
     )
     p, q = result(verdict(0.5), scenario="p"), result(verdict(0.5), scenario="q")
     assert page._scenarios([p, p]) == ["p 2 [] True"]
-    assert page._scenarios([p, q, p]) == ["<section><h2>All cases</h2>matrix</section>", "p 2 [] False", "q 1 [] False"]
+    all_cases = f"<section><h2>All cases</h2><details><summary>{page.ALL}</summary>matrix</details></section>"
+    assert page._scenarios([p, q, p]) == [all_cases, "p 2 [] False", "q 1 [] False"]
     bad = [result(verdict(float(k)), case=f"c{k}", lines=("over",)) for k in (2, 5, 3, 4)]
     assert page._scenarios([p, *bad])[1:] == [
         "p 1 ['s/c3', 's/c4', 's/c5'] False",
