@@ -88,7 +88,16 @@ def test_the_page_of_the_whole_demo_is_small(
 @pytest.mark.stress
 def test_the_pages_of_the_site_are_accessible(browser: Browser, site: Path) -> None:
     found = {}
-    for name in ("index", "explorer", "explorer_alone", "gallery", "papers", "tutorial/piezo", "reference/blocks"):
+    for name in (
+        "index",
+        "install",
+        "explorer",
+        "explorer_alone",
+        "gallery",
+        "papers",
+        "tutorial/piezo",
+        "reference/blocks",
+    ):
         page = browser.new_page(viewport={"width": 1100, "height": 900})
         asked: list[str] = []
         page.on("request", lambda r, asked=asked: asked.append(r.url))
@@ -104,6 +113,30 @@ def test_the_pages_of_the_site_are_accessible(browser: Browser, site: Path) -> N
             page.frame_locator("iframe").locator(".status:not(:empty)").wait_for()
         page.close()
     assert found == {name: [] for name in found}
+
+
+@pytest.mark.stress
+def test_the_site_is_searched_without_a_server_and_names_are_short(browser: Browser, site: Path) -> None:
+    page = browser.new_page()
+    told: list[str] = []
+    page.on("pageerror", lambda e: told.append(str(e)))
+    page.on("console", lambda m: told.append(m.text) if m.type == "error" else None)
+    page.goto((site / "search.html").as_uri() + "?q=hysteresis")
+    page.locator("#search-results li a").first.wait_for()
+    assert page.locator("#search-results li").count() > 5
+    page.locator("#search-results li a").first.click()
+    page.wait_for_load_state()
+    assert page.locator("h1").count() == 1
+    page.goto((site / "reference" / "python.html").as_uri())
+    heads = page.locator("dl.class > dt, dl.function > dt").all_text_contents()
+    assert len(heads) > 10
+    assert [h for h in heads if "hystfmu." in h.partition("(")[0]] == []
+    page.goto((site / "index.html").as_uri())
+    text = page.locator("[role=main]").text_content() or ""
+    assert "pip install" in text
+    assert "import hystfmu as hy" in text
+    page.close()
+    assert told == []
 
 
 @pytest.fixture(scope="module")

@@ -78,7 +78,7 @@ def test_the_machine_form_says_the_same(page: str, tmp_path: Path) -> None:
     metric = data["results"][1]["metrics"][0]
     assert metric["within"] is False
     assert metric["limit"] == 1e-6
-    assert f"{metric['value']:.4g}" in page
+    assert f"{metric['value']:.3g}" in page
     assert data["sections"][0]["tables"][0]["rows"] == [["pi", 0.25]]
 
 

@@ -168,6 +168,17 @@ def _sections(models: list[Model], inverse: Model, rows: list[list[str]], data: 
         Plot(title, "wanted (um)", "reached (um)", [Line("reached", wanted[shown], v[shown])], points=MOST_POINTS)
         for title, v in reached.items()
     ]
+    t = data.t[shown]
+    plots += [
+        Plot(
+            f"error {title}",
+            "time (s)",
+            "error (um)",
+            [Line("reached - wanted", t, (v - wanted)[shown])],
+            envelope=True,
+        )
+        for title, v in reached.items()
+    ]
     held_out = [Line(m.key, data.t[shown], (m.predict(data.u, data.h) - data.y)[shown]) for m in models[:3]]
     error = Plot("error on the held-out record", "time (s)", "error (um)", held_out, envelope=True)
     answer = f"The inverse of a model brings the RMS error from {errors[0]:.3g} to {errors[1]:.3g} % of the stroke."

@@ -35,7 +35,7 @@ def evidence_section(model: Model) -> list[Section]:
         lines.append(Line("modes", at, np.interp(at, x, gain), dots=True))
     dark = _dark(x, e.band, float(gain.min()), float(gain.max()))
     rows = [
-        (k, *(f"{v:.6g}" for v in (m.f_n, m.f_n_se, m.zeta, m.zeta_se, 100 * m.share, 100 * m.share_se)))
+        (k, *(f"{v:.3g}" for v in (m.f_n, m.f_n_se, m.zeta, m.zeta_se, 100 * m.share, 100 * m.share_se)))
         for k, m in enumerate(e.modes, 1)
     ]
     table = Table(("mode", "f_n (Hz)", "+-", "damping ratio", "+-", "share of the static gain (%)", "+-"), rows)

@@ -11,6 +11,7 @@ from hystfmu.data import Dataset
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors
 from hystfmu.model.inputs import run_along
+from hystfmu.report.digits import figure_of
 from hystfmu.report.page import Table
 
 LEAST = 4  # rows with a varying output that an error needs
@@ -66,7 +67,7 @@ def table_of(found: list[Part], unit: str) -> Table:
     of = f" ({unit})" if unit else ""
     head = ("errors", "rows", "RMS %FS", "max %FS", f"RMS{of}", f"max{of}")
     keys = ("rms_percent", "max_percent", "rms", "max")
-    rows = [(p.name, f"{p.rows.start}:{p.rows.stop}", *(f"{p.errors[k]:.4g}" for k in keys)) for p in found]
+    rows = [(p.name, f"{p.rows.start}:{p.rows.stop}", *(figure_of(p.errors[k], k) for k in keys)) for p in found]
     return Table(head, rows)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.model import Model as Record
+from hystfmu.report.digits import percent
 from hystfmu.report.page import Table
 
 MOST_SHOWN, MOST_FREE = 12, 24  # parameters, and free parameters, in print(model)
@@ -49,10 +50,10 @@ def _errors(model: Record) -> list[tuple[str, str, str]]:
     named = [("", f"training rows {model.provenance.get('train', '')}".strip()), ("held_out_", "held-out rows")]
     for prefix, name in [*named, ("cascade_", "inverse and model in cascade")]:
         if f"{prefix}rms_percent" in f:
-            rows.append((name, f"{f[f'{prefix}rms_percent']:.3g}", f"{f[f'{prefix}max_percent']:.3g}"))
+            rows.append((name, percent(f[f"{prefix}rms_percent"]), percent(f[f"{prefix}max_percent"])))
     split = model.provenance.get("auto", {}).get(model.provenance.get("auto_choice"))
     if split is not None:
-        rows.append(("validation blocks, that chose it", f"{split:.3g}", ""))
+        rows.append(("validation blocks, that chose it", percent(split), ""))
     return rows
 
 

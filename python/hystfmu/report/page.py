@@ -79,7 +79,7 @@ def _own(name: str) -> str:
 
 
 def _number(v: object) -> str:
-    return f"{v:.4g}" if isinstance(v, float) else escape(str(v))
+    return f"{v:.3g}" if isinstance(v, float) else escape(str(v))
 
 
 def _to_the_right(cells: Sequence[object]) -> bool:

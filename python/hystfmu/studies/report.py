@@ -266,8 +266,8 @@ def spreads(summary: Summary, every: bool = False) -> str:
     rows = [
         [
             *(s.case, s.metric),
-            *("" if v is None else f"{k * v:.4g}" for k, v in ((1, s.limit), (100, s.within))),
-            *(f"{v:.4g}" for v in (*s.percentiles, s.worst)),
+            *("" if v is None else f"{k * v:.3g}" for k, v in ((1, s.limit), (100, s.within))),
+            *(f"{v:.3g}" for v in (*s.percentiles, s.worst)),
         ]
         for s in shown
     ]

@@ -68,10 +68,10 @@ class Summary:
         failed = f"; {self.failed} could not be run" if self.failed else ""
         if all(s.limit is None for s in self.spreads):
             return f"{self.draws} draws without limits; {unstable} unstable{failed}."
-        share = f"{self.inside} of {self.draws} draws are inside the limits ({100 * self.inside / self.draws:.4g} %"
+        share = f"{self.inside} of {self.draws} draws are inside the limits ({100 * self.inside / self.draws:.3g} %"
         if self.interval is not None:
             lo, hi = self.interval
-            share += f"; 95 % interval {100 * lo:.4g} to {100 * hi:.4g} %, Clopper-Pearson"
+            share += f"; 95 % interval {100 * lo:.3g} to {100 * hi:.3g} %, Clopper-Pearson"
         return f"{share}); {unstable} unstable{failed}."
 
 

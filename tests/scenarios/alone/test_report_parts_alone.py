@@ -135,7 +135,7 @@ def test_value_and_limit_of_a_metric() -> None:
         return cases._metric(v, fails)
 
     assert cell(None) == "<td></td>"
-    assert cell(verdict(0.51234, limit=None)) == "<td>0.5123</td>"
+    assert cell(verdict(0.51234, limit=None)) == "<td>0.512</td>"
     assert cell(verdict(0.5)) == "<td>0.5 <small>≤ 1</small></td>"
     assert cell(verdict(2.0)) == '<td class="bad">2 <small>&gt; 1</small></td>'
     assert (

@@ -245,7 +245,7 @@ def test_percentiles_for_the_terminal() -> None:
     limited = summary(spread("m", 0.123456), spread("free", None))
     lines = report.spreads(limited).splitlines()
     assert lines[0] == limited.sentence
-    assert [line.split() for line in lines if line.split()[:2] == ["a", "m"]] == [["a", "m", "2", "12.35", *"12345"]]
+    assert [line.split() for line in lines if line.split()[:2] == ["a", "m"]] == [["a", "m", "2", "12.3", *"12345"]]
     assert "free" not in report.spreads(limited)
     every = report.spreads(limited, every=True)
     assert [line.split() for line in every.splitlines() if "free" in line] == [["a", "free", *"12345"]]
