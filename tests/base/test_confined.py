@@ -113,7 +113,7 @@ def done(home: Path, server: socket.socket) -> set[str]:
     return seen | ({"connected"} if called(server) else set())
 
 
-ALONE = "run loop/bad.fmu --step 1e-3 --stop 0.01 -o alone.csv"
+ALONE = "simulate loop/bad.fmu --step 1e-3 --stop 0.01 -o alone.csv"
 EVERYTHING = {"stolen", "by_another", "away", "truncated", "connected"}
 
 
