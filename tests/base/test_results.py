@@ -36,7 +36,7 @@ WAYS = {
     "hard link": "if (link(SECRET, RESULT)) return",
 }
 COMMANDS = {  # and what they read from the folder of the FMU
-    "run FOLDER/bad.fmu --step 1e-3 --stop 0.01 -o FOLDER/out.csv": ["values"],
+    "simulate FOLDER/bad.fmu --step 1e-3 --stop 0.01 -o FOLDER/out.csv": ["values"],
     "run FOLDER --engine native": ["ended.json"],
     "validate FOLDER/bad.fmu": ["result.json"],
 }

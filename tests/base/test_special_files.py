@@ -27,7 +27,7 @@ READERS = [
     *("predict IN.model.toml data.csv -o y.csv", "predict good.model.toml IN.csv -o y.csv", "start IN.csv"),
     *("check IN.model.toml data.csv", "check good.model.toml IN.csv", "inverse IN.model.toml -o i.model.toml"),
     *("export IN.model.toml -o x.fmu", "validate IN.fmu"),
-    *("run IN.toml", "run IN.ssp", "run of_file", "run good --set @IN.json", "run with_model", "run with_fmu"),
+    *("run IN.toml", "simulate IN.ssp", "run of_file", "run good --set @IN.json", "run with_model", "run with_fmu"),
     *("run extended", "run with_baseline", "run with_rows", "margins IN.toml", "ssp IN.toml -o x.ssp"),
     *("compare IN.json IN.json -o x.html", "study IN.study.toml -o out", "study good.study.toml -o of_pipe"),
     "study good.study.toml -o of_columns",

@@ -59,6 +59,9 @@ results = hy.run([folder, hy.Scenario.load("scenarios/pid")], case="mismatch", s
 values: list[float] = [v.value for r in results for v in r.verdicts]
 outcome = hy.study("mismatch.study.toml", "out", workers=2)
 failed: int = len(outcome.failed)
+sweep: hy.Study = hy.Study("sweep", loop, method="sobol", n=8, seed=1).vary("pid.Kp", range=(0.5, 2.0))
+table = sweep.run("swept", workers=1).to_pandas()
+written: Path = sweep.save("studies")
 
 node: hy.Node = hy.Node("plays", "backlash_sum", values={"w0": 0.4, "r": [0.1, 0.3], "w": [0.5, 0.2]})
 ends = [hy.Input("u", ("plays.u",))], [hy.Output("y", "plays.y")]
@@ -84,6 +87,7 @@ hy.Scenario("tracking", 1e-4)
 hy.Scenario("a", step=1e-4).metric("m", "mean", "plant.y")
 hy.runn
 hy.fit(hy.read("piezo.csv"), "prandl_ishlinskii")
+hy.Study("sweep", "scenarios/pid", method="optuna")
 """
 
 
@@ -127,4 +131,4 @@ def test_a_program_with_every_name_passes_and_mistakes_are_found(tmp_path: Path)
     told = [line for line in lines if ": error: " in line]
     assert not [line for line in told if "user_0.py" in line], told
     found = [int(line.split(":")[1]) for line in told if "user_1.py" in line]
-    assert sorted(set(found)) == [4, 5, 6, 7, 8, 9, 10], told
+    assert sorted(set(found)) == [4, 5, 6, 7, 8, 9, 10, 11], told

@@ -68,7 +68,8 @@ def test_pipes_devices_and_read_only_files_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["fit IN -o m", "predict IN x -o y", "export IN.toml -o x", "validate IN", "run IN.toml", "run IN.ssp"]
+    "command",
+    ["fit IN -o m", "predict IN x -o y", "export IN.toml -o x", "validate IN", "run IN.toml", "simulate IN.ssp"],
 )
 def test_a_pipe_as_input_is_refused_and_not_waited_for(command: str, tmp_path: Path) -> None:
     source = tmp_path / "in"
