@@ -1,7 +1,7 @@
 """Does the next measurement pay?  Foreign devices that began with one sine, measured again as `start` asks.
 
 A model is fitted to the sine; the input that `hystfmu start` would write for it drives the device from rest; the same
-fit to both records is judged on held-out signals within the band, the range and the speed of the sine:
+fit to both records is scored on held-out signals within the band, the range and the speed of the sine:
 
     python tests/benchmarks/next_record.py                            # a drawn seed, by auto
     python tests/benchmarks/next_record.py --seed 7 --key actuator    # by name

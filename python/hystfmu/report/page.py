@@ -72,7 +72,7 @@ def page(title: str, body: Sequence[str]) -> str:
 
 @functools.cache
 def _own(name: str) -> str:
-    """Return a file of the folder `script` without comments, indentation and line breaks that nobody needs."""
+    """Return a file of the folder `script` without comments, indentation and superfluous line breaks."""
     lines = (Path(__file__).with_name("script") / name).read_text(encoding="utf-8").splitlines()
     kept = (_COMMENT.sub("", line.strip()) for line in lines)
     return "".join(line if line[-1] in ";,{" else f"{line}\n" for line in kept if line)

@@ -1,4 +1,4 @@
-"""What a new input tells of the parameters of a model, beside the record that it was fitted to.
+"""Information of a new input about the parameters of a model, beyond the record that it was fitted to.
 
 The output is moved by every element of its parameters in turn.  With J the derivatives by relative changes, on the
 record and on the new input, and sigma the error of the fit, the information is log det(I + J'J / sigma^2): each

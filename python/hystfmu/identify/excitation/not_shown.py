@@ -2,7 +2,7 @@
 
 A state is the input and `PLAYS` plays of it, which stand for the memory.  A kind of signal, over the range of the
 record, is not shown if more than `FEW` of its states have no near state in the record.  A record of one speed, or of
-one frequency, tells nothing about others.
+one frequency, is not informative about others.
 """
 
 from __future__ import annotations
