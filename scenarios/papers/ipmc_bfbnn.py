@@ -1,11 +1,11 @@
 """IPMC paper: basis-function network with and without the auxiliary function f, on a synthetic sensor.
 
-The measurements of the paper are not published.  The sensor is `papers.ipmc_sensor`, scaled to 1 mV.  Figure
-3 and table 1 keep the protocol of the paper: one decaying sine, here of 10 Hz, validated on another decay, the first
-0.098 s left out.  The decays, the length (not printed) and the reading of equation 3 are scanned:
-as printed f only grows; with the sign of u - u_ex it is an operator.  The noise is the largest that the printed IC(10)
-allows.  Beyond the paper the training data have 1, 2 and 5 Hz and random reversals.  Literal: the reading that is
-nearest to the print, last extremum, and the recursion as printed.  Ours: the kind polynomial_narx as `fit` returns it.
+The measurements of the paper are not published. The sensor is `papers.ipmc_sensor`, scaled to 1 mV. Figure 3 and table
+1 keep the protocol of the paper: one decaying sine, here of 10 Hz, validated on another decay, the first 0.098 s left
+out. The decays, the length (not printed) and the reading of equation 3 are scanned: as printed, f can only grow; with
+the sign of u - u_ex, f is an operator. The noise is the largest that the printed IC(10) allows. Beyond the paper the
+training data have 1, 2 and 5 Hz and random reversals. Literal: the reading that is closest to the printed figures, last
+extremum, and the recursion as printed. Ours: the kind polynomial_narx as `fit` returns it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Child processes for foreign native code, whose crash, hang or memory growth must not reach this process.
 
-That code may put in the place of a result a link to a file that it may not read itself, or a pipe that is waited for.
+This code may replace a result by a link to a file that it cannot read itself, or by a pipe that blocks.
 """
 
 from __future__ import annotations

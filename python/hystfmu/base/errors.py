@@ -1,4 +1,4 @@
-"""The exception for wrong user input, one line that says what to change; what this line needs: near names, extras."""
+"""Exception for wrong user input, one line that states the remedy; parts of this line: near names, extras."""
 
 from __future__ import annotations
 

@@ -203,7 +203,7 @@ def _check_printable(table: dict[str, Any], path: str | Path) -> None:
 
 
 def check_format(data: dict[str, Any], present: int, path: str | Path, required: bool = False) -> None:
-    """Refuse a file of another format than `present`, before a key that only another version knows is met.
+    """Refuse a file of another format than `present`, before its keys are checked.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def check_format(data: dict[str, Any], present: int, path: str | Path, required:
     Raises
     ------
     InputError
-        One line with the file, its format and what helps: an upgrade, or a file made anew.
+        One line with the file, its format and the remedy: an upgrade, or a new file.
     """
     found = data.get("format", None if required else present)
     if found is None or (isinstance(found, int) and found != present):

@@ -1,4 +1,4 @@
-"""System calls by name, and what a process gives up: calls, seccomp(2), and the rights of root, capabilities(7).
+"""System calls by name, and removal of rights: calls by seccomp(2), and capabilities of root, capabilities(7).
 
 linux/filter.h, linux/seccomp.h.
 This module imports only the standard library, because it runs before anything else is loaded.

@@ -65,8 +65,8 @@ def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Seq
     arrays : function
         Returns the arrays of a file from its path, and a remark; it may raise any exception.
     words : sequence of str
-        Source, result (an existing file), the most bytes of all values together, and the name of
-        the one array whose values are wanted, or nothing for all.
+        Source, result (an existing file), maximum number of bytes of all values, and the name of one array, or none for
+        all arrays.
     """
     source, result, most, asked = [*words, ""][:4]
     with open(result, "r+b") as out:

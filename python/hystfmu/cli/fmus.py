@@ -91,11 +91,11 @@ def export(
 
     The FMU supports Co-Simulation and Model Exchange.  No compiler is needed.
 
-    The Modelica package contains a record of the parameter values, a block and an example.  It uses the HystFMU
-    library, which is installed with this program; a line says where.  A model from volts to a length also gives a piezo
-    actuator between pins and flanges, one from amperes a magnetostrictive one.  --sheet takes stroke (m),
-    blocking_force (N), capacitance (F, small signal), capacitance_ratio (mean over small signal), or inductance (H,
-    mean) and resistance (ohm) of a coil, resonance (Hz) and damping.
+    The Modelica package contains a record of the parameter values, a block and an example. It uses the HystFMU library,
+    which is installed with this program; the command prints its path. A model with an input in volts and an output in a
+    unit of length also gives a piezo actuator with pins and flanges, one with an input in amperes a magnetostrictive
+    actuator. --sheet takes stroke (m), blocking_force (N), capacitance (F, small signal), capacitance_ratio (mean over
+    small signal), or inductance (H, mean) and resistance (ohm) of a coil, resonance (Hz) and damping.
 
     --controller exports one unit with the inputs reference r and measured output y and the output command u:
     feed-forward, controller, inverse, known limits, anti-windup. The unit is called once per sample. Its input

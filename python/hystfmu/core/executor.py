@@ -1,6 +1,6 @@
 """Executor of a graph in the C core: set, get, start, step, run, tangent, state; and its continuous-time form.
 
-The form is that which a Model Exchange solver drives: evaluate, derivatives, commit, sample.
+The continuous-time form is for a Model Exchange solver: evaluate, derivatives, commit, sample.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ def resample(
     place: Callable[[int], str] | None = None,
     rows: slice = slice(None),
 ) -> tuple[Array, Array, Array, slice]:
-    """Resample to even steps, and carry rows of the data over.
+    """Resample to even steps, and convert row numbers of the data.
 
     Parameters
     ----------

@@ -38,8 +38,8 @@ class Cut:
 def cut(graph: Graph, sort: bool = True) -> Cut:
     """Cut the delays out of a graph: two gains of 1 replace each.
 
-    One drives an additional output, an additional input drives the other.  `sort` the blocks again, as a continuous
-    graph needs; in steps, each keeps its place and what it reads.
+    One drives an additional output, an additional input drives the other. With `sort` the blocks are sorted again, for
+    a continuous graph; in a sampled graph the order is kept.
     """
     graph = unfolded(graph)
     delays = [n for n in graph.nodes if n.type == DELAY]

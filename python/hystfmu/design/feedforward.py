@@ -3,9 +3,9 @@
 A lightly damped stage cannot be inverted sample by sample without exciting it, but a periodic reference has a few tones
 below its resonances.  Their inverse is exact in the steady state, with the delay and the hold of the command.
 
-With preview the wanted output is known some steps ahead.  The zeros between several modes are undone by a filter W(s),
-if it is stable; weights of the last samples do the rest.  They minimise abs(1 - z^lead F(z) W(z) G(z)) over a grid of
-frequencies, and are exact at rest.  G contains the held command and the delay, also a part of a step.
+With preview the wanted output is known some steps ahead. A filter W(s) compensates the zeros between several modes, if
+it is stable; weights of the last samples compensate the rest. They minimise abs(1 - z^lead F(z) W(z) G(z)) over a grid
+of frequencies, and are exact at rest. G contains the held command and the delay, also a part of a step.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 All parts are state spaces. Trap: with several lags and integrators near z = 1, rounding changes the roots of
 polynomials, and with creep even the response. Hysteresis enters as a gain, given by `describing_function`.
 
-Not every gain at which the Nyquist curve runs through -1 is a limit: a curve that encircles -1 once more and once less
-may stay stable, and a conditionally stable loop has limits on both sides.
+Not every gain at which the Nyquist curve runs through -1 is a limit: a loop may stay stable although its curve crosses
+-1, and a conditionally stable loop has limits on both sides.
 """
 
 from __future__ import annotations
@@ -253,7 +253,8 @@ def _static(L: Callable[[Array], Complex], beside: complex) -> Array:
 def first_lost(factors: Array, stable: Callable[[float], bool]) -> float:
     """Return the least of some factors above 1 beyond which a loop is unstable; infinite if it never is.
 
-    The factors, shape (k,), are all at which stability may change; `stable` says whether the loop is with a factor.
+    The factors, shape (k,), are all factors at which stability may change; `stable` returns whether the loop is stable
+    with a factor.
     """
     found = np.sort(factors)
     found = found[np.diff(found, prepend=0.0) > SAME * found]

@@ -1,8 +1,8 @@
 """H-infinity loop shaping: the controller that is most robust against perturbations of a shaped plant.
 
 McFarlane & Glover, IEEE Trans. Automat. Control 37 (1992) 759-769; Skogestad & Postlethwaite, Multivariable Feedback
-Control, 2nd ed., section 9.4.  A discrete plant is designed for in the plane of the bilinear transformation, which
-keeps all norms.  Before an integral the controller is second-order filters in series.
+Control, 2nd ed., section 9.4. For a discrete plant, the design uses the bilinear transformation, which preserves all
+norms. Before an integral the controller is second-order filters in series.
 """
 
 from __future__ import annotations

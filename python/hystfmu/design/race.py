@@ -40,7 +40,7 @@ class Limits:
 
     ms_db: float = MS_DB  # peak of the sensitivity of the identified plant (dB)
     set_ms_db: float = SET_MS_DB  # of every plant of the set
-    bandwidth: float = 0.0  # Hz at least, up to which the sensitivity of the identified plant is below -3 dB
+    bandwidth: float = 0.0  # Hz, required, up to which the sensitivity of the identified plant is below -3 dB
 
 
 @dataclass(frozen=True)
@@ -49,13 +49,13 @@ class Aim:
 
     f: Array  # Hz
     power: Array  # of the model error in front of the dynamics
-    reference: Array  # of the references at the same frequencies; the feed-forward misses a part where a device differs
+    reference: Array  # of the references at the same frequencies; the feed-forward leaves a part if a device differs
     noise: float = 0.0  # RMS of the white noise of the sensor
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """A structure with its gains, and what its loop reaches."""
+    """A structure with its gains and the figures of its loop."""
 
     structure: Structure
     design: Design

@@ -1,11 +1,11 @@
-"""Controllers that remember a period: filters of a repetitive one that learns in several loops, and memories cut out.
+"""Controllers with a memory of one period: filters of repetitive control for several loops, and separated memories.
 
 With the block `repetitive` before a controller, the error of one period gives that of the next as
 e+ = (Q - L T) e, T the complementary sensitivity of the loop without it, for any period.  The loop is stable where
 abs(Q - L T) < 1 at all frequencies (Hara et al. 1988, theorem 1).
 
-A memory of n steps is a ring, which no state space at rest shows, and n states would be many.  Its law is
-w_k = Q w_(k-n) + L e_(k-n) with filters that look both ways; it enters a loop by its response.
+A memory of n steps is a ring buffer; as a state space it would have n states. Its law is w_k = Q w_(k-n) + L e_(k-n)
+with non-causal filters, so it enters a loop by its frequency response.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ class Known:
     ----------
     interval : Interval
     rows_of : str
-        Which rows gave it.
+        Rows that it was computed from.
     noise_only : bool
         Whether the held-out errors are no more than noise.
     not_for : tuple of str
@@ -147,7 +147,7 @@ def _elsewhere(e: Array, data: Dataset) -> tuple[bool, tuple[str, ...]]:
 
 
 def interval_text(found: Known | None, unit: str) -> str:
-    """Say in a few sentences what interval the errors on new rows fall into, and for which signals."""
+    """State the interval of errors on new rows, and the signals for which it holds, in a few sentences."""
     if found is None:
         return "No interval for new rows: it needs 80 rows that no fit has seen."
     of, i = f" {unit}" if unit else "", found.interval

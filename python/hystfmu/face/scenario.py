@@ -252,7 +252,7 @@ class Scenario:
         after : float, optional
             Rows at or after this time (s) count.
         lines : bool
-            Of rms_percent, rms and max_percent: the lines of a scan alone, without its turn-arounds.
+            Of rms_percent, rms and max_percent: only the lines of a scan, without its turns.
         text : str
             One line for a reader.
 

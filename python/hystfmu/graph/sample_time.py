@@ -1,4 +1,4 @@
-"""Steps of a graph: rate classes of its blocks, the sample time of its memory, a step that suits its dynamics."""
+"""Steps of a graph: rate classes of its blocks, the sample time of its memory, a suitable step for its dynamics."""
 
 from __future__ import annotations
 

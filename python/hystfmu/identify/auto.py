@@ -11,16 +11,16 @@ be uncertain. A kind that is expensive to fit starts with a short trial fit with
 
 Validation blocks do not test states outside the record. There, networks and kinds with local parameters have errors, so
 the share of the states of other signals that the training rows leave out (`hystfmu.model.coverage`) counts with
-`OUTSIDE` % of the span.  A model that leaves the range of the output on the input of the record with other memory gives
-way to one that stays inside and is no loser; if there is none, it stays: a worse kind is no remedy.  Of kinds that are
-equally good, one with an exact inverse is preferred, then the one with the fewest parameters; if the record is one
-oscillation, each block is much like the next, and all that are no losers are equally good.  If the best leaves more
-than `REFUSED` % beside the noise, there is no model (`refusal`).
+`OUTSIDE` % of the span. If a model leaves the range of the output for the input of the record with another initial
+memory, a model that stays inside is preferred, unless it is a loser. Of kinds that are equally good, one with an exact
+inverse is preferred, then the one with the fewest parameters; if the record is one oscillation, its blocks are similar,
+and all kinds except losers count as equally good. If the best error without noise is above `REFUSED` %, the record is
+refused (`refusal`).
 
-No kind is left out for its price.  Where the whole record would take too long, all race on a shorter one, of several
-on the longest (`hystfmu.identify.cuts`), and the chosen kind is fitted to all rows.  Kinds whose memory contradicts
-the minor loops in the data, and those for rate dependence if the input has one speed, do not compete.  If the
-excitation is not informative enough to identify memory, the model carries warnings.
+No kind is omitted because of its cost. If the whole record would take too long, all kinds compete on a shorter one, of
+several records on the longest (`hystfmu.identify.cuts`), and the chosen kind is fitted to all rows. Kinds whose memory
+contradicts the minor loops in the data, and those for rate dependence if the input has one speed, do not compete. If
+the excitation is not informative enough to identify memory, the model carries warnings.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def choose(
     """Compare the candidates that suit the data, and choose one.
 
     `inverses` tells which inverse a model has; with `only_invertible` only models with a useful one compete.  It
-    raises InputError if no candidate can be fitted, none follows the data, or none has a useful inverse.
+    raises InputError if no candidate can be fitted, none represents the data, or none has a useful inverse.
     """
     where = data.path or data.name
     seen = examine(data.longest())
@@ -157,7 +157,7 @@ def choose(
 
 
 class _Report:
-    """Progress of parts, which never falls, not even by rounding."""
+    """Progress of parts, which never decreases, not even by rounding."""
 
     def __init__(self, progress: Progress) -> None:
         self.progress, self.told = progress, 0.0
@@ -225,7 +225,7 @@ def _warnings(best: Trial, seen: Excitation) -> list[str]:
 def refusal(
     where: str, only_invertible: bool, race: Race, seen: Excitation, faults: Mapping[str, str] | None = None
 ) -> InputError:
-    """Return the refusal of a choice for the record `where`, with the faults of candidates beside their errors."""
+    """Return the refusal of a choice for the record `where`, with the faults of candidates and their errors."""
     faults, also = faults or {}, " and have a useful inverse" if only_invertible else ""
     rule = f"A kind of model must follow the data to {REFUSED:g} % of the span{also}"
     ranked = sorted(race.trials.values(), key=race.excess)

@@ -1,12 +1,12 @@
-"""Cuts of a record: validation blocks spread over it, and a shorter record on which kinds of model race.
+"""Cuts of a record: validation blocks spread over it, and a shorter record on which kinds of model compete.
 
 A split into a first and a last part extrapolates wherever the record changes (a decaying sine, a staircase). Blocks
 between reversals interpolate: both sets of rows hold large and small, early and late loops. The outermost loop is an
 exception: a fit without it extrapolates wherever the memory of this loop lasts (`without_outermost`).
 
-For a shorter record rows are thinned evenly as far as extrema and spectra allow: the output still has `SAMPLES` rows in
-a cycle of the input, and nothing of note above half of the Nyquist rate of the rows that are left.  What is still too
-long is cut to one part that shows as much of the range and of the speeds as any other, the earliest of equal ones.
+For a shorter record, rows are thinned evenly as far as extrema and spectra allow: `SAMPLES` rows remain per cycle of
+the input, and the output has no significant content above half of the new Nyquist rate. If the record is still too
+long, it is cut to the part that covers most of the range and of the speeds, the earliest of equal ones.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ FAST = 95.0  # percentile of the speeds
 def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> NDArray[np.bool_]:
     """Return which rows of an input u (n,) belong to validation blocks, (n,).
 
-    Of every `EVERY` consecutive ones of at most so many blocks it is the block `which`, from 0; another number gives
-    disjoint rows.
+    There are at most `blocks` blocks; of every `EVERY` consecutive ones, block number `which`, from 0, is for
+    validation. Different numbers give disjoint rows.
     """
     n = len(u)
     turns = reversals(u)
@@ -52,7 +52,7 @@ def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> N
 
 
 def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return validation rows (n,) without the blocks that alone reach an end of the range of u, if others are left."""
+    """Return validation rows (n,) without blocks that alone reach an end of the range of u, unless these are all."""
     left, block = held.copy(), np.cumsum(np.diff(held, prepend=False))
     for v in (u, -u):
         if v[held].max(initial=-np.inf) > v[~held].max(initial=-np.inf) + ALONE * float(np.ptp(u)):
@@ -71,7 +71,7 @@ def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray
 
 
 def shortened(data: Dataset, most: int) -> Dataset:
-    """Return a record of about `most` training rows at most, without later rows; several records stay as they are."""
+    """Return a record of about `most` training rows at most, without later rows; several records are not changed."""
     n = data.train.stop - data.train.start
     if n <= most or len(data.starts) > 1:
         return data

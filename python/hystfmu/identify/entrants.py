@@ -70,9 +70,10 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]
 
 
 def too_large(rows: int, key: str, given: Options) -> str:
-    """Return why a fit to so many rows would take too much memory; empty if it would not.
+    """Return the reason why a fit to so many rows would take too much memory; empty if it would not.
 
-    ``"auto"`` stands for the kind that takes least; given are options of the kind that differ from their defaults.
+    ``"auto"`` stands for the kind that takes least memory; given are options of the kind that differ from their
+    defaults.
     """
     have = _memory()
     if have is None:

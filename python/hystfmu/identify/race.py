@@ -44,11 +44,11 @@ OUTSIDE = 3.0  # % of the span: error of a network or of local parameters in sta
 class Trial:
     """A candidate in the race, an entry of the table of its kind, with its fit without the blocks of the first fold.
 
-    `outside` is the share of the states of other signals of which the model knows nothing; `errors` (m,) those on
-    the validation rows so far, `by_block` their RMS in each block; `others` (n,) the output on the input with other
-    memory, for each fold from the second one on; `first` the mean square of the errors after the first fold.
-    `whole` is the RMS error over the whole training part.  Rows of the fit can only flatter: what is missed there is
-    missed, also where no block has been held out yet, such as in a sweep at the end.
+    `outside` is the share of the states of other signals that the training rows do not cover; `errors` (m,) those on
+    the validation rows so far, `by_block` their RMS in each block; `others` (n,) the output for the input with another
+    memory, for each fold from the second one on; `first` the mean square of the errors after the first fold. `whole` is
+    the RMS error over the whole training part. Errors on the rows of the fit are too small, so a large error there is
+    real, also in parts without held-out blocks, such as a sweep at the end.
     """
 
     name: str
@@ -90,8 +90,8 @@ class Trial:
 class Race:
     """Folds, remaining candidates, and the reasons why others were excluded.
 
-    A record is poor in reversals, such as one oscillation, where blocks repeat what was fitted and cannot tell
-    candidates apart that are no losers.
+    A record is `poor` if it has few different reversals, such as one oscillation: its blocks resemble the fitted rows
+    and cannot distinguish candidates except losers.
     """
 
     def __init__(self, data: Dataset, seed: int, poor: bool = False) -> None:
@@ -236,7 +236,7 @@ class Race:
             t.folds += 1
 
     def _other(self, model: Model) -> Array:
-        """Return the output of a model on the input with other memory; covariates stay at their first values."""
+        """Return the output of a model for the input with another memory; covariates stay at their first values."""
         y = model.graph.run(with_starts(model.graph, self.other), self.data.h)
         return np.asarray(y).reshape(-1)[self.inside]
 

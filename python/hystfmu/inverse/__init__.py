@@ -91,7 +91,7 @@ def invert(
     progress: Progress = silent,
     **options: Any,
 ) -> Model:
-    """Invert a model without the cascade test of `inverse`; parameters and errors as there."""
+    """Invert a model without the cascade test; parameters and errors as for `inverse`."""
     if method == "adaptive":
         return adaptive_inverse(model, **options)
     if method not in METHODS:

@@ -64,7 +64,7 @@ class Parts:
         return gain, offset
 
     def fractions(self, h: float) -> list[tuple[Array, Array]]:
-        """Return numerator and denominator in z of each transfer function, as its block steps by h (s)."""
+        """Return numerator and denominator in z of each transfer function, with the step h (s) of its block."""
         return [discretised(n, h).fraction() for n in self.tail if n.type == "transfer_function"]
 
     def frequency(self) -> float:

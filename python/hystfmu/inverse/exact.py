@@ -1,6 +1,6 @@
 """Exact inverse: block by block from output to input, each by the block that inverts it.
 
-Blocks that covariates drive stand beside the chain; sums and products that they enter are solved for the chain.
+Blocks that covariates drive are in parallel with the chain; sums and products that they enter are solved for the chain.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Implicit inverse: the model itself inside a block that finds the input by root finding in every step.
 
-The lags of creep before a step are known, so only the step is searched.  A step of length h moves the lag q of the
+The states of creep before a step are known, so only the step is searched.  A step of length h moves the lag q of the
 input v to q + s (v - q), s = 1 - e^(-h/T).  So the output of the block, w0 v + sum w q, is a function of v and of the
 states before the step:
 
@@ -28,13 +28,13 @@ CREEP = "creep"
 
 
 def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = None) -> Model:
-    """Invert a model by root finding: a static one, or one with creep, whose lags before a step are known.
+    """Invert a model by root finding: a static one, or one with creep, whose states before a step are known.
 
-    The model has one input and one output, and perhaps covariates, which the inverse takes too; with creep, the inverse
-    is exact for steps of ``model.step``.  The limits of the input, in its unit of measure, are by default the range of
-    the data (provenance ``span_u``).
+    The model has one input and one output, and optional covariates, which are also inputs of the inverse; with creep,
+    the inverse is exact for steps of ``model.step``. The limits of the input, in its unit of measure, are by default
+    the range of the data (provenance ``span_u``).
 
-    An InputError are other dynamics than creep, an output that stands still after a reversal, an input range that is
+    An InputError are other dynamics than creep, an output that is constant after a reversal, an input range that is
     not known.
     """
     if lo is None or hi is None:
@@ -81,8 +81,8 @@ def _refuse_flat(model: Model, lo: float, hi: float) -> None:
 def known_states(model: Model) -> tuple[list[Node], Model]:
     """Separate the lags of creep from a model with one output.
 
-    It returns the blocks of the lags, which an implicit inverse must follow, and the model with a step of each creep
-    in place of the creep and with these blocks: the same outputs if they step first.  A model that states no step,
+    It returns the blocks of the lags, which must precede an implicit inverse, and the model with one step of each creep
+    instead of the creep and with these blocks: it has the same outputs if they step first. A model that states no step,
     or lags that do not start in equilibrium, are an InputError.
     """
     states: list[Node] = []

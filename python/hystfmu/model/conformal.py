@@ -1,10 +1,10 @@
 """Interval that contains the error of a new row with a stated probability: hierarchical conformal prediction.
 
-Neighbouring errors are alike, so the rows are no independent draws: errors on rows that a fit has not seen are cut into
-blocks, and a block is what is exchangeable with a new stretch of such a signal.  The interval is +- the least size that
-the errors of the blocks do not exceed with a mean share of 95 % (K + 1)/K, K blocks: the new block counts as one whose
-errors are infinite (Lee, Barber & Willett 2023, arXiv:2306.06342, hierarchical conformal prediction).  The same rule,
-with each block left out in turn, says how many of its errors are inside.
+Neighbouring errors are similar, so rows are not independent samples. Therefore errors on rows outside the fit are cut
+into blocks, and blocks count as exchangeable with a new part of such a signal. The interval is +- the least size that
+contains a mean share of 95 % (K + 1)/K of the errors of K blocks: the new block counts as a block with infinite errors
+(Lee, Barber & Willett 2023, arXiv:2306.06342, hierarchical conformal prediction). The same rule is applied with each
+block left out in turn; this gives the share of its errors inside the interval.
 """
 
 from __future__ import annotations

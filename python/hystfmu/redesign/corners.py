@@ -53,8 +53,8 @@ def corners(
 ) -> list[Corner]:
     """Return the corners of a scenario: loops by case, the nominal one first, with slopes and delays of its `limits`.
 
-    `off` is the share by which the natural frequencies of the plant may differ.  `stable`: refuse a loop that is
-    unstable before anything is learnt.
+    `off` is the share by which the natural frequencies of the plant may differ. `stable`: refuse a loop that is
+    unstable without learning.
     """
     found: list[Corner] = []
     seen: set[tuple[object, ...]] = set()
@@ -111,7 +111,7 @@ LAST = 2  # rows at least
 
 @dataclass(frozen=True)
 class LoopPlant(Plant):
-    """Everything in a loop, `opened` with a controller of gain 1, but its controller, with static gain 1.
+    """Everything in a loop, `opened` with a controller of gain 1, except its controller, with static gain 1.
 
     It comes `more` steps later than the case.
     """
@@ -173,7 +173,7 @@ def known(opened: OpenedLoop) -> Design:
 def aim(system: System, of: Roles) -> Aim:
     """Return the disturbances of the loop of a case: tones of its reference, a share of them as model error, noise.
 
-    The case has a controller that lets it run.
+    The case has a controller with which it runs.
     """
     h = system.case.step
     try:

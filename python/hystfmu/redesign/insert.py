@@ -120,7 +120,7 @@ def _changed(limits: Sequence[Limit], said: Mapping[str, Any]) -> dict[str, Any]
 def repeating(
     table: Mapping[str, Any], cases: Sequence[str], sources: Sequence[str], n: int, periods: int
 ) -> dict[str, Any]:
-    """Return the complete table with some of its cases, whose references repeat after n steps; the last period counts.
+    """Return the complete table with only some of its cases, of a reference period of n steps; the last period counts.
 
     `sources` are the units of the block `reference` that set the period; a run has so many of them.
     """

@@ -29,7 +29,7 @@ class Controllers:
 def controllers(system: System, of: Roles) -> Controllers:
     """Find the units between the measured output and the command.
 
-    Refused: none, or units that take several signals beside reference and measured output.
+    Refused: none, or units that read several signals other than reference and measured output.
     """
     owner = {p.name: k for k, p in enumerate(system.parts)}
     ends = [(system.names[n.source], system.parts[n.to].name, system.parts[n.to].inputs[n.input]) for n in system.links]

@@ -50,8 +50,8 @@ class Line:
 class Plot:
     """A diagram with one or more lines; labels carry the units.
 
-    `envelope` keeps the extremes of dense signals; `points` are drawn of each line at most; `height` is that of the
-    drawing, 480 points wide; `log_x` is for x above 0.
+    `envelope` keeps the extremes of dense signals; at most `points` of each line are drawn; `height` is that of a
+    drawing 480 points wide; `log_x` is for x above 0.
     """
 
     title: str

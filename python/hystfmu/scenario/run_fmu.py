@@ -31,7 +31,7 @@ _CHUNK = 4096  # rows
 
 @dataclass(frozen=True)
 class FmuRun:
-    """Outputs of a run by name, at the times `t` (s); `note` says why it ended before the stop time."""
+    """Outputs of a run by name, at the times `t` (s); `note` is the reason why it ended before the stop time."""
 
     path: str
     t: Array
@@ -102,7 +102,7 @@ def run_fmu(
     Raises
     ------
     InputError
-        The FMU or the table cannot be read, a column or a parameter is unknown, or the times make no run.  The FMU
+        The FMU or the table cannot be read, a column or a parameter is unknown, or the times are invalid.  The FMU
         refuses a call, dies, or exceeds the time limit.
     """
     if out is not None:

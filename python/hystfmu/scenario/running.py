@@ -1,6 +1,6 @@
-"""Scenarios with all their cases: read -> build -> run -> judge -> record -> report.
+"""Scenarios with all their cases: read -> build -> run -> test -> record -> report.
 
-A case runs chunk by chunk; it is measured, and what a baseline and a picture need is kept.
+A case runs chunk by chunk; metrics are computed, and data for baseline and plots are kept.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def read(
 def plan(
     scenarios: Sequence[Scenario], case: str | Sequence[str] | None, overrides: Mapping[str, Any], record: bool
 ) -> list[Plan]:
-    """Build the cases; everything that can be refused is refused here, by an InputError, before anything runs."""
+    """Build the cases; all errors of the input are found here, by an InputError, before anything runs."""
     names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
     wanted = (case,) if isinstance(case, str) else names if case is None else case
     if unknown := next((name for name in wanted if name not in names), None):
@@ -110,10 +110,10 @@ def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) ->
 def run_case(
     system: System, plan: Plan, run: Run, store: FmuStore, out: str | Path | None, advance: Callable[[int], None]
 ) -> tuple[Result, Record | None]:
-    """Run a case of a plan and judge it; return what a baseline keeps too, None when a unit refused to go on.
+    """Run a case, compare it with limits and baseline; also return data for a baseline, None if a unit stopped the run.
 
-    All outputs go to `out` as CSV.  `advance` is called with the number of rows that have run since the last call; they
-    add up to those of the case.
+    All outputs go to `out` as CSV. `advance` is called with the number of rows since the last call; their sum is the
+    number of rows of the case.
     """
     case, begin, notes = system.case, time.perf_counter(), tuple(missed(system))
     measured = {name: Measure(m) for name, m in case.metrics.items()}
@@ -159,8 +159,8 @@ def run_scenarios(
     run : Run, optional
         How they run.
     record, report_dir, overrides, confirm, case, out
-        As `hystfmu.run` (`report_dir`: its `report`, `overrides`: its `set`); a guard is compared with the old
-        baseline, so that a larger value is recorded only once that file is deleted.
+        As `hystfmu.run` (`report_dir`: its `report`, `overrides`: its `set`); a guard uses the old baseline, so a
+        larger value is recorded only after this file is deleted.
 
     Returns
     -------

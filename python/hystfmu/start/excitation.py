@@ -28,7 +28,7 @@ STEEP = 1.3  # the amplitude of a tone falls with its frequency to this power
 LEAST_ROWS = 40  # between two ends of the range
 REST = 0.1  # of the duration of the loops: creep
 FASTEST = 0.1  # last frequency of the sweep, of the sample rate
-FINE = 0.01  # amplitude of the sweep, of half the range: a light resonance amplifies it
+FINE = 0.01  # amplitude of the sweep, of half the range: a lightly damped resonance amplifies it
 ROWS = 5.0  # in a period of its last frequency, at least
 PERIODS, WIDEST = 15.0, 100.0  # of its first frequency; last over first frequency, at most
 MOST_ROWS = 200_000
@@ -48,8 +48,8 @@ def write_excitation(
     Returns
     -------
     str
-        What was written, in a line: the last frequency of the sweep, the rows, their duration and rate; and that the
-        rate is higher than that of the record, where this cannot carry the sweep.
+        A line about the file: last frequency of the sweep, number of rows, duration and rate; and a remark if the rate
+        is higher than that of the record because of the sweep.
     """
     u, h = excitation(data, frequency, up_to, model)
     unit = f" [{data.unit_u}]" if data.unit_u else ""
@@ -167,7 +167,7 @@ def _tones(cycle: float, speed: float, rng: np.random.Generator) -> Array:
 
 
 def _sweep(first: float, last: float, speed: float) -> Array:
-    """Return a sine whose frequency (per row) grows by the same factor in every row, no faster than `speed`."""
+    """Return a sine whose frequency (per row) increases exponentially, no faster than `speed`."""
     first = max(first, last / WIDEST)
     if first >= last:
         return np.zeros(0)

@@ -72,7 +72,7 @@ class RepetitiveDesign(pydantic.BaseModel):
 def behind_memory(opened: OpenedLoop, slope: float) -> Any:
     """Return the open loop whose complementary sensitivity is the response to the corrections of a memory.
 
-    The loop must have one, which is left out.
+    The loop must have one, which is omitted.
     """
     if not opened.memories:
         raise InputError(f"{opened.system.case.title}: The loop must have a memory of a period. Got none.")

@@ -62,7 +62,7 @@ def facts(
 class Read:
     """A study that was read: `values` of the parameters, shape (n, p), and `metrics` with a limit, each of shape (n,).
 
-    A metric is infinite where a run failed.
+    A metric is infinite if a run failed.
     """
 
     facts: Facts

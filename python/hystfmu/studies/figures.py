@@ -1,4 +1,4 @@
-"""The figures that answer a study: shares with intervals, total effects, all draws at once, scatter, distributions.
+"""The figures of a study: shares with intervals, total effects, all draws, scatter plots, distributions.
 
 A notebook shows the answer as HTML, and the metrics as a figure.
 """

@@ -20,8 +20,9 @@ def open_locked(path: Path) -> int:
     The lock belongs to this process; forked workers, which may live slightly longer, do not hold it. Such a lock does
     not exclude the same process, and it is lost when this process closes another handle of the file; both cases are
     handled here.
-    An InputError says that another study holds the lock, or the file cannot be written; an OSError that the file system
-    knows no locks.
+
+    An InputError says that another study holds the lock, or the file cannot be written; an OSError that
+    the file system does not support locks.
     """
     check_target(path)
     refused = InputError(f"{path.parent}: another study is writing into this folder")

@@ -128,7 +128,7 @@ class _Worker:
     def take(self) -> list[dict[str, Any]]:
         """Receive rows, and estimate from their duration how many tasks fit into twice `MOMENT`.
 
-        An EOFError says that the worker ended, or sent what is no answer.
+        An EOFError says that the worker ended, or sent an invalid answer.
         """
         try:
             answers = json.loads(self.pipe.recv_bytes(MOST_ANSWER))

@@ -234,7 +234,7 @@ class Study:
         """Drawn parameters by `unit.parameter`, or `unit.block.f_n`."""
 
     def _known(self, key: str, names: Iterable[str], have: Iterable[str], what: str = "case") -> None:
-        """Refuse a name that there is not."""
+        """Refuse an unknown name."""
         for name in (n for n in names if n not in have):
             raise InputError(f"{self.file}: {key}: no {what} {name!r}; there are {', '.join(have)}")
 

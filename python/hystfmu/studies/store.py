@@ -76,7 +76,7 @@ _MADE = ("results.parquet", "report.html", "report.json")  # at the end of a stu
 
 
 class Store:
-    """Rows of a study in a folder, which is created if it is missing and keeps to this study.
+    """Rows of a study in a folder, which is created if it is missing and belongs to this study.
 
     `parameters` and `metrics` are columns in addition to the fixed ones.  A folder that holds the table of another
     study, is in use, is damaged beyond repair or cannot be written is refused.

@@ -74,8 +74,8 @@ def _varied(system: System, settings: dict[str, Any]) -> System:
 class Runner:
     """Run tasks in one process and reuse prepared systems, the cases of the study, in order.
 
-    FMUs are unpacked in `folder`, by default the temporary one.  A run with foreign FMUs has a child process of its
-    own, or the caller has to watch and to confine this one: `apart`.
+    FMUs are unpacked in `folder`, by default the temporary one. With `apart`, a run with foreign FMUs has a child
+    process of its own; otherwise the caller must supervise and confine this one.
     """
 
     def __init__(self, systems: list[System], run: Run, folder: str | None = None, apart: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""What switching is worth: the record of run_switching.py, computed anew and compared with what pages say."""
+"""Effect of the switching terms: the record of run_switching.py, computed anew and compared with what pages say."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def test_the_readme_states_the_figures() -> None:
     )
     said = " ".join((ROOT / "README.md").read_text().split())
     assert (
-        f"errs by {law} %, with a linear term in the place of its switching by {linear}, and the best PID by {pid}."
-        in said
+        f"the error of the sliding mode with integral action is {law} %. With a linear term instead of the switching "
+        f"term it is {linear} %, and for the best PID {pid} %." in said
     )
 
 

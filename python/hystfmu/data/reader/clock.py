@@ -1,8 +1,8 @@
 """Time of a table in s: by the unit of measure or the size of epoch stamps, from date and clock, or from a stated step.
 
-Date and clock: ``2026-11-22T10:15:00.125Z``, ``22.11.2026 10:15:00,125``, ``10:15:00 PM``.  The date matters only where
-it changes.  Days and months are told apart by the separator, by a number above 12, by AM and PM; what could be either
-is refused.
+Date and clock: ``2026-11-22T10:15:00.125Z``, ``22.11.2026 10:15:00,125``, ``10:15:00 PM``. The date is used only if it
+changes. Day and month are distinguished by the separator, by a number above 12, or by AM and PM; ambiguous dates are
+refused.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ _OLD = b"\xd0\xcf\x11\xe0"
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of file: its name, the function of `formats` that parses it, and the package that this needs."""
+    """A file format: its name, the function of `formats` that parses it, and the package that it needs."""
 
     name: str
     parser: str

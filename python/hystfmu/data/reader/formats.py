@@ -128,7 +128,7 @@ def _hdf5_unit(array: Any) -> str:
 
 
 def numpy_files(source: str) -> Told:
-    """Return the arrays of numbers or times of an npy or npz file; the one array of an npy file has no name.
+    """Return the arrays of numbers or times of an npy or npz file; the array of an npy file has no name.
 
     Raises
     ------
@@ -188,7 +188,7 @@ def _tdms_channel(name: str, channel: Any) -> list[Found]:
 
 
 def xlsx(source: str) -> Told:
-    """Return the first sheet with rows of numbers as an array of bytes, text with tabs, and which it is, by openpyxl.
+    """Return the first sheet with rows of numbers as an array of bytes, text lines with tabs, and its name (openpyxl).
 
     Raises
     ------

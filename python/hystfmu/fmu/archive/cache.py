@@ -1,9 +1,9 @@
 """Cache of unpacked FMUs and SSPs, keyed by the hash of the archive: all runs and processes share one copy.
 
-An entry is checked whenever it is used; a damaged one is unpacked anew.  It gets its name by an atomic rename, so that
-two processes that unpack the same archive never see a partial copy.  The cache may be deleted between runs: unused
-entries go by themselves, and the oldest ones if it is too large.  A process that cannot write it has one in a temporary
-folder, for as long as it runs.
+An entry is checked whenever it is used; a damaged one is unpacked again. It gets its name by an atomic rename, so that
+two processes that unpack the same archive never see a partial copy. The cache may be deleted between runs: unused
+entries are removed automatically, and the oldest ones if it is too large. A process that cannot write it has one in a
+temporary folder, for as long as it runs.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Coordinates of a search: bounds, scales, and the values of parameters at a point; those of free parameters.
 
-Free parameters are searched by logarithms, steps of values that rise, ratios of values with a given sum.  Bounds that
-are not given follow from the unit of measure of a parameter, its block, and the record.  A frequency lies between a
-cycle per record and half the sample rate, a time between a tenth of a step and ten records.  What is measured in the
-unit of an input (thresholds, inputs at rest) lies within a span of this input around its range.  A parameter with
-limits in its block lies between these.  What must be positive is searched by its logarithm, over three decades to both
-sides of its value in the graph.
+Free parameters are searched by logarithms, steps of values that rise, ratios of values with a given sum. Bounds that
+are not given follow from the unit of measure of a parameter, its block, and the record. A frequency lies between a
+cycle per record and half the sample rate, a time between a tenth of a step and ten records. A parameter in the unit of
+an input (threshold, input at rest) lies within one span around the range of this input. A parameter with limits in its
+block lies between these limits. A positive parameter is searched by its logarithm, over three decades to both sides of
+its value in the graph.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ SHARE = 0.1  # scale of another coordinate, relative to the room between its bou
 class Coordinates:
     """The coordinates (n,) of a search with their bounds `lo`, `hi`.
 
-    `scale` says by how much a coordinate changes the output about as much as the others do; `values` returns the
-    values of parameters, by ``node.parameter``, at a point (n,); those of arrays are whole.
+    `scale` has a size for each coordinate: steps of this size change the output by similar amounts. `values` returns
+    the values of parameters, by ``node.parameter``, at a point (n,); arrays are complete.
     """
 
     lo: Array

@@ -46,9 +46,9 @@ def fit_graph(
 ) -> Built:
     """Fit the free parameters of a graph to the free run on every record.
 
-    The graph has one output; its first input is u, further ones are covariates of the data, by name.  `free` as in
-    `hystfmu.identify.estimate.free`; with `hold` it leaves out what only repeats what other free parameters do.  Found
-    are ``free`` and ``condition`` of `determined`, ``held``, ``bounded`` and ``warnings``.
+    The graph has one output; its first input is u, further ones are covariates of the data, by name. `free` as in
+    `hystfmu.identify.estimate.free`; with `hold` redundant parameters are held. Found are ``free`` and ``condition`` of
+    `determined`, ``held``, ``bounded`` and ``warnings``.
 
     An InputError are other ports, a bad free parameter, a graph that the core cannot run on the data as it is.
     """

@@ -46,11 +46,10 @@ class OutOfTime(Exception):
 class Objective:
     """Residuals of the free run at the rows that count.
 
-    The graph has one output; its inputs are u and covariates of the data.  A function returns the graph at a point
-    of the coordinates, the same object for the same structure: a delay of other samples is another structure.
-    Residuals are relative to `size`, root of the number of rows included; default that of the span of y.  `rows`
-    count, by default those of the data.  At the time `until` (`time.monotonic`) a search ends, with the best point
-    so far.
+    The graph has one output; its inputs are u and covariates of the data. A function returns the graph at a point of
+    the coordinates, the same object for the same structure: a delay of other samples is another structure. Residuals
+    are relative to `size`, which includes the root of the number of rows; default that of the span of y. `rows` count,
+    by default those of the data. At the time `until` (`time.monotonic`) a search ends, with the best point so far.
     """
 
     def __init__(

@@ -56,9 +56,9 @@ class Runs:
     ) -> tuple[Array, Array]:
         """Run with the derivatives of the output by changes of values.
 
-        For each derivative `changes` says by how much the elements of parameters change.  `step` is the part of a
-        change by which blocks without a sensitivity are moved; 1 for what enters linearly.  It returns the output
-        (k,) and derivatives (k, changes) at `rows` (k,), which rise; a derivative is 0 for a change of nothing.
+        For each derivative, `changes` contains the changes of the elements of parameters. `step` is the step of finite
+        differences, relative to a change, for blocks without a sensitivity; 1 for linear parameters. It returns the
+        output (k,) and derivatives (k, changes) at `rows` (k,), which rise; a derivative is 0 for a change of nothing.
         """
         if self._implicit:
             return self._differences(inputs, h, changes, rows, step)

@@ -1,11 +1,10 @@
 """Search of the coordinates from several starts, standard errors, and the parameters that a record does not determine.
 
-A short search runs from each start, a full one from the best.  For residuals e of variance s^2 and integrated
+A short search runs from each start, a full one from the best. For residuals e of variance s^2 and integrated
 correlation time T (in rows), the covariance of the parameters is about T s^2 (J' J)^-1 (Ljung, System Identification,
-2nd ed. 1999, eq. 9.10 to 9.14).  White noise gives T near 1; a model of the wrong class leaves slowly varying
-residuals, which increase its standard errors.  The Jacobian of the output by all free parameters, each column of length
-1, is split by singular values.  A direction without effect means that the record tells only a combination of the
-parameters in it.
+2nd ed. 1999, eq. 9.10 to 9.14). White noise gives T near 1; a model of the wrong class leaves slowly varying residuals,
+which increase its standard errors. The Jacobian of the output by all free parameters, each column of length 1, is split
+by singular values. A direction without effect means that the record determines only a combination of its parameters.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from hystfmu.identify.estimate.objective import Objective, OutOfTime
 
 EVALUATIONS = (30, 200)  # limit on evaluations of residuals and Jacobian: per start, for the best start
 TOLERANCES = (1e-8, 1e-13)  # relative change of the cost and of the coordinates that ends a search
-ENOUGH = 1e-4  # misfit, relative to the size of the residuals, below which no other start is tried
+ENOUGH = 1e-4  # misfit, relative to the size of the residuals, below which no further start is tried
 NULL = 1e-5  # singular value, relative to the largest, of a direction without effect: above the error of differences
 PART = 0.05  # of such a direction: from here on a parameter takes part in it
 WIDE = 0.25  # standard error, relative to the room between the bounds, of a parameter that is as good as unknown
@@ -31,7 +30,7 @@ WIDE = 0.25  # standard error, relative to the room between the bounds, of a par
 
 @dataclass(frozen=True)
 class Found:
-    """Result of a search: coordinates p (n,), half the sum of the squared residuals, and whether it came to its end."""
+    """Result of a search: coordinates p (n,), half the sum of the squared residuals, and whether it converged."""
 
     p: Array
     cost: float
@@ -94,7 +93,7 @@ def search(
     """Search briefly from each start (n,), the likeliest first, from the best to the end.
 
     `evaluations` of residuals and Jacobian limit the search per start and that from the best.  Below the misfit
-    `enough`, relative to the size of the residuals, no other start is tried.
+    `enough`, relative to the size of the residuals, no further start is tried.
     """
     share = len(starts) / (len(starts) + 1)
     try:
@@ -143,9 +142,9 @@ def correlation_time(residuals: Array) -> float:
 class Determined:
     """Values and standard errors of elements of the free parameters, in the order of their labels.
 
-    An error is infinite for what the record does not determine, 0 at a bound.  `condition` is the largest over the
-    smallest singular value of the scaled Jacobian, without what is at a bound.  `together` holds the parameters of
-    which the record tells only a combination; one alone has no effect.
+    An error is infinite if the record does not determine the parameter, 0 at a bound. `condition` is the ratio of the
+    largest to the smallest singular value of the scaled Jacobian, without parameters at a bound. `together` contains
+    the parameters of which the record determines only a combination; a single one has no effect.
     """
 
     labels: tuple[str, ...]
@@ -178,7 +177,7 @@ class Determined:
 
 
 def determined(objective: Objective, p: Array) -> Determined:
-    """Find what the record tells of every element of a parameter that the coordinates p (n,) or the weights move."""
+    """Compute standard errors of all elements of parameters that depend on the coordinates p (n,) or the weights."""
     residuals, weights, _ = objective.project(p)
     n, c = len(p), objective.coordinates
     _, columns = objective.columns(p)

@@ -131,7 +131,7 @@ def static_gain(r: Response, found: Fitted | None) -> float:
 def told(found: Fitted | None, seen: Seen, e: Array, density: float) -> tuple[tuple[Mode, ...], float, float]:
     """Return the modes that are known by frequency, the delay and its standard error (s).
 
-    e (n,) is what the fit leaves of the output, `density` that of the noise in spans of y.
+    e (n,) is the residual of the fit, `density` that of the noise in spans of y.
     """
     h = seen.h
     if found is None:

@@ -1,4 +1,4 @@
-"""Fit and graph of a chain: operator, bend, parts that follow covariates, creep, dynamics, offset.
+"""Fit and graph of a chain: operator, bend, parts that depend on covariates, creep, dynamics, offset.
 
 `bent_sum` fits weights, bend and creep of a structure.
 
@@ -171,8 +171,7 @@ def _beside(
 ) -> tuple[list[Node], list[tuple[str, str]], list[tuple[str, ...]]]:
     """Return blocks and wires of a bend that depends on covariates, and their ends.
 
-    `used` are the numbers of the covariates that act, `at_0` is the value of the bend at 0, which its block leaves
-    out.
+    `used` are the numbers of the covariates that act, `at_0` is the value of the bend at 0, which its block omits.
     """
     names, n = f.data.covariates.names, len(used)
     half = (f.high - f.low)[used] / 2

@@ -8,13 +8,13 @@ problem on the columns F[(1 + sum k_j L_j)[b'(v) p_i]] and F[L_j[b]]; between th
 linear least squares.  This is a Wiener-Hammerstein structure with a hysteresis at its front (Giri & Bai 2010,
 Block-oriented Nonlinear System Identification, ch. 1), solved as a separable problem (Golub & Pereyra 1973).
 
-The bend may follow covariates theta, scaled to [-1, 1], linear in each of them:
+The bend may depend on covariates theta, scaled to [-1, 1], linear in each of them:
 
   b(v, theta) = (1 + g' theta) b(v) + sum_j theta_j b_j(v)
 
 A covariate acts at one of four levels: none; ``offset``, b_j constant; ``gain``, b_j constant and g_j free; ``bend``,
-b_j a polynomial of the degree of b.  The gains g are variables of the Gauss-Newton steps, without bounds.  With a gain
-the inverse of b(v) is that of the whole; with a bend it is a root.
+b_j a polynomial of the degree of b. The gains g are variables of the Gauss-Newton steps, without bounds. With a gain,
+the inverse follows from that of b(v); with a bend it is a root.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ Filter = Callable[[Array], Array]
 
 @dataclass(frozen=True)
 class Following:
-    """Covariates theta (n, m), scaled, over all rows, and the level of each, of `LEVELS`."""
+    """Covariates theta (n, m), scaled, over all rows, each with its level of `LEVELS`."""
 
     theta: Array
     levels: Sequence[str]
@@ -133,9 +133,9 @@ class Problem:
 
     Columns (n, p): input and plays, or stops, over all rows from the first on; output y (m,) on the rows of the fit;
     step h (s); time constants T (s) of the lags, empty without creep; linear dynamics F, `after`, None: F = 1; least
-    weight of the first column, relative to the sum of all; covariates that the bend follows, over all rows.
-    Penalties, strengths and matrices (l, p), hold the weights smooth, for columns of median size; None instead of a
-    matrix: a ridge.  What the rows hardly excite would be arbitrary without them.
+    weight of the first column, relative to the sum of all; covariates that the bend depends on, over all rows.
+    Penalties for smooth weights are strengths and matrices (l, p), for columns of median size; None instead of a
+    matrix: a ridge. Without penalties, weights with little excitation would be arbitrary.
     """
 
     columns: Array
@@ -201,10 +201,9 @@ def fit_linear(p: Problem, degree: int) -> BentSum:
 
 
 def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
-    """Take Gauss-Newton steps from `start` until they gain nothing, and return the best point; its q has the degree.
+    """Take Gauss-Newton steps from `start` while the error decreases, and return the best point; its q has the degree.
 
-    `wanted` is the RMS error that another start has reached: steps that do not lead there at the present gain end as
-    well.
+    `wanted` is the RMS error from another start: the steps also end if they will not reach it at their present rate.
     """
     best = _with_bend(p, start)
     # penalties pull on the scale of the weights, which the bend makes up for: steps drift on and gain nearly nothing

@@ -1,7 +1,7 @@
 """States of the memory that a record does not show: an input that reaches them, and their share.
 
-The half cycles of the input keep their shape over time and their duration, so that nothing moves at a speed or in a way
-that the record does not show.  Only the order and the size of the loops differ, and with them the states of the memory.
+The half cycles of the input keep their shape and duration, so that speeds and shapes are those of the record. Only the
+order and the size of the loops differ, and with them the states of the memory.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PLAYS = 2  # that stand for the memory of a kind with local parameters
 def other_memory(u: Array, start: float) -> Array:
     """Return random nested loops within the range of an input u (n,), from `start`, after a full one; (m,).
 
-    Half of the reversals land inside the last loop, as in `hystfmu.data.signals`.
+    Half of the reversals lie inside the last loop, as in `hystfmu.data.signals`.
     """
     rng, lo, hi = np.random.default_rng(SEED), float(u.min()), float(u.max())
     turns = reversals(u)

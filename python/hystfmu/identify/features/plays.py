@@ -1,11 +1,10 @@
 """Play operators as columns of a regression, run by the C core; options that operators share; a dead band.
 
-A dead band is a play in front of a model that suppresses the reversals of input noise.  A model without return-point
+A dead band is a play in front of a model that suppresses the reversals of input noise. A model without return-point
 memory (Bouc-Wen, Duhem) accumulates every reversal of the noise: noise of 0.25 % of the input range costs 2.2 % of the
-output.  A play of half-width 2 sigma in front reduces that to 0.5 %; wider plays cost more in lag than they save.  The
-play is part of the model, so that an FMU has it too.  Operators with return-point memory wipe out such reversals as
-soon as the input moves on; a dead band does not improve them, so they have none.  `hystfmu.data.reversals` estimates
-the noise.
+output. A play of half-width 2 sigma in front reduces this to 0.5 %; with wider plays the error from their lag exceeds
+the gain. The play is part of the model, so that an FMU has it too. Operators with return-point memory wipe out such
+reversals when the input moves on, so they need no dead band. `hystfmu.data.reversals` estimates the noise.
 """
 
 from __future__ import annotations

@@ -7,9 +7,9 @@ part, a monotone function of the input.  A density that does not depend on m is 
 
 Outside the trained range the density goes on as at its border; the grid reaches `MARGIN` of the range beyond it.
 
-`RelaySum` has these relays as the columns of a sum, the input itself before them.  What the rows hardly excite would be
-arbitrary in a sum of so many columns: a ridge and two penalties hold the density smooth.  Their strengths are the
-middle ones of the kind `preisach`, which chooses among others by cross-validation.
+`RelaySum` has these relays as the columns of a sum, the input itself before them. In a sum of so many columns, weights
+with little excitation would be arbitrary. A ridge and two penalties keep the density smooth. Their strengths are the
+middle ones of the kind `preisach`, which chooses them by cross-validation.
 """
 
 from __future__ import annotations

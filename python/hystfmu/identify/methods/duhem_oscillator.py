@@ -51,7 +51,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     """Build the graph of one ``duhem_oscillator``; return it, the number of its parameters and further results.
 
     An InputError are spectra that give a mass or stiffness that is not positive, a natural frequency above that of the
-    rows, or an oscillator that has nothing to do with the data.
+    rows, or an oscillator that does not represent the data.
     """
     stride = options["stride"]
     rows = np.arange(len(data.u))[data.counted][::stride]

@@ -7,11 +7,11 @@ mu is a smooth function of few parameters (`smooth_density`). Minor loops differ
 sum of plays, but wiping-out and congruence hold. Mayergoyz, Mathematical Models of Hysteresis, 1991, ch. 1. The terms
 in brackets are creep (Krejci & Kuhnen 2001) and dead zones S of a lagged input, which widen the loop with the rate.
 
-The model is linear in all weights x >= 0 and v, which minimise |y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 +
-sum_i s_i^2 |P_i x|^2.  The penalties make the density smooth; their strengths, and whether the model has the
-rate-dependent terms, follow from tenfold cross-validation over consecutive training rows.  The rows are reduced to the
-triangles of their QR factors, one for each chunk of consecutive rows, so that other strengths or other chunks cost no
-pass over the rows.
+The weights x >= 0 and v enter the model linearly; they minimise
+|y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 + sum_i s_i^2 |P_i x|^2. The penalties make the density smooth; their
+strengths, and whether the model has the rate-dependent terms, follow from tenfold cross-validation over consecutive
+training rows. The rows are reduced to the triangles of their QR factors, one for each chunk of consecutive rows, so
+that other strengths or chunks need no further pass over the rows.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ class _Task:
         return float(np.mean((network(x) - y) ** 2))
 
     def write(self, counts: Sequence[int], to: IO[bytes]) -> None:
-        """Write the task for some sizes as JSON, which a reader need not execute; a number keeps its bits."""
+        """Write the task for some sizes as JSON, so that no code is executed on reading; a number keeps its bits."""
         arrays = [a.tolist() for a in (*self.fitted, *self.validation)]
         to.write(json.dumps([arrays, self.trainer, dict(self.options), list(counts)]).encode())
 

@@ -90,7 +90,7 @@ def fit_readout(
     The graph is features -> scaling ``features`` -> mlp ``network`` -> scaling ``readout``, input `u` and the
     covariates, output `y`.  With `linear` a linear readout of the features is fitted by least squares first, sum
     ``linear`` and sum ``total``, and the network learns its residual.  More rows than `most_rows` are thinned
-    evenly; `least_decay` holds where the options give no weight decay.
+    evenly; `least_decay` is the least weight decay if the options state none.
     """
     x, y = features.values[data.counted], data.y[data.counted]
     middle, gain = centre_and_gain(x)

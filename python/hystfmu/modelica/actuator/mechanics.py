@@ -70,7 +70,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class Mechanics:
-    """Parameters of the base class of a form, in SI units, and where each comes from.
+    """Parameters of the base class of a form, in SI units, with the origin of each.
 
     `most` is the range of voltage or current, `C` the capacitance or inductance.  `m` and `f_n` are None without a
     moving mass; `lowest` (Hz) is the resonance where the material follows the force as it follows the input over the
@@ -102,14 +102,14 @@ def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float
     most, stroke : float
         Range of the input (V or A) of the identified model, and its stroke (m) over it.
     slope : float
-        Its slope (m/V or m/A) for small vibrations about the input at the start.
+        Its slope (m/V or m/A) for small vibrations about the initial input.
     mode : Mode
         Identified mode.
 
     Raises
     ------
     InputError
-        The actuator would give more work than it takes, or the sheet has a value of the other form.
+        The actuator would produce more work than it receives, or the sheet has a value of the other form.
     """
     told = []
     for name, why in (("capacitance", "A"), ("inductance", "V"), ("resistance", "V")):

@@ -23,10 +23,10 @@ NOISE = {"noise", "disturbance"}
 
 @dataclass(frozen=True)
 class ControlSide:
-    """The units of a controller in the order of the scenario, as places, and where it ends.
+    """The units of a controller in the order of the scenario, as places, and its boundary.
 
     `command` and `measured` are places of values (None without feedback), `actuated` the units between command and
-    plant, the plant first, `sensed` the plant and the units that measure it.  `early`: the controller stands before the
+    plant, the plant first, `sensed` the plant and the units that measure it. `early`: the controller precedes the
     plant, so that it reads the measured output of the last step.
     """
 

@@ -254,7 +254,7 @@ def write_controller(
 ) -> Written:
     """Write the controller of a case as an FMU, which an importer calls at each sample.
 
-    The other arguments are those of `Model.export`.  Raise an InputError if the controller cannot be cut out of the
+    The other arguments are those of `Model.export`. Raise an InputError if the controller cannot be separated from the
     case, or the file cannot be written.
     """
     from hystfmu.fmu.write.export import export_fmu
@@ -267,7 +267,7 @@ def write_target(case: Case, folder: str | Path, name: str | None = None) -> tup
     """Write the controller of a case as a header and one C file, without FMI and without allocation.
 
     `name`, by default that of the scenario, is that of the files and begins every public symbol.  Raise an InputError
-    if the controller cannot be cut out of the case, the name is none of C, or a file cannot be written.
+    if the controller cannot be separated from the case, the name is not valid in C, or a file cannot be written.
     """
     from hystfmu.fmu.write.sources import target_files
 

@@ -44,7 +44,7 @@ def state_hash(graph: Graph, saved: Array, skip: int = 0) -> str:
 
 
 class FmuStore:
-    """Exported and unpacked FMUs in a folder of their own (`within`: where) that is gone at the end of the `with`."""
+    """Exported and unpacked FMUs in a temporary folder (`within`: where) that is removed at the end of the `with`."""
 
     def __init__(self, within: str | None = None) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="hystfmu_run_", dir=within))

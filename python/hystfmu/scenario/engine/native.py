@@ -78,7 +78,7 @@ def _run() -> Any:
 class Native:
     """A case that is ready to run in C, any number of times; it records the outputs `columns`, all by default.
 
-    `cut` keeps units whose steps may be cut apart from the others; by default where a run has cuts.
+    `cut` separates units whose steps can be divided from the others; by default if a run has divided steps.
     """
 
     def __init__(self, system: System, columns: Sequence[str] | None = None, cut: bool = False) -> None:
@@ -151,7 +151,7 @@ class Native:
         return Trace.joined(self.chunks(), self._system.n_steps + 1)
 
     def chunks(self) -> Iterator[Trace]:
-        """From t = 0 to the end, in chunks of rows; more events than steps may be are an InputError."""
+        """From t = 0 to the end, in chunks of rows; more events than allowed are an InputError."""
         system = self._system
         cut = cuts(system, self._present)
         if len(cut[0]) and not self._cut:

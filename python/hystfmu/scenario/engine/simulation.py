@@ -1,7 +1,7 @@
 """Run a case in this process, or in a child process with limits of time and memory if it has foreign FMUs.
 
-A child may crash or hang without harm.  Its results come back in two files of known form, which are read as those of
-others.  Nothing that it writes is unpickled.
+A child may crash or hang without harm. Its results are returned in two files of known format, which are untrusted.
+Nothing that it writes is unpickled.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def child(
 
 
 def main(folder: str) -> None:
-    """In the child: do the work in the folder and leave what became of it there."""
+    """In the child: do the work and write the result into the folder."""
     work, task, gigabytes = pickle.loads((Path(folder) / TASK).read_bytes())  # our own parent wrote it
     limit_memory(gigabytes)
     ended: dict[str, Any] = {"stopped": None, "status": "stopped"}

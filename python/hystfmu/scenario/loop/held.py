@@ -16,7 +16,7 @@ TINY = 1e-9  # of a step: such a part of one is none
 
 
 def ramp_of(dynamics: Sequence[Node], step: float) -> float:
-    """Return the time in which a new command reaches dynamics in series (s): their step if they ramp up to it, or 0."""
+    """Return the ramp time of a new command for dynamics in series (s): their step if they ramp up to it, or 0."""
     if not dynamics:
         return 0.0
     first = dynamics[0]

@@ -1,7 +1,8 @@
 """Limits of the linearised loop that a scenario states, and their verdicts; the figures beside the result of a case.
 
-The figures are found once for all cases that share a loop.  The sector of slopes, for which a case would have to run
-again, is left to `hystfmu margins`; a loop without an inverse needs it for its gain, and has no figures if it is long.
+The figures are computed once for all cases with the same loop. Only `hystfmu margins` computes the sector of slopes,
+because it needs another run. A loop without an inverse needs this run for its gain, and has no figures if the run is
+long.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ def _figures(loop: _Loop) -> LoopFigures:
 class LoopVerdict:
     """One limit of a loop, the key `limit` of a scenario, and the case or the corners where it holds.
 
-    `value` is what the loop has, None if it is unstable, `bound` what is asked for; `expected`: the scenario states
+    `value` is that of the loop, None if it is unstable, `bound` the required one; `expected`: the scenario states
     that the loop is unstable there.
     """
 
@@ -101,7 +102,7 @@ def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop | InputError]:
 
 
 def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError]) -> list[LoopVerdict]:
-    """Hold the loops of a scenario, by case, or why a case has none, against its limits.
+    """Compare the loops of a scenario, by case, or the reason why a case has none, with its limits.
 
     A limit for a case without a loop is refused.
     """

@@ -1,8 +1,8 @@
 """An opened loop: its response, poles and margins for any slope and delay.
 
-The loop is L(z) = -slope K(z) G(z): K is the exact tangent of all units but the plant, G the dynamics of the plant with
-static gain 1, exact for the command as it reaches them, held or on a ramp, with any delay, also a fraction of a step.
-A memory of a period enters K by its response.
+The loop is L(z) = -slope K(z) G(z): K is the exact tangent of all units except the plant. G is the dynamics of the
+plant with static gain 1, exact for a held or ramped command with any delay, also a fraction of a step. A memory of one
+period enters K by its frequency response.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ NO_SLOPE = 1e-3  # of the largest slope: a smaller one is none
 class OpenedLoop:
     """The loop of a case, opened at the input of its plant or at a named signal.
 
-    The controller, at the step h, is all units but the plant; an output reads the input of the same step.  Its first
+    The controller, at the step h, is all units except the plant; an output reads the input of the same step. Its first
     input is the output of the plant, its first output the command; then come corrections and errors of the memories.
     `slopes` are the least and largest local slope of the plant over its inverse along the path of the case;
-    `hysteresis` names the models of both, and `at` the signal at which the loop is broken, by default the input of the
+    `hysteresis` names the models of both, and `at` the signal at which the loop is opened, by default the input of the
     plant.
     """
 
@@ -51,11 +51,11 @@ class OpenedLoop:
     side: PlantSide  # units at the rate of the plant; their delay is that of the case
     memories: tuple[PeriodMemory, ...] = ()  # learning or repetitive control, at most one
     at: str = ""
-    broken: StateSpace | None = None  # controller broken there, behind and before which are its second input and output
-    falling: bool = False  # the gain of the loop falls with the amplitude; the margins hold at the largest one
-    inverted: bool = True  # an inverse stands in the loop
-    ramp: float = 0.0  # s in which a new command reaches the dynamics of the plant
-    command: Link | None = None  # brings the command: into the inverse, or without one into the plant
+    broken: StateSpace | None = None  # controller opened there, with a second input and a second output
+    falling: bool = False  # the gain of the loop decreases with the amplitude; the margins hold for the largest gain
+    inverted: bool = True  # the loop contains an inverse
+    ramp: float = 0.0  # ramp time of a new command for the dynamics of the plant (s)
+    command: Link | None = None  # carries the command: into the inverse, or without one into the plant
 
     @functools.cached_property
     def nominal(self) -> float:
@@ -203,10 +203,10 @@ class OpenedLoop:
         return self.memories[0].factor(self._angles, _error(K, G))
 
     def learnt(self, angles: Array, slope: float | None = None, delay: float = 0.0) -> Complex:
-        """Return the response at angles omega h from a correction to what it takes off the error, shape (m,).
+        """Return the response at angles omega h from a correction to the reduction of the error, shape (m,).
 
-        The memory itself, which the loop must have, is left out: it shrinks errors by abs(Q - L T) in a period, T this
-        response.
+        The memory itself, which the loop must have, is not included: it multiplies errors by abs(Q - L T) per period,
+        where T is this response.
         """
         if not self.memories:
             raise InputError(f"{self.system.case.title}: The loop must have a memory of a period. Got none.")

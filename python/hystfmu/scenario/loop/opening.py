@@ -1,7 +1,7 @@
 """Open the loop of a case at the input of its plant or at a named signal.
 
-The units of the loop are linear but for the hysteresis of the plant and its inverse.  These two together have local
-slopes around 1 that depend on the path; the case itself is run to find the sector that they fill.
+The units of the loop are linear, except for the hysteresis of the plant and its inverse. Together these have local
+slopes around 1 that depend on the path; a run of the case gives the sector of slopes.
 """
 
 from __future__ import annotations
@@ -143,7 +143,7 @@ def _controllers(system: System, plant: int, around: Sequence[int], between: Map
 def _measured(system: System, plant: int, graph: Graph) -> list[Input]:
     """Return the inputs of the controllers that read the tracked output of the plant.
 
-    Another output of it, which small signals move, is refused.
+    Another output of the plant that depends on small signals is refused.
     """
     tracked = system.columns[_tracked(system)]
     found = []

@@ -81,7 +81,7 @@ def plant_side(system: System, plant: int, around: Sequence[int]) -> PlantSide:
 def _delay(system: System, part: Part) -> int:
     """Return the steps by which a unit delays its input.
 
-    Several delays that are not in series, such as a unit that chooses among them, are refused.
+    Several delays that are not in series, for example a selection of delays, are refused.
     """
     delays = [n for n in part.own.nodes if n.type == DELAY]
     edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in part.own.wires]

@@ -26,9 +26,9 @@ def simulated_delay(system: System, entry: Link, growth: float = GROWTH, far: fl
     """Return the largest further delay for which a case does not fail, in steps, up to `MOST`; NaN if it fails without
     one.
 
-    `entry` brings the command to the units at the rate of the plant.  The largest error may grow by the factor `growth`
-    from the first half of the window of the metric to the second, and be `far` above that without a further delay, of
-    the stroke.
+    `entry` brings the command to the units at the rate of the plant. The largest error may grow by the factor `growth`
+    from the first half of the window of the metric to the second, and be `far`, relative to the stroke, above that
+    without a further delay.
     """
     ripple = system.case.ripple
     first = _errors(system)

@@ -63,7 +63,7 @@ class Baseline:
 
     @classmethod
     def load(cls, folder: Path) -> Baseline | None:
-        """The baseline of a scenario; None if none was recorded, an InputError for files that are no such ones."""
+        """The baseline of a scenario; None if none was recorded; files with invalid content are an InputError."""
         file = folder / "baseline.toml"
         if not file.exists():
             return None
@@ -134,9 +134,9 @@ def _inline(table: dict[str, float] | dict[str, str]) -> str:
 
 @dataclass(frozen=True)
 class Change:
-    """One number of a baseline that a record would change: of `what`, in scenario/case `title`.
+    """One change of a baseline by a new record: of `what`, in scenario/case `title`.
 
-    `old` and `new` are None where there is none, text for a hash of final states.
+    `old` and `new` are None if there is none, text for a hash of final states.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""One case of a scenario after its run: verdicts against limits and baseline, failures, the signals for a picture."""
+"""Result of one case of a scenario: verdicts against limits and baseline, failures, signals for plots."""
 
 from __future__ import annotations
 

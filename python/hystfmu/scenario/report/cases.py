@@ -225,8 +225,8 @@ def _curve(r: Result) -> str:
 def case_table(results: Sequence[Result], curves: bool, shown: Set[str]) -> str:
     """Return the cases of a scenario with all metrics, limits and margins as HTML.
 
-    With `curves` a cell shows the curve of the error and leads to the case.  `shown` has the places of the cases that
-    have a part of their own; of another one the row itself is the place.
+    With `curves` a cell shows the curve of the error and links to the case. `shown` has the link targets of the cases
+    with a section of their own; other cases have the row itself.
     """
     metrics = {v.metric: r.system.case.metrics[v.metric] for r in results for v in r.verdicts}
     names = [label(k, unit_of_metric(results[0].system, m)) for k, m in metrics.items()]

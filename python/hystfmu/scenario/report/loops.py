@@ -1,6 +1,6 @@
-"""A loop on a page: its order, step and delays in tables, and its hysteretic units, whose input a reader moves.
+"""A loop on a page: its order, step and delays in tables, and its hysteretic units, whose input the reader moves.
 
-The delay budget has every hold and every late value, from order, wiring and rates.
+The delay budget has every hold and every delayed value, from order, wiring and rates.
 """
 
 from __future__ import annotations
@@ -107,7 +107,8 @@ DIVERGED = 1e9  # no input of a stable loop, in any unit of measure
 def loop_explorer(systems: Sequence[System]) -> Section | None:
     """Return the part of a page for the hysteretic units of systems with equal units of measure at their ports.
 
-    None without such units.  A unit that differs from another in values only is left out: a reader can move them.
+    None without such units. A unit that differs from another only in values is omitted, because the reader can change
+    the values.
     """
     models: dict[str, Explored] = {}
     ports: tuple[str, str] | None = None

@@ -1,4 +1,4 @@
-"""Results of scenarios for machines: what report.json holds, and JUnit XML for continuous integration servers."""
+"""Results of scenarios as data: the content of report.json, and JUnit XML for continuous integration servers."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class _Variable:
 def container_fmu(system: System, name: str) -> bytes:
     """The archive of an FMU 2.0 for Co-Simulation; `name` is that of the model, and its identifier.
 
-    Refused: a coupling or a unit that a container does not step, and a package without the binary.
+    Refused: a coupling or a unit that a container does not support, and a package without the binary.
     """
     _check(system)
     binary = PACKAGE / f"_container.{host().suffix}"

@@ -1,8 +1,8 @@
 """A case as readers of an SSP archive run it, and its difference from the case itself.
 
-fmpy, libcosim, ecos and containers of fmu-manipulation-toolbox step all components at once, each from the values of the
-last step (Jacobi), at one step, with no knowledge of events inside it.  libcosim and ecos pass outputs on during the
-initialisation until all have arrived, also to components that stand earlier.  Neighbouring units are joined to one
+fmpy, libcosim, ecos and containers of fmu-manipulation-toolbox step all components in parallel, with the values of the
+last step (Jacobi), with one step size and without events within steps. During the initialisation, libcosim and ecos
+pass outputs on repeatedly, also to components that are earlier in the order. Neighbouring units are joined to one
 component each, so that readers keep their order.
 """
 
@@ -29,7 +29,8 @@ from hystfmu.scenario.system.system import System
 def as_readers_run(case: Case) -> Case:
     """The case with Jacobi coupling at the base step.
 
-    Iterative coupling, units of different rates, substeps and a hold of its own are refused: no reader implements them.
+    Iterative coupling, units of different rates, substeps and a first-order hold are refused: no reader implements
+    them.
     """
     if case.coupling.scheme == "iterative":
         raise InputError(f"{case.where}: the coupling is iterative: no reader of SSP archives iterates")
@@ -46,7 +47,7 @@ def as_readers_run(case: Case) -> Case:
 def run_as_readers(system: System) -> Trace:
     """The trajectory of a case that `as_readers_run` made, from initial values that agree with each other.
 
-    An InputError says that it does not reach the end, or that its units find no common initial values.
+    An InputError says that it does not reach the end, or that its units have no consistent initial values.
     """
     try:
         begins, short = system.starts(), replace(system.case, stop=0.0)
@@ -97,7 +98,7 @@ def _groups(system: System) -> list[tuple[int, ...]]:
 
 
 def joined(system: System) -> tuple[Case, dict[str, str]]:
-    """The case of a system, which has one step, with one unit for all neighbours that can step as one graph.
+    """Return the case of a system with one step in which neighbours that can step as one graph are one unit.
 
     Outputs are called `unit_output`, and so are recorded signals; return their names by those of the system, too.
     """

@@ -1,4 +1,4 @@
-"""Elements of an SSP archive: parameter sets (SSV) with their types, and connections that mean the same at both ends.
+"""Elements of an SSP archive: parameter sets (SSV) with types, and connections with equal units of measure.
 
 Readers convert between the units of measure of two connectors (SSP 1.0, section 4.5.2) unless the connection suppresses
 it. HystFMU does not convert, so a connection that needs a conversion is refused.
@@ -29,8 +29,8 @@ _NO_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 def changes(part: Part, where: str) -> dict[str, SetValue]:
     """Return the parameters and constant inputs of a unit that differ from the start values of its FMU.
 
-    The start values of a foreign FMU are not ours to write; those of our own FMUs are, and nothing is left.  A value
-    that no parameter set holds is refused.
+    Start values of a foreign FMU cannot be changed; in own FMUs they are written directly, so nothing remains. A value
+    that a parameter set cannot contain is refused.
     """
     if not isinstance(part.graph, Foreign):
         return {}
@@ -82,8 +82,8 @@ _End = tuple[str | None, str | None]
 def connections(root: ET.Element, system: ET.Element, units: Container[str | None], wrong: _Wrong) -> dict[str, str]:
     """Return the output that drives each connected input, as `unit.connector`.
 
-    `units` are the names of the components; `wrong` makes an error of a sentence: of a connection that names no
-    connector, has a transformation, converts units, or drives what is driven already.
+    `units` are the names of the components; `wrong` converts a sentence to an error: for a connection without a
+    connector, with a transformation or a conversion of units, or to an input that is already connected.
     """
     found: dict[str, str] = {}
     kinds: dict[_End, str | None] = {}

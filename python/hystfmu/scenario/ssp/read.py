@@ -45,7 +45,7 @@ class Ssp:
 
 
 def read_ssp(path: str | Path, step: float | None = None, stop: float | None = None) -> Ssp:
-    """Unpack and read an SSP archive; `step` and `stop` (s) stand instead of what the file says.
+    """Unpack and read an SSP archive; `step` and `stop` (s) replace the values in the file.
 
     What is refused is one line with the file, the element, the rule and the value.
     """

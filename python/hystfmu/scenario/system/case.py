@@ -127,8 +127,8 @@ class Scenario:
     ) -> Scenario:
         """The cases of a scenario without a file, or with changes.
 
-        `attached` has what a path of a unit stands for, where that is no file of the `folder`, which also holds the
-        baseline.  Errors begin with the origin.
+        `attached` has models or files for paths of units that are not files of the `folder`, which also contains the
+        baseline. Errors begin with the origin.
         """
         made = cls.__new__(cls)
         made.folder = folder

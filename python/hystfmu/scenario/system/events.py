@@ -69,7 +69,7 @@ def missed(system: System) -> list[str]:
 
 
 def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
-    """Return the times at which fine steps are cut; `values` has parameters other than those of the scenario.
+    """Return the times at which fine steps are divided; `values` has parameters other than those of the scenario.
 
     Returns
     -------

@@ -1,14 +1,16 @@
-"""`extends` in a scenario.toml: the file states only what differs from another one; and conditions, stated once.
+"""`extends` in a scenario.toml: the file states only the differences from another one; and conditions, stated once.
 
 Tables merge key by key; numbers, texts and lists replace.  Three rules keep the result readable:
 
-- A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole. - Of
-several files in a list, a later one has priority. - A case states the differences from the case of the same name in the
-extended file. If a file lists cases, these run in this order; otherwise the cases of the extended file run. A name with
-``*`` or ``?`` stands for all matching cases of the extended file that the file does not name elsewhere.
+- A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole.
+- Of several files in a list, a later one has priority.
+- A case states the differences from the case of the same name in the extended file. If a file lists cases, these run
+  in this order; otherwise the cases of the extended file run. A name with ``*`` or ``?`` stands for all matching cases
+  of the extended file that the file does not name elsewhere.
 
-A condition is a corner, a signal or a delay that several cases take, in the order of their lists: later ones and then
-the case itself come on top.  Its text, unless it states one, is that of its conditions.
+Conditions are settings, such as a corner, a signal or a delay, that are stated once for several cases. A case applies
+its conditions in the order of its list: later ones have priority, and the case itself has the highest priority. Without
+its own text, it has the texts of its conditions.
 """
 
 from __future__ import annotations

@@ -19,10 +19,11 @@ def is_relative(path: str) -> bool:
 
 
 def inside(folder: Path, relative: str, where: str, scenario: Path | None = None) -> Path:
-    """A path of a scenario file that lies in `folder`; it may not leave the folder of all scenarios.
+    """Return a path of a scenario file in `folder`; it must not lead out of the folder of all scenarios.
 
-    `scenario` is the folder of the scenario, default `folder`; its parent holds all scenarios, or is a group of them.
-    An absolute path, and one that leads out, also through a symbolic link, are refused; errors begin with `where`.
+    `scenario` is the folder of the scenario, default `folder`; its parent holds all scenarios, or is a group of them. A
+    path that is absolute or leads out of the folder, also through a symbolic link, is refused; errors begin with
+    `where`.
     """
     if not is_relative(relative):
         raise InputError(f"{where}: must be a path relative to the scenario, with '/'; got {relative!r}")
@@ -53,7 +54,7 @@ def scenario_folders(folder: Path) -> list[Path]:
 
 
 def shipped_scenarios() -> Path:
-    """The folder that holds a folder for each scenario, and their models; an InputError if the package came without."""
+    """The folder that holds a folder for each scenario, and their models; an InputError if they are not installed."""
     for folder in (PACKAGE / "_scenarios", PACKAGE.parents[1] / "scenarios"):
         if folder.is_dir():
             return folder

@@ -12,8 +12,8 @@ def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Gra
     """Some units with the same period as one graph, in their order; `own`: values that a unit reads from itself remain
     inputs from outside, as in a coupling.
 
-    Blocks are called `unit_block`, outputs `unit_output`, inputs `unit_input`.  Return also which inputs of which units
-    became inputs of the graph, in its order: those with a source outside, and constants (whose value is the start
+    Blocks are called `unit_block`, outputs `unit_output`, inputs `unit_input`. Return also the inputs of units that
+    became inputs of the graph, in its order: those with a source outside, and constants (with the value as start
     value).
     """
     nodes: list[Node] = []

@@ -234,7 +234,7 @@ def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def behind(edges: Iterable[tuple[T, T]], *first: T) -> set[T]:
-    """Return what lies behind some ends of connections; these themselves only if they act on themselves."""
+    """Return what is downstream of some ends of connections; these themselves only if they act on themselves."""
     edges, found = list(edges), set[T]()
     while more := {b for a, b in edges if a in found or a in first} - found:
         found |= more

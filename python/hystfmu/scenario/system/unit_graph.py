@@ -1,8 +1,8 @@
-"""The graph (or foreign FMU) of one unit as its scenario states it, and parameters changed by an importer's names.
+"""The graph (or foreign FMU) of one unit of a scenario, and changes of its parameters by the names in an FMU.
 
-The size of a block is part of its structure.  A unit of the block `delay` may change it nevertheless, `--set
-delay.n=1.3`, so that cases and studies vary the delay of a loop: a fraction of a step counts in fine steps, and 0 makes
-the unit a connection.
+The size of a block is part of its structure. A unit of the block `delay` is an exception, `--set delay.n=1.3`, so that
+cases and studies can vary the delay of a loop: a fraction of a step is counted in fine steps, and with 0 the unit
+becomes a connection.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
 
 
 def with_files(case: Case) -> Case:
-    """Return the case with the models and FMUs of its units, which it then needs no file for, as in confinement."""
+    """Return the case with the loaded models and FMUs of its units, so that it needs no files, as in confinement."""
     read: dict[str, Model | Foreign] = {}
     for name, spec in case.units.items():
         where = f"{case.where}: units.{name}"
@@ -122,7 +122,7 @@ def start_values(graph: Graph | Foreign, kind: str) -> list[float]:
 
 
 def first_outputs(graph: Graph | Foreign) -> list[float]:
-    """Scalar outputs before any input is known: those of delays, which units read early; else start values."""
+    """Scalar outputs before any input is known: initial ones of delays, which earlier units read; else start values."""
     if isinstance(graph, Foreign):
         return start_values(graph, "output")
     outputs = [p for p in graph.ports if p.kind == "output"]
