@@ -42,9 +42,10 @@ RECORDS = {"demo": lambda path: piezo(seed=0).to_csv(path), "measured": _measure
 def test_ends_with_a_loop_and_a_whole_report(record: str, tmp_path: Path) -> None:
     RECORDS[record](tmp_path / "data.csv")
     found = CliRunner().invoke(main, ["start", str(tmp_path / "data.csv"), "-o", str(tmp_path / "mine"), "--json"])
-    assert found.exit_code == 0, found.output
+    assert found.exit_code == 1, found.output
     told = json.loads(found.stdout)
     assert all(Path(f["path"]).exists() for f in told["files"].values())
+    assert "is not known" in told["verdict"]["reasons"][0], "none of these records shows the dynamics"
     page = (tmp_path / "mine" / "report.html").read_text()
     assert page.index('<p class="answer">verdict: ') < page.index("before: a gain alone")
     assert all(f">{title}</h2>" in page for title in ("Errors", "Model", "Controller"))

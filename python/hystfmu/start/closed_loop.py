@@ -77,8 +77,19 @@ class ClosedLoop:
 
     @property
     def approved(self) -> bool:
-        """True if the loop keeps its margins over the set, every draw is bounded, and all requirements are met."""
-        return self.results.passed and not self.margins.broken()
+        """True if the loop keeps its limits, all requirements are met, and each error on the device has a bound."""
+        return self.results.passed and not self.margins.broken() and not self.unknown
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """A line for each reason for which an error on the device is not known."""
+        by_reason: dict[str, list[str]] = {}
+        for p in self.promises:
+            if p.bound_percent is None:
+                by_reason.setdefault(p.why, []).append(p.name)
+        every = len(self.promises)
+        named = {why: "" if len(n) == every else f" of {', '.join(n)}" for why, n in by_reason.items()}
+        return tuple(f"the error{of} on the device is not known: {why}" for why, of in named.items())
 
     @property
     def references(self) -> tuple[str, ...]:

@@ -2,7 +2,8 @@
 
 A run of the scenario contains the model error of the record and the noise of its sensor.  What the record leaves open
 of modes and delay comes beside it: the feed-forward misses a part of every tone of the reference, and the feedback
-leaves a part of that.  A record that shows one kind of signal only says nothing about others.
+leaves a part of that.  A record that shows one kind of signal only says nothing about others, and a model that does not
+follow its record says nothing about the device.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from hystfmu.design.plants import PlantSet
 from hystfmu.design.race import Aim, Tuned
 from hystfmu.face.model import Model
 from hystfmu.face.result import Results
+from hystfmu.identify.auto import REFUSED
+from hystfmu.identify.guards import at_bounds
 from hystfmu.start.device import Device
 from hystfmu.start.misfit import Misfit
 from hystfmu.start.references import Tried
@@ -27,6 +30,9 @@ SMALL = 0.05  # of the range of the input: a reversal that shows memory
 BOUND = 2.0  # times the expected error: 19 of 20 errors of drawn devices lie below (tests/benchmarks/devices.py)
 LEAST = 0.5  # of the noise of the record: a smaller bound is not what the record can show
 HARMONICS = 5  # of a reference that must lie in the coherent band
+FAR = 5.0  # times the noise of the record: an error that a fit at its bounds must not have
+SLIGHT = 0.2  # percent of the span: an error that is never far, such as on rows of few digits
+NEXT = "measure the input of measure_next.csv"
 
 
 @dataclass(frozen=True)
@@ -90,15 +96,37 @@ def expected_percent(found: Device, plants: PlantSet, aim: Aim, missed: Misfit, 
 
 
 def unknown(found: Device, t: Tried, data: Dataset, model: Model) -> str:
-    """Return why the error on the device is not known; empty if it is."""
+    """Return why the error on the device is not known, and what to do; empty if it is known."""
     size = SMALL * float(np.ptp(data.u))
     turns = sum(len(turning_points(data.u[rows], size)) for rows in data.records)
     if turns < LEAST_REVERSALS or any("informative" in w for w in model.fit.get("warnings", ())):
-        return "the record does not show the memory of the hysteresis"
+        return f"the record does not show the memory of the hysteresis: {NEXT}"
+    if fault := misfitted(model, 100 * found.noise / data.span):
+        return fault
     if not found.plant.f_n:
-        return "the record does not show the dynamics of the device"
+        return f"the record does not show the dynamics of the device: {NEXT}"
     if HARMONICS * t.frequency > found.band:
-        return f"the reference is faster than the record shows ({found.band:.3g} Hz)"
+        return f"the reference is faster than the record shows ({found.band:.3g} Hz): {NEXT}"
+    return ""
+
+
+def misfitted(model: Model, noise: float) -> str:
+    """Return how a model does not follow its record; empty if it does.
+
+    Parameters
+    ----------
+    model : Model
+    noise : float
+        RMS of the noise of the record, percent of the span.
+    """
+    fit = model.fit
+    error = max(float(fit.get(k, 0.0)) for k in ("rms_percent", "validation_percent", "held_out_rms_percent"))
+    told = f"an error of {error:.3g} % of the span, the noise is {noise:.2g} %"
+    if error**2 - noise**2 > REFUSED**2:
+        return f"{model.key} does not follow the record ({told}): name another kind of model or none"
+    bounds = at_bounds(fit.get("warnings", ()))
+    if bounds and error > max(FAR * noise, SLIGHT):
+        return f"the fit ended at a bound of {', '.join(bounds)} ({told}): name another kind of model or none"
     return ""
 
 

@@ -58,7 +58,7 @@ class Started:
 
     @property
     def approved(self) -> bool:
-        """True if there is a loop that meets the requirements."""
+        """True if there is a loop that meets the requirements, with a bound of each error."""
         return bool(self.verdict["approved"])
 
 
@@ -138,7 +138,9 @@ def start(
     if isinstance(loop, ClosedLoop):
         files |= _files_of_loop(folder, name, model, loop)
         report = f"hystfmu run {folder / 'loop'} --report DIR"
-    doubt = isinstance(loop, ClosedLoop) and loop.feedback != "full" and asked.controller != "none"
+    doubt = isinstance(loop, ClosedLoop) and (
+        bool(loop.unknown) or (loop.feedback != "full" and asked.controller != "none")
+    )
     if model.fit.get("warnings") or doubt:
         notes = [
             *notes,

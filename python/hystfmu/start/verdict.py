@@ -1,4 +1,7 @@
-"""The verdict of `hystfmu start`: one object that terminal, page, verdict.json and exit status read."""
+"""The verdict of `hystfmu start`: one object that terminal, page, verdict.json and exit status read.
+
+A loop with an error that is not known is never approved.
+"""
 
 from __future__ import annotations
 
@@ -76,7 +79,7 @@ def verdict(loop: ClosedLoop | str) -> dict[str, Any]:
         "feedback": loop.feedback,
         "controller": loop.tuned.structure.name if loop.tuned else "none",
         "step": loop.device.h,
-        "reasons": [*failed, *loop.margins.broken(), *loop.reasons],
+        "reasons": [*failed, *loop.margins.broken(), *loop.unknown, *loop.reasons],
         "references": [
             {
                 "name": p.name,
