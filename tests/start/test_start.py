@@ -99,7 +99,7 @@ def test_a_poor_record_says_what_to_measure_next(tmp_path: Path) -> None:
     hy.Dataset(1e-3 * k, u, play.predict(u)).to_csv(tmp_path / "decay.csv")
     status, out, err = call("start", tmp_path / "decay.csv", "--model", "prandtl_ishlinskii", "-o", tmp_path / "mine")
     assert status == 1, out + err
-    assert "not show the memory of the hysteresis: measure the input of measure_next.csv" in out.splitlines()[-1]
+    assert "not show the memory of the hysteresis: measure the input of measure_next.csv" in err.splitlines()[-1]
     assert "not informative enough to identify memory" in err
     assert (tmp_path / "mine" / "report.html").exists()
     found = np.genfromtxt(tmp_path / "mine" / "measure_next.csv", delimiter=",", skip_header=1)
