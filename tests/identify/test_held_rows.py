@@ -7,7 +7,7 @@ import pytest
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.identify.catalogue import candidates
-from hystfmu.identify.cuts import EVERY, validation_rows
+from hystfmu.identify.cuts import EVERY, fitted_and_held, validation_rows
 from hystfmu.identify.one import fit_one
 
 CHEAP = ("prandtl_ishlinskii", "krasnoselskii_pokrovskii", "polynomial_narx")
@@ -62,3 +62,12 @@ def test_rows_that_count():
 def test_validation_blocks_are_disjoint_and_cover_all_rows():
     count = sum(validation_rows(U, which).astype(int) for which in range(EVERY))
     assert (count == 1).all()
+
+
+@pytest.mark.parametrize("fold", range(EVERY))
+def test_beside_a_fold_that_is_held_out_there_are_blocks_that_tell_which_parts_to_take(fold):
+    rows = validation_rows(U, fold)
+    every, fitted, tested = fitted_and_held(Dataset.from_signal(U, Y, 1e-3).with_held(rows), len(U))
+    assert len(tested) > 0.1 * len(U)
+    assert not rows[every].any()
+    assert sorted([*fitted, *tested]) == every.tolist()

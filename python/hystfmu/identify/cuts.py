@@ -63,7 +63,10 @@ def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     """Return the rows that count, thinned evenly to at most `most`, those to fit, and those in validation blocks."""
     held = np.zeros(data.train.stop, dtype=bool)
-    held[data.train] = validation_rows(data.u[data.train])
+    for which in range(EVERY - 1, 0, -1):  # the data may hold out a fold themselves
+        held[data.train] = validation_rows(data.u[data.train], which)
+        if held[data.counted].any():
+            break
     held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
     every = np.arange(data.train.stop)[data.counted]
     every = every[:: -(-len(every) // most)]

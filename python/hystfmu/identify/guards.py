@@ -12,7 +12,7 @@ reach.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -30,6 +30,7 @@ WILD = 100.0  # spans of y beyond its range: the output grows without bound
 WIDE = 1.0  # spans of y beyond its range that are warned of
 NEAR = 1e-3  # of the width of a search: distance from a bound
 POOR = 40.0  # % coverage
+STOPPED = "is a bound of the search"
 MIRRORED = 1e-6  # relative distance of a pole from a mirrored zero
 
 Bounded = Mapping[str, tuple[float, float, float]]
@@ -115,10 +116,15 @@ def _fast_poles(graph: Graph, h: float) -> list[str]:
 
 def _at_bounds(bounded: Bounded) -> list[str]:
     return [
-        f"{name} = {value:.4g} is a bound of the search ({lo:.4g} to {hi:.4g}): the data do not determine it"
+        f"{name} = {value:.4g} {STOPPED} ({lo:.4g} to {hi:.4g}): the data do not determine it"
         for name, (value, lo, hi) in bounded.items()
         if not lo + NEAR * (hi - lo) < value < hi - NEAR * (hi - lo)
     ]
+
+
+def at_bounds(told: Iterable[str]) -> list[str]:
+    """Return the names of the parameters at a bound of their search, from the warnings of a fit."""
+    return [line.partition(" = ")[0] for line in told if STOPPED in line]
 
 
 def _unseen(covered: float | None) -> list[str]:

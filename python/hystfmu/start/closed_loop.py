@@ -29,7 +29,7 @@ from hystfmu.start.contender import Contender
 from hystfmu.start.device import FINE, SLOPES, Device, device
 from hystfmu.start.loop import command_of, draws, loop_scenario
 from hystfmu.start.misfit import HARMONICS, Misfit, misfit
-from hystfmu.start.promise import Promise, expected_percent, promises
+from hystfmu.start.promise import OTHER_KIND, Promise, expected_percent, promises
 from hystfmu.start.references import Tried, references
 from hystfmu.start.requirements import JUMPS, OVERSHOOT, Amplifier, Requirements
 from hystfmu.start.step_response import StepResponse, step_response
@@ -78,8 +78,13 @@ class ClosedLoop:
 
     @property
     def approved(self) -> bool:
-        """True if the loop keeps its margins over the set, every draw is bounded, and all requirements are met."""
-        return self.results.passed and not self.margins.broken()
+        """True if the model follows its record, margins hold over the set, draws are bounded and requirements met."""
+        return self.results.passed and not self.margins.broken() and not self.misfitted
+
+    @property
+    def misfitted(self) -> tuple[str, ...]:
+        """The reason why the model does not follow its record; empty if it does."""
+        return tuple({p.why for p in self.promises if p.why.endswith(OTHER_KIND)})
 
     @property
     def references(self) -> tuple[str, ...]:

@@ -2,7 +2,8 @@
 
 A run of the scenario contains the model error of the record and the noise of its sensor. The uncertainty of modes and
 delay is added: the feed-forward leaves an error for every tone of the reference, which the feedback reduces. A record
-with only one kind of signal gives no information about others.
+with only one kind of signal gives no information about others, and a model that does not follow its record gives none
+about the device.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from hystfmu.design.plants import PlantSet
 from hystfmu.design.race import Aim, Tuned
 from hystfmu.face.model import Model
 from hystfmu.face.result import Results
+from hystfmu.identify.auto import REFUSED
+from hystfmu.identify.guards import at_bounds
 from hystfmu.start.device import Device
 from hystfmu.start.misfit import Misfit
 from hystfmu.start.references import Tried
@@ -27,6 +30,9 @@ SMALL = 0.05  # of the range of the input: a reversal that shows memory
 BOUND = 2.0  # times the expected error: 19 of 20 errors of drawn devices lie below (tests/benchmarks/devices.py)
 LEAST = 0.5  # of the noise of the record: a smaller bound is not what the record can show
 HARMONICS = 5  # of a reference that must lie in the coherent band
+FAR = 5.0  # times the noise of the record: an error that a fit at its bounds must not have
+OTHER_KIND = "name another kind of model or none"
+SLIGHT = 0.2  # percent of the span: an error that is never far, such as on rows of few digits
 
 
 @dataclass(frozen=True)
@@ -95,10 +101,32 @@ def unknown(found: Device, t: Tried, data: Dataset, model: Model) -> str:
     turns = sum(len(turning_points(data.u[rows], size)) for rows in data.records)
     if turns < LEAST_REVERSALS or any("informative" in w for w in model.fit.get("warnings", ())):
         return "the record does not show the memory of the hysteresis"
+    if fault := misfitted(model, 100 * found.noise / data.span):
+        return fault
     if not found.plant.f_n:
         return "the record does not show the dynamics of the device"
     if HARMONICS * t.frequency > found.band:
         return f"the reference is faster than the record shows ({found.band:.3g} Hz)"
+    return ""
+
+
+def misfitted(model: Model, noise: float) -> str:
+    """Return how a model does not follow its record; empty if it does.
+
+    Parameters
+    ----------
+    model : Model
+    noise : float
+        RMS of the noise of the record, percent of the span.
+    """
+    fit = model.fit
+    error = max(float(fit.get(k, 0.0)) for k in ("rms_percent", "validation_percent", "held_out_rms_percent"))
+    figures = f"an error of {error:.3g} % of the span, the noise is {noise:.2g} %"
+    if error**2 - noise**2 > REFUSED**2:
+        return f"{model.key} does not follow the record ({figures}): {OTHER_KIND}"
+    bounds = at_bounds(fit.get("warnings", ()))
+    if bounds and error > max(FAR * noise, SLIGHT):
+        return f"the fit ended at a bound of {', '.join(bounds)} ({figures}): {OTHER_KIND}"
     return ""
 
 

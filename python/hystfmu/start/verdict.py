@@ -77,7 +77,7 @@ def verdict(loop: ClosedLoop | str) -> dict[str, Any]:
         "feedback": loop.feedback,
         "controller": loop.tuned.structure.name if loop.tuned else "none",
         "step": loop.device.h,
-        "reasons": [*failed, *loop.margins.broken(), *loop.reasons],
+        "reasons": [*loop.misfitted, *failed, *loop.margins.broken(), *loop.reasons],
         "references": [
             {
                 "name": p.name,

@@ -108,6 +108,16 @@ def _stage(chirp: bool) -> Record:
     return h * np.arange(n), 60 + 60 * np.clip(x, -1, 1), 20 * _noisy(y, 2e-4, 12)
 
 
+def _bent_stage() -> Record:
+    """Plays and their cube in front of 150 Hz, damping .3, at 2 kHz, with a chirp to 400 Hz."""
+    n, h = 1500, 5e-4
+    k = np.arange(n // 2)
+    x = np.concatenate([reversals(n // 2, 11), 0.05 * np.sin(2 * np.pi * h * (5 * k + 395 * k**2 / n))])
+    x[: n // 2] -= np.linspace(0, x[n // 2 - 1], n // 2)
+    v = plays(np.clip(x, -1, 1))
+    return h * np.arange(n), 60 + 60 * np.clip(x, -1, 1), 20 * _noisy(mode(v + 2 * v**3, h, 150, 0.3), 5e-4, 12)
+
+
 def _decaying() -> Record:
     k = np.arange(600)
     x = np.exp(-0.004 * k) * np.sin(2 * np.pi * k / 75)
@@ -129,4 +139,5 @@ RECORDS: dict[str, Callable[[], Record]] = {
     "decaying_sine": _decaying,
     "stage_reversals": lambda: _stage(False),
     "stage_chirp": lambda: _stage(True),
+    "bent_stage": _bent_stage,
 }
