@@ -182,7 +182,7 @@ def test_fitted_operator_and_network_straighten_a_bent_readout():
 
 def test_straightened_output():
     y = np.array([1.0, 2.0, 4.0, 3.0])
-    v, free = straightened(-y, y, 3)
+    v, free = straightened(-y, y, 3, np.zeros((4, 0)))
     np.testing.assert_allclose(v, [1.0, 1 / 3, -1.0, -1 / 3])
     np.testing.assert_allclose(free, np.column_stack([np.ones(4), 1.5 * v**2 - 0.5, 2.5 * v**3 - 1.5 * v]), atol=1e-15)
 

@@ -30,7 +30,7 @@ from hystfmu.model.conformal import Interval, interval
 
 M = TypeVar("M", bound=Model)
 FOLDS = (1, 2)  # of every four blocks; never the first, which alone starts from rest, nor those that kinds hold out
-FAILED = 2.0  # times the error on the rows that both fitted: a search that ended elsewhere tells nothing of the model
+FAILED = 2.0  # times the error on the rows that both fitted: a search that ended elsewhere
 AS_NOISE = 1.3  # times the noise: held-out errors that leave nothing to explain
 
 

@@ -204,7 +204,7 @@ def read_study(file: Path) -> StudySpec:
 
 
 class Study:
-    """A study file (`*.study.toml`) with the cases of its scenario."""
+    """The study file at `path` (`*.study.toml`) with the cases of its scenario."""
 
     def __init__(self, path: str | Path) -> None:
         self.file = Path(path)

@@ -54,7 +54,7 @@ class Run:
     confined : bool
         Whether that process has no network and writes into a folder of its own only, where the system can.
     progress : function
-        Called with the fraction done, 0..1.
+        Called with the ``fraction`` done, 0..1.
     """
 
     engine: Engine = "fmpy"
@@ -66,7 +66,13 @@ class Run:
 
 
 def chunks(system: System, run: Run, store: FmuStore | None = None) -> Iterator[Trace]:
-    """Run a case in chunks of consecutive rows, in memory that does not grow with its length; see `simulate`."""
+    """Run a case in chunks of consecutive rows, in memory that does not grow with its length.
+
+    Parameters
+    ----------
+    system, run, store
+        As of `simulate`.
+    """
     return chunks_isolated(system, run) if system.foreign else chunks_here(system, run.engine, store)
 
 

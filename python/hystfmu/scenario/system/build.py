@@ -23,8 +23,11 @@ from hystfmu.scenario.system.unit_graph import (
 def build(case: Case) -> System:
     """Load the units of a case and connect them.
 
-    Refused: an unknown block, port or parameter, a value out of range, an input without a source, a path that leads
-    out, final states of a foreign FMU.
+    Raises
+    ------
+    InputError
+        An unknown block, port or parameter, a value out of range, an input without a source, a path that leads out,
+        final states of a foreign FMU.
     """
     parts: list[Part] = []
     columns: dict[str, int] = {}

@@ -127,8 +127,17 @@ class Scenario:
     ) -> Scenario:
         """The cases of a scenario without a file, or with changes.
 
-        `attached` has models or files for paths of units that are not files of the `folder`, which also contains the
-        baseline. Errors begin with the origin.
+        Parameters
+        ----------
+        spec : ScenarioSpec
+        origin : str
+            Beginning of every error.
+        attached : dict
+            Models or files for paths of units that are not files of the folder.
+        folder : path, optional
+            Folder of the files and of the baseline.
+        overrides, coupling
+            As `Scenario` takes them.
         """
         made = cls.__new__(cls)
         made.folder = folder
@@ -136,7 +145,13 @@ class Scenario:
         return made
 
     def named(self, name: str | None) -> Case:
-        """Return the case called `name`; without a name the first."""
+        """Return the case called `name`; without a name the first.
+
+        Raises
+        ------
+        InputError
+            There is no such case.
+        """
         found = self.cases[0] if name is None else next((c for c in self.cases if c.name == name), None)
         if found is None:
             raise InputError(f"{self.origin}: no case {name!r}; there are {', '.join(c.name for c in self.cases)}")

@@ -74,7 +74,13 @@ def segments(system: System, cut: bool) -> list[tuple[int, ...]]:
 
 
 def to_graph(system: System) -> Graph:
-    """The closed loop `system` as one graph, one FMU of the whole loop; all its units must have the same period."""
+    """The closed loop `system` as one graph, one FMU of the whole loop.
+
+    Raises
+    ------
+    InputError
+        Units differ in their periods, or one has substeps or a first-order hold.
+    """
     if len({p.period for p in system.parts}) > 1 or system.h != system.length(system.parts[0]):
         rates = {p.name: p.period for p in system.parts}
         raise InputError(f"{system.case.title}: units of different rates do not fit into one graph: {rates}")
