@@ -35,7 +35,7 @@ Work = Callable[[Any, IO[bytes]], dict[str, Any]]
 
 
 def silent(fraction: float) -> None:
-    """Tell no one about the progress."""
+    """Take the fraction done, and show nothing."""
 
 
 @dataclass(frozen=True)
