@@ -106,9 +106,9 @@ def files() -> str:
     parts = [
         "# Files",
         "",
-        "Keys of the TOML files, from the models that check them. Editors take the same as JSON Schema: the first line",
-        "`#:schema PATH/scenario.schema.json` of a file gives completion and checks in those that know Taplo. The",
-        "schemas lie in the folder `schema` of this site.",
+        "Keys of the TOML files, from the models that check them. The same keys exist as JSON Schema for editors.",
+        "With the first line `#:schema PATH/scenario.schema.json` in a file, an editor with Taplo completes and checks",
+        "the keys. The schemas are in the folder `schema` of this site.",
         "",
     ]
     for name, spec in FILES.items():

@@ -150,9 +150,9 @@ def page(store, cells):
     seconds = [store.known[*at, "auto"]["seconds"] for at in cells]
     seeds = ", ".join(map(str, sorted({at[2] for at in cells})))
     found = (
-        f"{sum(met)} of {len(met)} cells meet both. Seeds drawn: {seeds}. A choice took {np.median(seconds):.1f} s of "
-        f"one core (median). A kind that errs by more than {FAR:g} times the least error after a short fit is not "
-        "fitted in full."
+        f"{sum(met)} of {len(met)} cells meet both goals. Seeds drawn: {seeds}. A choice took "
+        f"{np.median(seconds):.1f} s of one core (median). A kind that errs by more than {FAR:g} times the least error "
+        "after a short fit is not fitted in full."
     )
     head = f"""# Choice of the kind of model
 
@@ -161,8 +161,8 @@ devices with random parameters and forms of data, on signals of other forms than
 plants of the classes of the kit; the others are devices of the literature with solvers of their own (`foreign` in the
 tests), with dynamics, covariates and noise. Every seed draws devices and data anew; no default was tuned to them.
 Errors below 0.05 %FS, or twice the noise, count as equal. A refusal is right if the best kind errs by more than
-{POOR:g} %FS; any other refusal gives an infinite ratio. Goal in every cell: median at most {MEDIAN:g}, worst at most
-{WORST:g}.
+{POOR:g} %FS; any other refusal gives an infinite ratio. The goals in every cell are a median of at most
+{MEDIAN:g} and a worst value of at most {WORST:g}.
 
 {textwrap.fill(found, 120)}
 """

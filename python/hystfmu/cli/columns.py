@@ -44,9 +44,9 @@ class Columns:
         ----------
         path : str or sequence of str
         train : str, optional
-            Rows that a fit counts.
+            Rows that a fit uses.
         with_output : bool
-            Whether an output is required; if not, it is read only if its column is clear.
+            Whether an output is required. If not, it is read only if its column can be recognised without doubt.
 
         Raises
         ------

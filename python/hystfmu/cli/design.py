@@ -159,7 +159,7 @@ def _structure(name: str, text: str) -> None:
         "--ms",
         type=click.FloatRange(0.5, 20),
         metavar="DB",
-        help="Largest peak of the sensitivity [default: that of the scenario, or 6].",
+        help="Largest allowed peak of the sensitivity [default: that of the scenario, or 6].",
     )
     @click.option("--bandwidth", type=POSITIVE, metavar="HZ", help="Least bandwidth; a slower loop is refused.")
     @click.option(

@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 @click.option(
     "--in-range",
     is_flag=True,
-    help="Add an output in_range: 1 if the input lies within that of the training rows, else 0.",
+    help="Add an output in_range: 1 if the input lies within the input range of the training rows, else 0.",
 )
 @click.option("--controller", is_flag=True, help="Export the controller of SCENARIO, without the plant.")
 @click.option("--case", metavar="NAME", help="Case of SCENARIO [default: the first].")
@@ -93,13 +93,14 @@ def export(
 
     The Modelica package contains a record of the parameter values, a block and an example. It uses the HystFMU library,
     which is installed with this program; the command prints its path. A model with an input in volts and an output in a
-    unit of length also gives a piezo actuator with pins and flanges, one with an input in amperes a magnetostrictive
-    actuator. --sheet takes stroke (m), blocking_force (N), capacitance (F, small signal), capacitance_ratio (mean over
-    small signal), or inductance (H, mean) and resistance (ohm) of a coil, resonance (Hz) and damping.
+    unit of length also gives a piezo actuator with pins and flanges. If the input is in amperes, it gives a
+    magnetostrictive actuator. --sheet takes stroke (m), blocking_force (N), capacitance (F, small signal),
+    capacitance_ratio (mean over small signal), or inductance (H, mean) and resistance (ohm) of a coil, resonance (Hz)
+    and damping.
 
-    --controller exports one unit with the inputs reference r and measured output y and the output command u:
-    feed-forward, controller, inverse, known limits, anti-windup. The unit is called once per sample. Its input
-    u_present is the command before the start: the unit takes over without a jump.
+    --controller exports one unit: feed-forward, controller, inverse, known limits and anti-windup. Its inputs are the
+    reference r and the measured output y; its output is the command u. The unit is called once per sample. A further
+    input, u_present, is the command before the start: with it the unit takes over without a jump.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu

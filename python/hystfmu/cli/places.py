@@ -31,7 +31,7 @@ def found(paths: Sequence[str]) -> list[Path]:
 
 
 def everything() -> list[Path]:
-    """Return the folders of all scenarios in ./scenarios, or without that folder of those that HystFMU ships.
+    """Return the folders of all scenarios in ./scenarios, or of the shipped scenarios if this folder does not exist.
 
     Raises
     ------

@@ -91,9 +91,9 @@ def predict(
 def check(model: str, data: str, columns: Columns, factor: float, as_json: bool) -> None:
     """Test whether a device has drifted, from a new record.
 
-    The model runs free on DATA. Its error is compared with the error on held-out or training rows that MODEL states.
-    Rows with inputs outside the trained range do not count. The table shows the remaining error after a correction of
-    only the offset, the gain, the lag or the loop. The exit status is 1 if it has drifted.
+    The model runs free on DATA. Its error is compared with the error that MODEL states for held-out rows or training
+    rows. Rows with inputs outside the trained range do not count. The table shows the remaining error after a
+    correction of only the offset, the gain, the lag or the loop. The exit status is 1 if the device has drifted.
 
     \b
     Example: hystfmu check piezo.model.toml today.csv

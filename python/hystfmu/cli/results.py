@@ -51,8 +51,8 @@ def reproduce(
     HystFMU, and whether the printed figure is met or by which factor it is missed. If a paper does not state its
     record, several records are scanned, and the row states on how many of them the figure is met. Figures of networks
     are medians over seeds, with their range. The exit status is 1 if a stated target is missed. Missed figures without
-    a target and missed run times do not change it. Papers without data or packages are listed first and skipped; then
-    the exit status is 1, too, or 2 if none can run.
+    a target and missed run times do not change it. A paper whose data or packages are missing is listed first and
+    skipped. Then the exit status is 1 as well, or 2 if no paper can run.
 
     The papers are Python files of the repository, which this command imports; no package contains them.
 
@@ -134,12 +134,17 @@ def demo(out: str, full: bool) -> None:
 @data_options
 @click.option("--train", metavar="A:B", help="Rows to fit, first:end.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the fit.")
-@click.option("--error", type=float, metavar="PERCENT", help="Largest RMS error, percent of peak to peak.")
+@click.option("--error", type=float, metavar="PERCENT", help="Largest allowed RMS error, percent of peak to peak.")
 @click.option("--controller", metavar="NAME", help="Structure of the controller; none: no feedback. Default: the best.")
-@click.option("--bandwidth", type=float, metavar="HZ", help="Least frequency at which the sensitivity reaches -3 dB.")
-@click.option("--ms", type=float, metavar="DB", help="Largest peak of the sensitivity. Default: 6.")
-@click.option("--settling", type=float, metavar="SECONDS", help="Longest time until a step stays within 2 %.")
-@click.option("--overshoot", type=float, metavar="PERCENT", help="Largest overshoot of a step. Default: 10.")
+@click.option(
+    "--bandwidth",
+    type=float,
+    metavar="HZ",
+    help="Required bandwidth: the sensitivity must not reach -3 dB below this frequency.",
+)
+@click.option("--ms", type=float, metavar="DB", help="Largest allowed peak of the sensitivity. Default: 6.")
+@click.option("--settling", type=float, metavar="SECONDS", help="Longest allowed time until a step stays within 2 %.")
+@click.option("--overshoot", type=float, metavar="PERCENT", help="Largest allowed overshoot of a step. Default: 10.")
 @click.option(
     "--reference",
     multiple=True,

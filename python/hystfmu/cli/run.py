@@ -32,15 +32,16 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
     "--all",
     "everything",
     is_flag=True,
-    help="Run every scenario in ./scenarios, or without that folder those that HystFMU ships.",
+    help="Run every scenario in ./scenarios; if this folder does not exist, run the scenarios of HystFMU.",
 )
 @click.option(
     "--set",
     "settings",
     multiple=True,
     metavar="UNIT.NAME=VALUE",
-    help="Override a parameter, or with @FILE.json those of a file; repeatable. Then only the limits are tested. A "
-    "case that sets the parameter itself keeps its value, unless yours is relative ('*1.2') or --case names the case.",
+    help="Override a parameter; @FILE.json overrides all parameters in this file. Repeatable. Then only the limits are "
+    "tested. A case that sets the parameter itself keeps its value, unless yours is relative ('*1.2') or --case names "
+    "the case.",
 )
 @click.option(
     "--engine",
@@ -70,7 +71,8 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
 @click.option(
     "--record",
     is_flag=True,
-    help="Record the results as the new baseline.  Prints the changes; asks first on a terminal.",
+    help="Record the results as the new baseline.  The command prints the changes and, on a terminal, asks "
+    "before it writes.",
 )
 @click.option("--yes", is_flag=True, help="With --record: do not ask.")
 @click.option("--junit", type=OutputFile(folder=False), metavar="FILE", help="JUnit XML file to write the verdicts to.")

@@ -20,10 +20,14 @@ from hystfmu.report.verbosity import VERBOSE, echo, level, say, wrong
     "--all",
     "everything",
     is_flag=True,
-    help="Every scenario in ./scenarios, or without that folder those that HystFMU ships.",
+    help="Every scenario in ./scenarios; if this folder does not exist, the scenarios of HystFMU.",
 )
 @click.option(
-    "--case", "cases", multiple=True, metavar="NAME", help="Run only these cases, without the limits; repeatable."
+    "--case",
+    "cases",
+    multiple=True,
+    metavar="NAME",
+    help="Compute only these cases, and do not check the limits; repeatable.",
 )
 @click.option("--at", metavar="UNIT.OUTPUT", default="", help="Signal at which the loop is opened.")
 @click.option("--delays", is_flag=True, help="Print a row for each further delay: 0, 1/2, 1 and 2 steps.")
@@ -33,12 +37,12 @@ def margins(
 ) -> None:
     """Compute the margins of loops and check their limits.
 
-    Opens the loop of each case at the input of its plant and linearises it: controllers, observers and delays exactly,
-    the plant with its dynamics, hysteresis and inverse with the sector of slopes along the path of the case. Margins
-    hold for slope 1. Without an inverse, and if the slope of the plant is never 1, they hold for its largest slope.
-    Stability is checked over the sector with 0, 1/2, 1 and 2 further steps of delay. The exit status is 1 if a limit in
-    [margins] of a scenario is broken, or if a loop is unstable for a slope along its path and expected_unstable in
-    [margins] does not name this case.
+    Opens the loop of each case at the input of its plant and linearises it. Controllers, observers, delays and the
+    dynamics of the plant are exact. Hysteresis and inverse become the sector of slopes along the path of the case.
+    Margins hold for slope 1. If a loop has no inverse and the slope of its plant is never 1, the margins hold for the
+    largest slope of the plant. Stability is checked over the sector with 0, 1/2, 1 and 2 further steps of delay. The
+    exit status is 1 if a limit in [margins] of a scenario is broken, or if a loop is unstable for a slope along its
+    path and expected_unstable in [margins] does not name this case.
 
     \b
     Example: hystfmu margins scenarios/pid scenarios/pid_observer

@@ -53,7 +53,8 @@ class _Simulate(Command):
     "settings",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Override a parameter (of an archive: COMPONENT.NAME=VALUE), or with @FILE.json those of a file; repeatable.",
+    help="Override a parameter (of an archive: COMPONENT.NAME=VALUE); @FILE.json overrides all parameters in this "
+    "file. Repeatable.",
 )
 @click.option("--step", type=float, metavar="SECONDS", help="Step [default: that of the file].")
 @click.option("--stop", type=float, metavar="SECONDS", help="Stop time [default: that of the file].")

@@ -28,7 +28,8 @@ from hystfmu.report.verbosity import VERBOSE, echo, level, say
 @click.option(
     "--retry",
     type=click.Choice(["failed"]),
-    help="Run failed rows again. Rows that failed at a limit run again in any case if this limit was raised.",
+    help="Run failed rows again. A row that failed at a limit of time or memory always runs again if this limit is "
+    "now higher.",
 )
 @unconfined_option
 @json_option

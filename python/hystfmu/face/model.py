@@ -187,7 +187,7 @@ class Model(Record):
         other : Dataset or data frame with a measured output, or array, shape (n,)
             An array is the input.
         rows : slice, (first, end) or "first:end", optional
-            Rows that count, from 0 on, the end excluded; default all.
+            Rows whose errors are used, from 0 on, the end excluded; default all.
         y : array, shape (n,), optional
             Measured output, where `other` is an array.
         h, covariates

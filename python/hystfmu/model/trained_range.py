@@ -28,7 +28,7 @@ def trained_range(data: Dataset) -> dict[str, Any]:
 
 
 def with_in_range(model: Model) -> Model:
-    """Add the output `in_range` to a model: 1 if the input lies within that of the training rows, else 0.
+    """Add the output `in_range` to a model: 1 if the input lies within the range of the training rows, else 0.
 
     For an inverse, the range applies to its output, the input of the inverted model. The ends of the range also count
     as outside, because an implicit inverse stops there for every wanted output that it cannot reach.

@@ -154,8 +154,9 @@ class LoopShapingDesign(pydantic.BaseModel):
 def in_parallel(A: Array, B: Array, C: Array, sizes: list[int]) -> list[tuple[Array, Array]]:
     """Split a strictly proper system of simple poles into transfer functions, the slow poles first.
 
-    A, B, C have the shapes (n, n), (n, 1), (1, n); `sizes` are the numbers of poles, n together.  Return for each part
-    of k poles its numerator of shape (k,) and its denominator of shape (k + 1,), whose constant is 1.
+    A, B, C have the shapes (n, n), (n, 1), (1, n); `sizes` are the numbers of poles of the parts; their sum is n.
+    Return numerator and denominator of each part. For k poles they have the shapes (k,) and (k + 1,); the constant of
+    the denominator is 1.
     """
     poles, V = np.linalg.eig(A)
     residues = (C @ V).ravel() * np.linalg.solve(V, B.astype(complex)).ravel()

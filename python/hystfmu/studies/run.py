@@ -141,7 +141,7 @@ def run_study(
     on : str, optional
         ``dask://HOST:PORT`` of a Dask scheduler, instead of local processes.
     retry : {"failed"}, optional
-        Run failed rows again. Rows that failed at a limit of time or memory run again in any case if this limit is now
+        Run failed rows again. A row that failed at a limit of time or memory always runs again if this limit is now
         higher.
     confined : bool
         Whether foreign FMUs run without network and write into a folder of their own only, where the system can.

@@ -308,7 +308,7 @@ def limits(folder: Path, work: Path) -> list[str]:
             x = by_ecos(copy, [], ["x"], 1e-3, np.zeros((1000, 0)))[-1, 0]
             clock = by_ecos(copy, [], [], 1e-4, np.zeros((1000, 0)))[:, 0]
             off = np.abs(clock - np.arange(1, 1001) * 1e-4).max()
-            told.append(f"ecos runs it to x = {x:.9g}; its clock sums its steps and is {off:.0e} s off within 0.1 s")
+            told.append(f"ecos runs it to x = {x:.9g}; its clock adds up its steps and is {off:.0e} s off within 0.1 s")
         except Failure as e:
             told.append(f"ecos: {e}")
         found.append(f"Dahlquist, FMI {version}: {'; '.join(told)}.")
@@ -319,9 +319,9 @@ def limits(folder: Path, work: Path) -> list[str]:
         found.append(
             "Feedthrough, FMI 2.0, as a component of an SSP archive behind a constant 1: fmpy has "
             f"{rows[0]:g} after the first step and {rows[1]:g} after the second, because it passes 0 to every "
-            "connected input in the first step. Therefore loops of several components with initial values other than 0 "
-            "start differently in fmpy; the loops of this table are one component. Its clock sums its steps, too, "
-            f"and is {off:.0e} s off within 0.1 s."
+            "connected input in the first step. Therefore a loop of several components starts differently in fmpy if "
+            "it has initial values other than 0. The loops of this table are not affected, because each is a single "
+            f"component. The clock of fmpy also adds up its steps and is {off:.0e} s off within 0.1 s."
         )
         try:
             by_ecos(work / fmu.name, [], ["Float64_continuous_output"], 1e-3, np.zeros((1, 0)))

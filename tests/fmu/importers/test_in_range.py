@@ -1,4 +1,4 @@
-"""Output `in_range`: whether the input lies within that of the training rows, in Python, units and FMUs alike."""
+"""Output `in_range`: whether the input lies within the range of the training rows, in Python, units and FMUs alike."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def _arrow_column(pa: Any, field: Any, column: Any) -> list[Found]:
 
 
 def hdf5(source: str) -> Told:
-    """Return the arrays of real numbers that lie in an HDF5 file itself, and single numbers among the attributes."""
+    """Return the arrays of real numbers in an HDF5 file, without links, and the single numbers in its attributes."""
     import h5py
 
     file = h5py.File(source, "r")

@@ -64,9 +64,9 @@ def is_unit(text: str) -> bool:
 def split_name(label: str) -> tuple[str, str]:
     """Split a heading into the name and the unit of measure after it.
 
-    Any text in square brackets is a unit of measure. After a round bracket, a slash, ``in`` or a comma only known units
-    count. After an underscore or a blank a unit counts unless it may be an index, as in ``u_min``, ``y_m`` or ``Channel
-    A``.
+    Text in square brackets is always a unit of measure. Text in round brackets, or after a slash, ``in`` or a comma, is
+    a unit only if it is a known one. A known unit after an underscore or a blank is a unit unless it may be an index,
+    as in ``u_min``, ``y_m`` or ``Channel A``.
     """
     if m := _BRACKETS.fullmatch(label):
         unit = m[2] if m[2] is not None else m[3]

@@ -14,7 +14,7 @@ from hystfmu.graph import Graph
 
 @dataclass(frozen=True)
 class _Unit:
-    """Exponents of the SI base units, and the factor to SI: `scale` times a power of ten, which keeps its digits."""
+    """Exponents of the SI base units, and the factor to SI: `scale` times 10^`ten`, exact in decimal digits."""
 
     exponents: dict[str, int]
     ten: int = 0

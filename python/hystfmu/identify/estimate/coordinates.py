@@ -131,7 +131,7 @@ class _Part:
 def made_coordinates(
     frees: Sequence[Free], bounds: Sequence[tuple[float, float]], whole: Mapping[str, Array]
 ) -> tuple[Coordinates, Array]:
-    """Return the coordinates of a search and its first start, for what is searched and its bounds.
+    """Return the coordinates of a search over free parameters with their bounds, and its first start point.
 
     `whole` holds the values of the parameters in the graph, by ``node.parameter``, with the elements that are not
     free.

@@ -87,7 +87,8 @@ class Dynamics:
         return np.array([np.log(self.f_n), np.log(self.zeta), self.delay / h])
 
     def nodes(self, h: float, hold: str) -> list[Node]:
-        """Return a chain of blocks for the step h (s): ``g0`` (transfer_function), and ``delay`` from one sample on."""
+        """Return a chain of blocks for the step h (s): ``g0`` (transfer_function), and ``delay`` if it has a whole
+        sample."""
         whole = math.floor(self.delay / h + LEAST_REST)
         b, a = polynomials(self, max(self.delay - whole * h, 0.0) if self.delay / h - whole > LEAST_REST else 0.0)
         g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})

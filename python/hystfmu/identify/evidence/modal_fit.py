@@ -30,8 +30,8 @@ MOST_DELAY = 10.0  # steps
 class Problem:
     """Records with the weights of their bins.
 
-    ``v`` and ``y`` (n,) are input and output, ``bins`` the bins of each window that count and ``weight`` one over their
-    noise (RMS), ``slow`` the time constants (s) of lags that stand for creep.
+    ``v`` and ``y`` (n,) are input and output. ``bins`` are the bins of each window that the fit uses. ``weight`` is the
+    inverse of the noise (RMS) in these bins. ``slow`` are the time constants (s) of lags that represent creep.
     """
 
     h: float

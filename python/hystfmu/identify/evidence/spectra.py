@@ -30,7 +30,7 @@ AGREE = 0.03  # relative change of the response over a gap in which there is no 
 
 @dataclass(frozen=True)
 class Window:
-    """Rows of a record, a number that Fourier transforms are fast for."""
+    """Rows of a record; their number is suitable for a fast Fourier transform."""
 
     rows: slice
 

@@ -1,8 +1,8 @@
 """Expanded input space (x, z), z the output of a Prandtl-Ishlinskii model fitted to the data, and a network on it.
 
-Zhao & Tan 2008 and Shen & Ma 2017 pair the input with an operator of a given shape. Any sum of plays is such an
-operator with another branch; the sum that is closest to the data is fitted by non-negative least squares. The network
-adds the static nonlinearity.
+Zhao & Tan 2008 and Shen & Ma 2017 pair the input with an operator of a given shape. Any sum of plays may replace this
+operator, because only the shape of its branches differs. Non-negative least squares find the sum of plays that is
+closest to the data. The network adds the static nonlinearity.
 """
 
 from __future__ import annotations

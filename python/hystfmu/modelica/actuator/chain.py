@@ -58,7 +58,7 @@ def chain(graph: Graph) -> Slot | None:
 
 
 def _operator(node: Node) -> tuple[str, dict[str, str], float, float]:
-    """Class, values, scaled voltage at which the memory rests, offset."""
+    """Class, values, scaled voltage at which the memory is at rest, offset."""
     values = {"n": str(node.dims["n"])}
     if node.type == "prandtl_ishlinskii":
         values |= {"w0": number(value(node, "w0")), **numbers(node, "r", "w")}
@@ -72,6 +72,6 @@ def relays(node: Node) -> dict[str, str]:
 
 
 def rest_of_relays(node: Node) -> float:
-    """Input at which the memory of a Preisach operator rests."""
+    """Input at which the memory of a Preisach operator is at rest."""
     lo, hi = value(node, "lo"), value(node, "hi")
     return {"low": lo, "high": hi}.get(classes.word(node, "start"), 0.5 * (lo + hi))

@@ -40,7 +40,7 @@ class Made:
 
     @property
     def start(self) -> float:
-        """Voltage or current at which the memory rests."""
+        """Voltage or current at which the memory is at rest."""
         return (self.slot.rest - self.slot.shift) / self.slot.gain * self.unit
 
 

@@ -26,7 +26,7 @@ class Slot:
     gain, shift, scale, offset : float
         Scaled voltage of an input of 1 and at 0; output of a scaled output of 1 and of 0.
     rest : float
-        Scaled voltage at which the memory rests at the start.
+        Scaled voltage at which the memory is at rest at the start.
     left_out : list of str
         Parts of the model that the actuator omits.
     first_slope, least_slope : float

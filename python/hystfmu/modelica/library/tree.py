@@ -1,4 +1,4 @@
-"""Every generated file of a library, and whether the ones on disk are these."""
+"""Every generated file of a library, and the check whether the files on disk are up to date."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Lines:
         self._anew = False
 
     def cut(self) -> None:
-        """Start the next line as a constant, because the length of the step changes."""
+        """Make the next line constant, because the length of the step changes."""
         self._anew = True
 
     def save(self) -> None:

@@ -183,7 +183,7 @@ def margin_table(
     paths : sequence of path
         Folders of scenarios, or of groups of them.
     case : str or sequence of str, optional
-        Only these cases; limits are left out.
+        Compute only these cases; then limits are not checked.
     progress : function
         Called with the fraction done.
     at : str
