@@ -73,7 +73,7 @@ def test_the_default_reference_spans_the_stroke_and_tells_the_end(plant: hy.Mode
 def test_results_show_plot_and_report(plant: hy.Model, tmp_path: Path):
     loop = tracking(plant).loop("pid.u", "plant.y").record("plant.y")
     result = loop.run(engine="native")
-    assert [p.title.split(",")[0] for p in result.plot().plots][:2] == ["Loops", "plant.y"]
+    assert [p.title.split(",")[0] for p in result.plot().plots][:2] == ["Tracking error", "Loops"]
     assert result.report(tmp_path / "out").exists()
     assert "tracking" in result._repr_html_()
     assert result.plot().save(tmp_path / "figure.svg").exists()

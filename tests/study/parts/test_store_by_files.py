@@ -184,6 +184,7 @@ def test_files_that_are_read_only_stay_as_they_are(made: Any, tmp_path: Path) ->
 # ---- the lock -------------------------------------------------------------------------------------------------------
 def test_a_lock_that_fails_leaves_no_handle_open(tmp_path: Path, monkeypatch: Any) -> None:
     handles: list[int] = []
+    held = dict(folder_lock._HELD)  # of other tests
 
     def lock(error: OSError) -> Any:
         def fail(handle: int) -> None:
@@ -200,7 +201,7 @@ def test_a_lock_that_fails_leaves_no_handle_open(tmp_path: Path, monkeypatch: An
             open_locked(tmp_path / "file")
         with pytest.raises(OSError, match="Bad file descriptor"):
             os.fstat(handles[-1])
-    assert not folder_lock._HELD
+    assert folder_lock._HELD == held
     monkeypatch.undo()
     handle = open_locked(tmp_path / "file")
     with pytest.raises(InputError, match="another study is writing into this folder"):
