@@ -106,7 +106,7 @@ def test_every_model_in_the_slot_keeps_the_balance(slot: str) -> None:
     assert np.ptp(v["stack.flange_b.s"]) > 1e-6
 
 
-# its SineVoltage calls Modelica.Math.sin, an external "builtin" that rumoca 0.10.2 does not run
+# SineVoltage of version 4.0.0 calls an external "builtin" sin, which rumoca 0.10.2 does not run
 STANDARD = """
   Modelica.Electrical.Analog.Sources.SignalVoltage source;
   HystFMU.Sources.Sine voltage(amplitude = 50, offset = 10, frequency = 200);
