@@ -398,9 +398,9 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
         "# Importers",
         wrapped(
             """`make importers` runs every kind of model and every shipped loop in importers of other projects, and
-            writes this page. A cell is the largest difference as a share of the span. Kinds are compared with `predict`, loops
-            with the reference in the archive. "bits" means that there is no difference. The exit status is 1 if a cell
-            exceeds its bound."""
+            writes this page. A cell is the largest difference as a share of the span. Kinds are compared with
+            `predict`, loops with the reference in the archive. "bits" means that there is no difference. The exit
+            status is 1 if a cell exceeds its bound."""
         ),
         "## Kinds of model",
         wrapped(
@@ -411,8 +411,8 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
             wrapped(line, "  ")
             for line in (
                 """- "uneven": a run with half, long and short steps. If the model has a sample time, the steps have two
-                or three samples. The steps also contain a rounding error of the clock (5.7e-15 s). Before each step, the
-                FMU must refuse a step of 0. The result is compared with the Python unit.""",
+                or three samples. The steps also contain a rounding error of the clock (5.7e-15 s). Before each step,
+                the FMU must refuse a step of 0. The result is compared with the Python unit.""",
                 """- "ME": Model Exchange by Euler's method with events. Kinds with continuous states run by CVode with
                 a held input, because fmpy changes inputs only between steps of CVode.""",
                 """- "container": a container of fmu-manipulation-toolbox. "fmutool" is the checker of this toolbox.""",
