@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 import tomllib
 from math import inf, isfinite
 from pathlib import Path
@@ -109,11 +108,11 @@ def wins(head: list[str], found: dict[str, list[str]]) -> str:
     best = {c: names for c, names in winners(head, found).items() if not set(names) & set(OURS)}
     if not best:
         return ""
-    cells = [
-        f"{c} ({', '.join(f'{CONTROLLERS[n]} {found[n][head.index(c)]}' for n in names)})" for c, names in best.items()
+    rows = [
+        f"- {c}: {', '.join(f'{CONTROLLERS[n]} ({found[n][head.index(c)]})' for n in names)}"
+        for c, names in best.items()
     ]
-    text = f"Other controllers are better than both repetitive ones in these columns: {'; '.join(cells)}."
-    return "\n".join(textwrap.wrap(text, 120, break_on_hyphens=False))
+    return "\n".join(["In these columns, another controller is better than both repetitive controllers:", "", *rows])
 
 
 def bouc_wen(name: str) -> list[str]:

@@ -90,9 +90,10 @@ def wins() -> str:
     for k in errors():
         names = [name for name, texts in found.items() if texts[k] and float(texts[k]) < float(ours[k])]
         if names:
-            said.append(f"{head()[k]} ({', '.join(f'{LOOPS[name]} {found[name][k]}' for name in names)})")
-    text = f"Among the loops that learn no period, these have smaller errors than the {LOOPS[OURS]}: {'; '.join(said)}."
-    return "\n".join(textwrap.wrap(text, 120, break_on_hyphens=False)) if said else ""
+            text = f"- {head()[k]}: {', '.join(f'{LOOPS[name]} with {found[name][k]}' for name in names)}"
+            said.append("\n".join(textwrap.wrap(text, 120, subsequent_indent="  ", break_on_hyphens=False)))
+    first = f"Some loops that learn no period have smaller errors than the {LOOPS[OURS]}, in these columns:"
+    return "\n".join([first, "", *said]) if said else ""
 
 
 def cells(name: str, plant: str = "") -> list[str]:

@@ -390,36 +390,48 @@ def markdown(table: dict[str, dict[str, float | str]], columns: tuple[str, ...],
 
 
 def page(kinds: str, loops: str, told: list[str]) -> str:
-    def wrapped(words: str) -> str:
-        return textwrap.fill(" ".join(words.split()), 120, break_long_words=False, break_on_hyphens=False)
+    def wrapped(words: str, indent: str = "") -> str:
+        text = " ".join(words.split())
+        return textwrap.fill(text, 120, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
     parts = [
         "# Importers",
         wrapped(
-            """Written by `make importers`: every kind of model and every shipped loop in importers of other projects. A
-            cell is the largest difference from `predict` (kinds) or from the reference in the archive (loops), as a
-            share of the span; "bits" is no difference. The exit status is 1 if a cell exceeds its bound."""
+            """`make importers` runs every kind of model and every shipped loop in importers of other projects, and
+            writes this page. A cell is the largest difference as a share of the span. Kinds are compared with
+            `predict`, loops with the reference in the archive. "bits" means that there is no difference. The exit
+            status is 1 if a cell exceeds its bound."""
         ),
         "## Kinds of model",
         wrapped(
-            f"""The input is nested reversals over the range of the data, {N} rows of 1 ms. "uneven" has half, long and
-            short steps, for a model with a sample time steps of two and three samples, and a rounding error of the
-            clock (5.7e-15 s); the result is compared with the Python unit. A step of 0, which the FMU must refuse,
-            precedes each step. ME: Euler's method with events;
-            kinds with continuous states by CVode with a held input (fmpy changes inputs only between steps of CVode).
-            libcosim counts nanoseconds and ecos sums its steps, so their steps
-            differ from 1 ms by rounding errors. Containers are those of fmu-manipulation-toolbox; "fmutool" is its
-            checker. Bounds: {ROUNDED:g}; for ME {SOLVED:g}, because CVode and
-            Newmark's method solve the oscillators differently."""
+            f"""The input has nested reversals over the range of the data, in {N} rows of 1 ms. Some columns need an
+            explanation:"""
+        ),
+        "\n".join(
+            wrapped(line, "  ")
+            for line in (
+                """- "uneven": a run with half, long and short steps. If the model has a sample time, the steps have two
+                or three samples. The steps also contain a rounding error of the clock (5.7e-15 s). Before each step,
+                the FMU must refuse a step of 0. The result is compared with the Python unit.""",
+                """- "ME": Model Exchange by Euler's method with events. Kinds with continuous states run by CVode with
+                a held input, because fmpy changes inputs only between steps of CVode.""",
+                """- "container": a container of fmu-manipulation-toolbox. "fmutool" is the checker of this toolbox.""",
+            )
+        ),
+        wrapped(
+            f"""libcosim counts nanoseconds and ecos sums its steps. Therefore their steps differ from 1 ms by rounding
+            errors. The bound of a cell is {ROUNDED:g}. For ME it is {SOLVED:g}, because CVode and Newmark's method
+            solve the oscillators differently."""
         ),
         kinds,
         "## Loops",
         wrapped(
-            f"""The first case of every scenario, as `hystfmu ssp` writes it, first 1000 rows: the SSP archive in three
-            readers, and the whole loop as one FMU. "own order" is the largest difference between the archive and the
-            scenario itself, as `hystfmu ssp` prints it. It is caused by events within a step and by `ripple`, which
-            other readers do not support. fmpy and ecos sum their steps; the units remove this rounding error, which a
-            quantiser behind a source would turn into whole levels. Bound: {ROUNDED:g}."""
+            f"""The table has the first 1000 rows of the first case of every scenario. `hystfmu ssp` writes the scenario
+            as an SSP archive, which three importers read, and as one FMU. "own order" is the largest difference between
+            the archive and the scenario itself, as `hystfmu ssp` prints it. The causes of this difference are events
+            within a step and `ripple`, which other importers do not support. fmpy and ecos sum their steps. The units
+            remove the rounding error of this sum, which a quantiser behind a source would turn into whole levels. The
+            bound of a cell is {ROUNDED:g}."""
         ),
         loops,
         "## What importers cannot do with Reference FMUs either",
