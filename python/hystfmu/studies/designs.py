@@ -35,9 +35,7 @@ class LearntLoops(pydantic.BaseModel):
 
     model_config = STRICT
     case: Name
-    set: dict[str, str | float | list[Finite]] = Field(
-        {}, description="additional settings of the case, as `set` of a scenario"
-    )
+    set: dict[str, str | float | list[Finite]] = Field({}, description="additional settings, as `set` of a scenario")
     slopes: list[Finite] = Field([1.0], min_length=1, max_length=20, description="local slopes of plant and inverse")
 
 
@@ -52,12 +50,12 @@ class RepetitiveDesign(pydantic.BaseModel):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Parameters that it needs."""
+        """Parameters that the design reads."""
         return f"{PREFIX}cutoff", f"{PREFIX}gain"
 
     @property
     def cases(self) -> tuple[str, ...]:
-        """Cases that it linearises."""
+        """Cases that the design linearises."""
         return tuple(loop.case for loop in self.loops)
 
     def settings(self, cases: Mapping[str, Case], values: Mapping[str, float]) -> dict[str, Any]:
@@ -132,12 +130,12 @@ class LoopShapingDesign(pydantic.BaseModel):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Parameters that it needs."""
+        """Parameters that the design reads."""
         return tuple(self.weight.model_dump(exclude_none=True).values())
 
     @property
     def cases(self) -> tuple[str, ...]:
-        """Cases that it linearises."""
+        """Cases that the design linearises."""
         return (self.case,)
 
     def settings(self, cases: Mapping[str, Case], values: Mapping[str, float]) -> dict[str, Any]:
