@@ -54,7 +54,10 @@ def test_margins_of_the_internal_model_are_those_of_its_equations() -> None:
 
 def test_a_conditionally_stable_loop_is_named_in_words() -> None:
     run = CliRunner().invoke(main, ["margins", str(ROOT / "internal_model"), "--case", "sine_10"])
-    assert "conditionally stable, lost where the gain falls by the margin down: internal_model" in run.output
+    assert (
+        "conditionally stable, and unstable if the gain decreases by more than 'gain down': internal_model"
+        in run.output
+    )
     assert "-10.5" in run.output
     run = CliRunner().invoke(main, ["margins", str(ROOT / "pid"), "--case", "sine_10"])
     assert "conditionally" not in run.output

@@ -384,7 +384,7 @@ def test_a_bare_block_is_exported(tmp_path):
 def test_shipped_scenarios_run_by_their_names_where_there_is_no_such_folder(tmp_path):
     done = hystfmu("run", "scenarios/example_hold", "--engine", "native", cwd=tmp_path)
     assert done.returncode == 0, done.stdout
-    assert done.stderr.startswith("scenarios are those that HystFMU ships, in ")
+    assert done.stderr.startswith("using the scenarios that HystFMU ships, in ")
     assert hystfmu("margins", "scenarios/pid", "--case", "sine_10", cwd=tmp_path).returncode == 0
     one_line(hystfmu("run", "scenarios/no_such", cwd=tmp_path), ["scenarios/no_such"])
     own = tmp_path / "scenarios" / "example_hold"

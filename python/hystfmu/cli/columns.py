@@ -30,7 +30,7 @@ class Columns:
     covariates: tuple[str, ...] = ()
 
     def words(self) -> list[str]:
-        """Return the options that were given, as on a command line."""
+        """Return the given options, as words of a command line."""
         named = {"--time": self.time, "--input": self.input_, "--output": self.output, "--rate": self.rate}
         named |= {"--lag": self.lag, "--record": self.record, "--decimal": self.decimal}
         given = [w for name, value in named.items() if value for w in (name, f"{value}")]
@@ -38,7 +38,7 @@ class Columns:
         return [*given, *(w for c in self.covariates for w in ("--covariate", c))]
 
     def read(self, path: str | Sequence[str], train: str | None = None, with_output: bool = True) -> Dataset:
-        """Read a data file, or several as records.
+        """Read a data file, or several data files as several records.
 
         Parameters
         ----------
@@ -46,7 +46,8 @@ class Columns:
         train : str, optional
             Rows that a fit uses.
         with_output : bool
-            Whether an output is required. If not, it is read only if its column can be recognised without doubt.
+            Whether the file must have an output column. If False, an output is read only if its column is recognised
+            without doubt.
 
         Raises
         ------
@@ -98,7 +99,7 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
             is_flag=False,
             flag_value="median",
             metavar="[HZ]",
-            help="Resample uneven steps to this rate, by default the median step.  Gaps are refused.",
+            help="Resample uneven steps to this rate; empty: to the median step.  A gap is an error.",
         ),
         click.option(
             "--decimal", type=click.Choice([".", ","]), help="Decimal sign, for ambiguous numbers such as 1,234."
@@ -108,15 +109,15 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
             "covariates",
             multiple=True,
             metavar="COLUMN",
-            help="Name or number of the column of a further input, such as load or temperature; repeatable.",
+            help="Name or number of a column with a further input, such as load or temperature; repeatable.",
         ),
-        click.option("--record", metavar="COLUMN", help="Column that numbers records; each has its own memory."),
+        click.option("--record", metavar="COLUMN", help="Column of record numbers; each record has its own memory."),
         click.option(
             "--lag",
             type=click.IntRange(0),
             default=0,
             metavar="ROWS",
-            help="Delay of the output sensor in rows; a fit reports the lag that it finds.",
+            help="Delay of the output sensor in rows.  A fit reports the lag of the data.",
         ),
         click.option("--rate", type=float, metavar="HZ", help="Sample rate of a file without a time column."),
         click.option("--output", default="", metavar="COLUMN", help="Name or number of the output column."),

@@ -50,26 +50,26 @@ def design() -> None:
 @click.argument("scenario", type=FILE)
 @click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
 @click.option(
-    "--period", type=POSITIVE, metavar="SECONDS", help="Period of the reference [default: that of the scenario]."
+    "--period", type=POSITIVE, metavar="SECONDS", help="Period of the reference [default: the period in the scenario]."
 )
 @click.option("--frequency", type=POSITIVE, metavar="HZ", help="Frequency of the reference, instead of --period.")
 @click.option(
     "--cutoff",
     type=POSITIVE,
     metavar="HZ",
-    help="Upper frequency of learning [default: the largest that is stable in all corners].",
+    help="Upper frequency of learning [default: the largest stable frequency in all corners].",
 )
 @click.option(
     "--gain",
     type=click.FloatRange(0, 1, min_open=True),
-    help="Share of the error that is learnt per period [default: 0.3, or less if no cutoff allows it].",
+    help="Share of the error that is learnt per period [default: 0.3, or less if 0.3 is unstable].",
 )
 @click.option(
     "--off",
     "percent",
     type=click.FloatRange(0, 90),
     metavar="PERCENT",
-    help="Assumed error of the natural frequencies of the plant [default: 20, or less if the loop is then unstable].",
+    help="Assumed error of the natural frequencies of the plant [default: 20, or less if 20 is unstable].",
 )
 @json_option
 def repetitive(
@@ -84,13 +84,13 @@ def repetitive(
 ) -> None:
     """Add repetitive control to a loop.
 
-    SCENARIO is a folder with a stable loop, for example from 'hystfmu start'. The block adds its corrections to the
-    command of the controllers. Errors decrease from period to period in every case with a periodic reference, for the
-    slopes and delays in [margins] of the scenario, and for shifted modes. A cutoff or gain without this property is
-    refused, and the error states the reachable value.
+    SCENARIO is a folder with a stable loop, for example from 'hystfmu start'. The new block adds a correction to the
+    command of the controllers. The error decreases from period to period in every case with a periodic reference. This
+    holds for the slopes and delays in [margins] of the scenario and for shifted modes. The command refuses a cutoff or
+    gain for which it does not hold, and states the reachable value.
 
-    The new scenario contains the filter taps and the cases whose references have this period. All these cases run once.
-    The exit status is 1 if a limit of a case or of the loop is missed.
+    The new scenario contains the filter taps and the cases whose references have this period. Each of these cases runs
+    once. The exit status is 1 if a limit of a case or of the loop is missed.
 
     \b
     Example: hystfmu design repetitive mine/loop -o mine/repetitive
@@ -142,11 +142,11 @@ def _structure(name: str, text: str) -> None:
         help=f"""Replace the controllers of a loop by a tuned one: {text}.
 
         SCENARIO is a folder with a loop. One new unit replaces all units between the measured output and the command.
-        It has the same reference, measurement and feed-forward; the file states its gains. The gain is the largest one
-        that keeps the limit of the sensitivity peak, and a peak of 12 dB in the loops of all cases, for the slopes and
-        delays in [margins] of the scenario and for shifted modes.
+        The new unit reads the same reference, measurement and feed-forward; the new scenario.toml states its gains. The
+        command finds the largest gain for which the sensitivity peak is below its limit. In the loops of all cases the
+        peak must also be below 12 dB, for the slopes and delays in [margins] of the scenario and for shifted modes.
 
-        All cases run once, except cases that change the old controllers. The exit status is 1 if a limit of a case or
+        Each case runs once, except cases that change the old controllers. The exit status is 1 if a limit of a case or
         of the loop is missed.
 
         \b
@@ -159,9 +159,9 @@ def _structure(name: str, text: str) -> None:
         "--ms",
         type=click.FloatRange(0.5, 20),
         metavar="DB",
-        help="Largest allowed peak of the sensitivity [default: that of the scenario, or 6].",
+        help="Largest allowed peak of the sensitivity [default: the limit in the scenario, or 6].",
     )
-    @click.option("--bandwidth", type=POSITIVE, metavar="HZ", help="Least bandwidth; a slower loop is refused.")
+    @click.option("--bandwidth", type=POSITIVE, metavar="HZ", help="Least bandwidth; a slower loop is an error.")
     @click.option(
         "--off",
         "percent",
@@ -240,21 +240,22 @@ def _folder(out: str, source: Path) -> Path:
     Raises
     ------
     InputError
-        The folder is that of the scenario, or a file.
+        The folder is the folder of the scenario, or the path is a file.
     """
     into = Path(out)
     if into.exists() and not into.is_dir():
         raise InputError(f"{out}: The new scenario must be a folder. Got a file.")
     home = source if source.is_dir() else source.parent
     if into.resolve() == home.resolve():
-        raise InputError(f"{out}: The new scenario must have a folder of its own. Got that of {source}.")
+        raise InputError(f"{out}: The new scenario must have a folder of its own. Got the folder of {source}.")
     return into
 
 
 def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
-    """Write a scenario, with its results as baseline if they are good, and return the broken limits of its loop.
+    """Write a scenario, and return the missed limits of its loop.
 
-    It is built in a temporary folder, so that nothing is written if one of the files must not be replaced.
+    If all limits are met, the results become the baseline of the scenario. The scenario is first built in a temporary
+    folder. Therefore nothing is written if one of the files must not be replaced.
     """
     from hystfmu.base.files import read_bytes, write_bytes
     from hystfmu.face.running import run

@@ -46,7 +46,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     is_eager=True,
     expose_value=False,
     callback=_list_models,
-    help="List the kinds of model, and what each option means.",
+    help="List the kinds of model with the meaning of each option.",
 )
 @click.option(
     "--model",
@@ -106,9 +106,9 @@ def fit(
 ) -> None:
     """Identify a model from measured data.
 
-    DATA is a file with columns: text, also packed by gzip, or another format of the extra 'files'. Encoding, separator,
-    decimal sign, preamble and units of measure are detected; one line states all assumptions. Several files are several
-    records, each with its own memory.
+    DATA is a text file with columns, which may be compressed by gzip. The extra 'files' adds further formats. The
+    command detects encoding, separator, decimal sign, preamble and units of measure, and prints all assumptions in one
+    line. Several files are several records; the model starts anew in each record.
 
     \b
     Example: hystfmu fit piezo.csv --model zhao_tan_mlp -o piezo.model.toml
@@ -193,7 +193,7 @@ def fit(
 
 
 def _refuse_other(path: str, data: Dataset, key: str, seed: int) -> None:
-    """Before the fit, refuse an existing file that does not contain a model of these rows and this kind."""
+    """Raise an error before the fit if the file exists and contains no model of these rows and this kind."""
     from hystfmu.base.files import load_toml
 
     if may_replace(path):
@@ -209,5 +209,5 @@ def _refuse_other(path: str, data: Dataset, key: str, seed: int) -> None:
 
 
 def _range(errors: Sequence[float]) -> str:
-    """Return the least and the largest error of the validation blocks; empty if there is one only."""
+    """Return the smallest and the largest error of the validation blocks as text; empty for a single block."""
     return f"{min(errors):.3g} to {max(errors):.3g}" if len(errors) > 1 else ""

@@ -37,19 +37,19 @@ if TYPE_CHECKING:
 @click.option(
     "--name",
     metavar="NAME",
-    help="Name of the FMU or the Modelica package [default: that of the model file].",
+    help="Name of the FMU or the Modelica package [default: the name of the model file].",
 )
 @click.option(
     "--platforms",
     type=click.Choice(["host", "all"]),
     default="host",
     show_default=True,
-    help="Platforms whose binaries are packed.",
+    help="Platforms whose binaries the FMU contains.",
 )
 @click.option(
     "--source",
     is_flag=True,
-    help="Also pack the C source: one file with the data; it needs the FMI headers.",
+    help="Add the C source to the FMU as one file with the data; it needs the FMI headers.",
 )
 @click.option(
     "--modelica", "folder", type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write a Modelica package into."
@@ -87,20 +87,20 @@ def export(
 ) -> None:
     """Export a model, a block, or the controller of a loop.
 
-    A model becomes an FMU or a Modelica package, a block or a controller an FMU.
+    A model becomes an FMU or a Modelica package. A block or a controller becomes an FMU.
 
     The FMU supports Co-Simulation and Model Exchange.  No compiler is needed.
 
-    The Modelica package contains a record of the parameter values, a block and an example. It uses the HystFMU library,
-    which is installed with this program; the command prints its path. A model with an input in volts and an output in a
-    unit of length also gives a piezo actuator with pins and flanges. If the input is in amperes, it gives a
-    magnetostrictive actuator. --sheet takes stroke (m), blocking_force (N), capacitance (F, small signal),
-    capacitance_ratio (mean over small signal), or inductance (H, mean) and resistance (ohm) of a coil, resonance (Hz)
-    and damping.
+    The Modelica package contains a record of the parameter values, a block and an example. The package uses the HystFMU
+    library, which is installed with this program; the command prints the path of the library. If the output of the
+    model is in a unit of length, the package also contains an actuator. The actuator is piezoelectric, with pins and
+    flanges, if the input is in volts, and magnetostrictive if the input is in amperes. --sheet takes stroke (m),
+    blocking_force (N), resonance (Hz) and damping. For a piezo actuator it also takes capacitance (F, small signal) and
+    capacitance_ratio (mean over small signal). For a coil it takes inductance (H, mean) and resistance (ohm).
 
-    --controller exports one unit: feed-forward, controller, inverse, known limits and anti-windup. Its inputs are the
-    reference r and the measured output y; its output is the command u. The unit is called once per sample. A further
-    input, u_present, is the command before the start: with it the unit takes over without a jump.
+    --controller exports one unit with feed-forward, controller, inverse, known limits and anti-windup. The inputs of
+    this unit are the reference r and the measured output y; its output is the command u. The unit is called once per
+    sample. The input u_present is the command before the start; the first command of the unit then has no jump.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
@@ -194,7 +194,7 @@ def _controller(
     source: bool,
     target: str | None,
 ) -> None:
-    """Write the controller of a case, and list its content."""
+    """Write the controller of a case, and print the units in it."""
     from hystfmu.cli import places
     from hystfmu.report.terminal import table
     from hystfmu.scenario import Scenario
@@ -218,7 +218,7 @@ def _controller(
 
 
 def _block(name: str, values: dict[str, Any]) -> Block:
-    """Return the block of this name with these sizes and values."""
+    """Return the block `name` with these sizes and values."""
     import hystfmu as hy
     from hystfmu.graph.listing import find
 
@@ -234,7 +234,7 @@ def _block(name: str, values: dict[str, Any]) -> Block:
 def validate(fmu: str, seconds: float, unconfined: bool, as_json: bool) -> None:
     """Check an FMU of any origin, of FMI 1.0, 2.0 or 3.0.
 
-    Checks the archive, applies the static checks of fmpy and fmutool, and runs the FMU in a child process.
+    The command checks the archive, applies the static checks of fmpy and fmutool, and runs the FMU in a child process.
 
     The runs check start values, repeatability, side effects of get and set, reset, saved states, two instances,
     dependencies, directional derivatives, memory leaks and folders with spaces.  They execute the code in the FMU.

@@ -15,9 +15,9 @@ from hystfmu.report.verbosity import echo, say, tell
 @click.option("--markdown", is_flag=True, hidden=True, help="Print the tables of a page.")
 @json_option
 def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
-    """List all blocks, or describe one.
+    """List all blocks, or describe one block.
 
-    The description gives ports, parameters, units of measure, equation and source.
+    The description contains ports, parameters, units of measure, equation and source.
 
     \b
     Example: hystfmu blocks zhao_tan
@@ -59,18 +59,18 @@ def inverse(
 
     The input of the inverse is the wanted output of the model; its output is the model input that produces it.
 
-    The learned inverse is trained with the response of the model to random nested reversals, with input and output
-    exchanged. A network of 12 neurons reads the inverse operator of Zhao & Tan and a few plays of the wanted output. It
-    corrects the wanted output in front of the exact inverse of fitted plays. Options: hidden, N (plays), starts,
-    iterations, ... Options of the implicit inverse: lo, hi.
+    The learned inverse is trained with the response of the model to random nested reversals; input and output are
+    exchanged. A network of 12 neurons reads the inverse operator of Zhao & Tan and a few plays of the wanted output.
+    The network corrects the wanted output, and the exact inverse of fitted plays follows. Options of the learned
+    inverse are hidden, N (plays), starts, iterations, ... Options of the implicit inverse are lo and hi.
 
-    Linear dynamics and a delay behind the hysteresis are inverted by a feed-forward from a few samples of the wanted
-    output.  The output of the model lags by whole steps; the command prints this lag.
+    A feed-forward from a few samples of the wanted output inverts linear dynamics and a delay behind the hysteresis.
+    The output of the model then lags the wanted output by whole steps; the command prints this lag.
 
-    The adaptive inverse exists for Prandtl-Ishlinskii models. Its inputs are v, the wanted output before dynamics and
-    delay (feed-forward plus feedback), the reference y_d, and the measured output y. Options: f_n, zeta and delay of
-    the dynamics after a static model, time constant T (s) of a drift, and others of the block (hystfmu blocks
-    adaptive_inverse).
+    The adaptive inverse exists for Prandtl-Ishlinskii models. Its input v is the wanted output before dynamics and
+    delay (feed-forward plus feedback). Its other inputs are the reference y_d and the measured output y. Options are
+    f_n, zeta and delay of the dynamics after a static model, and the time constant T (s) of a drift. 'hystfmu blocks
+    adaptive_inverse' lists further options.
 
     \b
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
@@ -91,8 +91,8 @@ def inverse(
         say(f"inputs {inputs}; outputs {outputs}")
     if late := made.fit.get("lag_steps"):
         say(
-            f"the output of the model is the wanted one of {late} steps ({made.fit['lag']:.3g} s) ago, accurate up to "
-            f"{made.fit['band']:.3g} Hz: give the reference that much earlier"
+            f"the output of the model lags the wanted output by {late} steps ({made.fit['lag']:.3g} s), accurately up "
+            f"to {made.fit['band']:.3g} Hz: give the reference earlier by this lag"
         )
     for warning in made.fit.get("warnings", ()):
         echo(f"warning: {warning}", err=True)

@@ -1,4 +1,4 @@
-"""Shared parts of the commands: options given once, exit status, files, `--set`, `--json`."""
+"""Shared parts of the commands: checks of repeated options, exit status, file names, `--set` and `--json`."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ def _force(context: click.Context, option: click.Parameter, asked: bool) -> None
 class Command(click.Command):
     """A command that takes -v and -q, and states what remains after an interrupt.
 
-    It refuses a single-value option that is given twice; click would silently take the last one.  A command that
-    writes takes --force; without it, it does not replace a file with different content.
+    The command refuses a repeated option of one value; click would silently take the last value. A command that writes
+    files has the option --force. Without --force it does not replace a file with different content.
 
     Parameters
     ----------
     interrupted : str
-        Text on what remains after an interrupt, before the command to repeat.
+        Text that states what remains after an interrupt; the command to repeat follows.
     """
 
     def __init__(self, *words: Any, interrupted: str = "files are whole or as they were; again:", **named: Any) -> None:
@@ -91,7 +91,7 @@ class Command(click.Command):
 
 
 class File(_Text):
-    """A file or folder to read; a shell completes its path."""
+    """A file or folder to read. A shell completes the path."""
 
     name = "file"
 
@@ -107,12 +107,12 @@ class OutputFolder(File):
 
 
 class OutputFile(File):
-    """A file to write: an obstacle is reported before anything runs.
+    """A file to write; an invalid path is reported before the command runs.
 
     Parameters
     ----------
     folder : bool
-        Whether its folder must exist; otherwise the command makes it.
+        Whether the folder of the file must exist. If False, the command makes the folder.
     """
 
     def __init__(self, folder: bool = True) -> None:
@@ -124,7 +124,7 @@ class OutputFile(File):
         Raises
         ------
         InputError
-            Its folder is missing, or it is read-only, a device, a pipe or a socket.
+            The folder of the file is missing, or the path is read-only, a device, a pipe or a socket.
         """
         from hystfmu.base.files import check_target  # brings pydantic, which --help does without
 
@@ -136,14 +136,14 @@ FILE, OUTPUT_FILE, OUTPUT_FOLDER = File(), OutputFile(), OutputFolder()
 
 
 def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
-    """Parse pairs of `--set name=value`, and `--set @FILE` of a JSON object of them.
+    """Parse `--set name=value`, and `--set @FILE`, a file with a JSON object of names and values.
 
-    A value is read as JSON if possible, else as text.  A pair overrides that of a file.
+    A value is read as JSON if possible, else as text. A value on the command line overrides the value in a file.
 
     Raises
     ------
     InputError
-        A pair that does not read name=value, a name given twice, or an invalid file.
+        A pair is not of the form name=value, a name is repeated, or a file is invalid.
     """
     values: dict[str, Any] = {}
     named: set[str] = set()

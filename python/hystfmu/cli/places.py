@@ -1,4 +1,4 @@
-"""Location of the scenarios and studies of a command line: here, or among those that HystFMU ships."""
+"""Find scenarios and studies of a command line in the current folder or among the shipped scenarios."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from hystfmu.report.verbosity import echo
 
 
 def found(paths: Sequence[str]) -> list[Path]:
-    """Return scenarios or studies; shipped ones by their names in the repository.
+    """Return the paths of scenarios or studies; a shipped one has its name in the repository.
 
-    A line on stderr states their folder.
+    If a shipped scenario or study is used, a line on stderr states its folder.
 
     Raises
     ------
@@ -26,7 +26,7 @@ def found(paths: Sequence[str]) -> list[Path]:
         if not place.exists():
             raise InputError(f"{p}: No such file or directory.{meant_file(p) or meant(p, shipped_names())}")
     if any(place != Path(p) for place, p in zip(places, paths, strict=True)):
-        echo(f"scenarios are those that HystFMU ships, in {shipped_scenarios()}", err=True)
+        echo(f"using the scenarios that HystFMU ships, in {shipped_scenarios()}", err=True)
     return places
 
 
@@ -36,7 +36,7 @@ def everything() -> list[Path]:
     Raises
     ------
     InputError
-        There are none.
+        There is no scenario.
     """
     (root,) = found(["scenarios"])
     files = [f for depth in ("*", "*/*") for f in root.glob(f"{depth}/scenario.toml")]
@@ -46,12 +46,12 @@ def everything() -> list[Path]:
 
 
 def refuse_shipped(paths: Sequence[Path]) -> None:
-    """Refuse to write beside scenarios that were installed with the package.
+    """Raise an error if a command would write into the folder of an installed scenario.
 
     Raises
     ------
     InputError
-        One of the paths is such a scenario.
+        One of the paths is a scenario that was installed with the package.
     """
     from hystfmu.base import PACKAGE
 

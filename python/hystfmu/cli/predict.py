@@ -35,10 +35,11 @@ def predict(
 ) -> None:
     """Simulate a model on the input column of a file.
 
-    Measured outputs are not used (free run); if there are any, the errors are printed. Row 0 is the output after
-    initialisation with the first input. Row k is the output of an FMU after setting u_k and calling doStep(t_{k-1}, h).
-    Warns if rows lie outside the range that a network was trained on; the network clips its inputs there. Covariates
-    are read from columns with the names in the model; --covariate names other columns, in the order of the model.
+    The model runs free: it does not use measured outputs. If the file has a measured output, the command prints the
+    errors. Row 0 is the output after initialisation with the first input. Row k is the output of an FMU after setting
+    u_k and calling doStep(t_{k-1}, h). The command warns if rows lie outside the range that a network was trained on;
+    there the network clips its inputs. The command reads covariates from the columns with the names in the model;
+    --covariate names other columns, in the order of the model.
 
     \b
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
@@ -85,15 +86,16 @@ def predict(
     type=float,
     default=2.0,
     show_default=True,
-    help="Growth of the RMS error that counts as drift, relative to the error that the model file states.",
+    help="The device has drifted if the RMS error is this factor above the error in the model file.",
 )
 @json_option
 def check(model: str, data: str, columns: Columns, factor: float, as_json: bool) -> None:
-    """Test whether a device has drifted, from a new record.
+    """Test with a new record whether a device has drifted.
 
-    The model runs free on DATA. Its error is compared with the error that MODEL states for held-out rows or training
-    rows. Rows with inputs outside the trained range do not count. The table shows the remaining error after a
-    correction of only the offset, the gain, the lag or the loop. The exit status is 1 if the device has drifted.
+    The model runs free on DATA. The command compares its error with the error that MODEL states for held-out rows or
+    training rows. Rows with inputs outside the trained range are ignored. For each of offset, gain, lag and loop, the
+    table shows the error that remains after a correction of this quantity alone. The exit status is 1 if the device has
+    drifted.
 
     \b
     Example: hystfmu check piezo.model.toml today.csv

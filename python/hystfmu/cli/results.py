@@ -47,14 +47,16 @@ def reproduce(
 ) -> None:
     """Reproduce the result tables of the papers.
 
-    Each row states a quantity, its place in the paper, the printed figure, the result of a literal replica and of
-    HystFMU, and whether the printed figure is met or by which factor it is missed. If a paper does not state its
-    record, several records are scanned, and the row states on how many of them the figure is met. Figures of networks
-    are medians over seeds, with their range. The exit status is 1 if a stated target is missed. Missed figures without
-    a target and missed run times do not change it. A paper whose data or packages are missing is listed first and
-    skipped. Then the exit status is 1 as well, or 2 if no paper can run.
+    Each row states a quantity, its place in the paper and the printed figure. The row then states the result of a
+    literal replica and the result of HystFMU. The last column states whether the printed figure is met, or by which
+    factor it is missed. If a paper does not state its record, the command tries several records, and the row states on
+    how many of them the figure is met. A figure of a network is a median over seeds, with its range.
 
-    The papers are Python files of the repository, which this command imports; no package contains them.
+    The exit status is 1 if a stated target is missed. A missed figure without a target and a missed run time do not
+    change the exit status. The command skips a paper whose data or packages are missing, and lists it first. The exit
+    status is then 1, or 2 if no paper can run.
+
+    The papers are Python files of the repository. This command imports them. Installed packages do not contain them.
 
     \b
     Example: hystfmu reproduce zhao_tan_2008
@@ -92,7 +94,7 @@ def reproduce(
 
 
 def _papers(folder: str | None) -> ModuleType:
-    """Import the papers of a checkout: those of a folder, else of the current one, else of the one that runs."""
+    """Import the papers from `folder`, else from the current checkout, else from the checkout that runs."""
     from hystfmu.base.errors import InputError
     from hystfmu.scenario.system.folders import here_or_shipped
 
@@ -110,11 +112,12 @@ def _papers(folder: str | None) -> ModuleType:
 @click.option(
     "-o", "out", default="demo", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
 )
-@click.option("--full", is_flag=True, help="Fit five kinds of model and run all shipped scenarios too.")
+@click.option("--full", is_flag=True, help="Also fit five kinds of model and run all shipped scenarios.")
 def demo(out: str, full: bool) -> None:
     """Run the whole workflow on built-in data.
 
-    Fits a model, inverts it, exports FMUs and Modelica, runs a closed loop with its corners and writes a report.
+    The command fits a model, inverts it, and exports FMUs and Modelica. It then runs a closed loop with its corners and
+    writes a report.
 
     \b
     Example: hystfmu demo -o demo
@@ -140,10 +143,10 @@ def demo(out: str, full: bool) -> None:
     "--bandwidth",
     type=float,
     metavar="HZ",
-    help="Required bandwidth: the sensitivity must not reach -3 dB below this frequency.",
+    help="Required bandwidth: below this frequency the sensitivity must stay under -3 dB.",
 )
 @click.option("--ms", type=float, metavar="DB", help="Largest allowed peak of the sensitivity. Default: 6.")
-@click.option("--settling", type=float, metavar="SECONDS", help="Longest allowed time until a step stays within 2 %.")
+@click.option("--settling", type=float, metavar="SECONDS", help="Longest allowed settling time of a step (2 %).")
 @click.option("--overshoot", type=float, metavar="PERCENT", help="Largest allowed overshoot of a step. Default: 10.")
 @click.option(
     "--reference",
@@ -171,12 +174,13 @@ def start(
 ) -> None:
     """Build a compensated loop from one record of a device.
 
-    Reads DATA, chooses and fits a model, inverts it, and tunes controllers that are stable on every device that agrees
-    with the record.  Runs the loop with the best one, and writes FMUs, a report and verdict.json.  A table lists each
-    file with the command that makes it.  If the record supports no feedback, the loop consists of feed-forward and
-    inverse, and measure_next.csv contains an input for a better record.
+    The command reads DATA, selects and fits a model, and inverts the model. It tunes controllers that are stable on
+    every device that agrees with the record. It runs the loop with the best controller, and writes FMUs, a report and
+    verdict.json. A table lists each file with the command that makes it. If the record is not sufficient for feedback,
+    the loop consists of feed-forward and inverse. Then measure_next.csv contains an input for a better record.
 
-    The exit status is 0 if the loop is approved, else 1.  Model, FMU, report and verdict are written in both cases.
+    The exit status is 0 if the loop is approved, else 1. In either case the command writes model, FMU, report and
+    verdict.
 
     \b
     Example: hystfmu start data.csv -o mine

@@ -53,7 +53,7 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
 @click.option(
     "--coupling",
     type=click.Choice(["gauss_seidel", "jacobi", "iterative"]),
-    help="Coupling scheme; overrides that of the scenario.",
+    help="Coupling scheme; overrides the scheme in the scenario.",
 )
 @click.option(
     "--timeout",
@@ -61,7 +61,7 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
     default=600.0,
     show_default=True,
     metavar="SECONDS",
-    help="Time limit of a case with foreign FMUs, which run in a child process.",
+    help="Time limit of a case with foreign FMUs.  These FMUs run in a child process.",
 )
 @unconfined_option
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="Run only the cases with this name; repeatable.")
@@ -102,8 +102,8 @@ def run(
 ) -> None:
     """Run scenarios and compare them with limits and baselines.
 
-    A scenario is a closed loop of FMUs, simulated by fmpy. If SCENARIOS is a folder of scenarios, all of them run.
-    Shipped scenarios run by name, such as scenarios/pid, if the current folder has no folder of this name.
+    A scenario is a closed loop of FMUs, which fmpy simulates. If SCENARIOS is a folder of scenarios, all scenarios in
+    it run. A name such as scenarios/pid selects a shipped scenario if the current folder has no folder of this name.
 
     'hystfmu simulate' runs an FMU or an SSP archive.
 

@@ -20,7 +20,7 @@ from hystfmu.report.verbosity import VERBOSE, echo, level, say, wrong
     "--all",
     "everything",
     is_flag=True,
-    help="Every scenario in ./scenarios; if this folder does not exist, the scenarios of HystFMU.",
+    help="Take every scenario in ./scenarios; if this folder does not exist, the scenarios of HystFMU.",
 )
 @click.option(
     "--case",
@@ -37,12 +37,14 @@ def margins(
 ) -> None:
     """Compute the margins of loops and check their limits.
 
-    Opens the loop of each case at the input of its plant and linearises it. Controllers, observers, delays and the
-    dynamics of the plant are exact. Hysteresis and inverse become the sector of slopes along the path of the case.
-    Margins hold for slope 1. If a loop has no inverse and the slope of its plant is never 1, the margins hold for the
-    largest slope of the plant. Stability is checked over the sector with 0, 1/2, 1 and 2 further steps of delay. The
-    exit status is 1 if a limit in [margins] of a scenario is broken, or if a loop is unstable for a slope along its
-    path and expected_unstable in [margins] does not name this case.
+    The command opens the loop of each case at the input of its plant, and linearises the loop. Controllers, observers,
+    delays and the dynamics of the plant are exact. Hysteresis and inverse become the sector of slopes along the path of
+    the case. The margins hold for slope 1. If a loop has no inverse and the slope of its plant is never 1, the margins
+    hold for the largest slope of the plant. The command checks stability over the sector with 0, 1/2, 1 and 2 further
+    steps of delay.
+
+    The exit status is 1 if a limit in [margins] of a scenario is missed. It is also 1 if a loop is unstable for a slope
+    along its path, unless expected_unstable in [margins] names the case.
 
     \b
     Example: hystfmu margins scenarios/pid scenarios/pid_observer
@@ -72,9 +74,10 @@ def margins(
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
     """Compare two reports of 'hystfmu run' or 'hystfmu study'.
 
-    A and B are their folders, or the files report.json in them.  The page of two runs lists old and new metrics
-    and margins, the largest change first, and overlays the signals.  The page of two studies has the shares
-    inside the limits with their intervals, distributions on common axes, and the draws that changed their verdict.
+    A and B are the folders of the reports, or the files report.json in these folders. For two runs, the page lists old
+    and new metrics and margins, the largest change first, and overlays the signals. For two studies, the page shows the
+    shares inside the limits with their intervals, and distributions on common axes. It also lists the draws whose
+    verdict changed.
 
     \b
     Example: hystfmu compare main branch -o diff.html
@@ -134,14 +137,14 @@ def ssp(
 ) -> None:
     """Export a scenario as an SSP archive or one FMU.
 
-    Other simulators run the archive; 'hystfmu simulate X.ssp' runs archives of other tools.
+    Other simulators run the archive. 'hystfmu simulate X.ssp' runs archives of other tools.
 
-    Other simulators step all components at once, each with the values of the previous step. Therefore neighbouring
-    units become one component, which keeps the order of the scenario. The last lines state the largest difference from
-    the scenario for each recorded output. If one is above --tolerance, the archive is written, but the exit status is
-    1.
+    Other simulators step all components at once, and each component reads the values of the previous step. Therefore
+    neighbouring units become one component, which keeps the order of the scenario. The last lines of the printed text
+    state the largest difference from the scenario for each recorded output. If a difference is above --tolerance, the
+    command writes the archive but its exit status is 1.
 
-    With -o X.fmu the whole loop becomes one FMU that steps all its units in the order of the scenario.
+    With -o X.fmu the whole loop becomes one FMU. This FMU steps all its units in the order of the scenario.
 
     \b
     Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp

@@ -14,7 +14,7 @@ from hystfmu.report.verbosity import echo, say
 
 
 class _Of(click.Option):
-    """An option of one kind of file; the help lists it under the title `of`.
+    """An option for one kind of file. The help lists the option in the section of this kind.
 
     Parameters
     ----------
@@ -28,10 +28,10 @@ class _Of(click.Option):
 
 
 class _Simulate(Command):
-    """The command; its help has separate sections for options that only one kind of file takes."""
+    """The command `simulate`. Its help has a separate section for the options of each kind of file."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the options, those of one kind of file last."""
+        """Write the common options first, then the options of each kind of file."""
         sections: dict[str, list[tuple[str, str]]] = {
             "Options": [],
             "Options of an FMU": [],
@@ -56,8 +56,8 @@ class _Simulate(Command):
     help="Override a parameter (of an archive: COMPONENT.NAME=VALUE); @FILE.json overrides all parameters in this "
     "file. Repeatable.",
 )
-@click.option("--step", type=float, metavar="SECONDS", help="Step [default: that of the file].")
-@click.option("--stop", type=float, metavar="SECONDS", help="Stop time [default: that of the file].")
+@click.option("--step", type=float, metavar="SECONDS", help="Step [default: the step in the file].")
+@click.option("--stop", type=float, metavar="SECONDS", help="Stop time [default: the stop time in the file].")
 @click.option(
     "--timeout",
     type=click.FloatRange(0, min_open=True),
@@ -76,7 +76,7 @@ class _Simulate(Command):
     of="fmu",
     type=FILE,
     metavar="IN.csv",
-    help="Table of inputs: a column of time, and one named like each input.",
+    help="Table of inputs: a column of time, and a column with the name of each input.",
 )
 @click.option(
     "--engine",
@@ -92,7 +92,7 @@ class _Simulate(Command):
     cls=_Of,
     of="ssp",
     type=click.Choice(["gauss_seidel", "jacobi", "iterative"]),
-    help="Coupling scheme of the components [default: that of the archive].",
+    help="Coupling scheme of the components [default: the scheme in the archive].",
 )
 @click.pass_context
 def simulate(
@@ -111,11 +111,12 @@ def simulate(
 ) -> None:
     """Simulate an FMU or an SSP archive of any origin.
 
-    The FMU is of FMI 1.0, 2.0 or 3.0.  Co-Simulation is preferred; Model Exchange runs with an adaptive integrator.
-    Inputs are held during a step.  Continuous inputs are interpolated between the rows of the table.
+    The FMU may have the version 1.0, 2.0 or 3.0 of FMI. If the FMU supports Co-Simulation, this interface is used;
+    otherwise Model Exchange runs with an adaptive integrator. Inputs are constant during a step. Continuous inputs are
+    interpolated between the rows of the table.
 
-    The result of an archive is compared with the reference result in it, if there is one for these settings.  The exit
-    status is 1 if they differ.
+    If an archive contains a reference result for these settings, the command compares its result with the reference.
+    The exit status is 1 if the results differ.
 
     \b
     Example: hystfmu simulate loop.ssp -o out.csv

@@ -21,7 +21,7 @@ from hystfmu.report.verbosity import VERBOSE, echo, level, say
     required=True,
     type=OUTPUT_FOLDER,
     metavar="DIR",
-    help="Folder for the table and the report; an existing study resumes.",
+    help="Folder for the table and the report.  A study that exists in it resumes.",
 )
 @click.option("-j", "--jobs", type=click.IntRange(1, 1024), help="Number of local processes [default: one per core].")
 @click.option("--on", metavar="dask://HOST:PORT", help="Scheduler of a Dask cluster to run on.")
@@ -44,8 +44,9 @@ def study(
 ) -> None:
     """Run a scenario with many parameter variations.
 
-    Prints the share of the variations that are inside the limits, with its 95 % interval.  Writes a table
-    (results.parquet) and a report with distributions, effects of the parameters, and commands of the worst cases.
+    The command prints the share of the variations inside the limits, with the 95 % interval of this share. It writes a
+    table (results.parquet) and a report. The report shows distributions, effects of the parameters, and the commands
+    that repeat the worst cases.
 
     An interrupted study resumes where it stopped.
 

@@ -1,4 +1,4 @@
-"""The loop of the demonstration: an identified actuator behind its inverse, with integral feedback, in its corners."""
+"""The loop of the demonstration: an identified actuator behind its inverse, with integral feedback and corners."""
 
 from __future__ import annotations
 
@@ -23,14 +23,15 @@ CORNERS: dict[
 
 
 def loop(model: Model, inverse: Model) -> Scenario:
-    """Return the scenario: a sine over 80 % of the stroke, seven cases.
+    """Return the scenario. Its reference is a sine over 80 % of the stroke; it has seven cases.
 
     Parameters
     ----------
     model : Model
-        Of the kind `actuator`; the step of the loop is its step.
+        Model of the kind `actuator`. Its step is the step of the loop.
     inverse : Model
-        Its inverse, which needs the reference some steps ahead: what the loop compares with comes so much later.
+        Inverse of `model`. It needs the reference some steps ahead. Therefore the loop compares the output with the
+        reference delayed by these steps.
     """
     h = float(model.step or 1e-3)
     late = 1 + int(inverse.fit.get("lag_steps", 0))  # the command acts in the next step

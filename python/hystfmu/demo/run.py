@@ -41,7 +41,7 @@ KEYS: tuple[Kind, ...] = (  # the first is the model of the short demonstration:
 )
 VERSIONS: tuple[Literal[2, 3], ...] = (2, 3)  # of FMI
 MOST_SHOWN, MOST_POINTS = 4000, 1000  # rows of a diagram, points of a loop
-EXPLORED = "The models of the FMUs run in this page. Those with an exact or implicit inverse can have it in front."
+EXPLORED = "The models of the FMUs run in this page. You can add the inverse in front if it is exact or implicit."
 HEAD = ("model", "parameters", "nested RMS %FS", "worst RMS %FS", "worst max %FS", "seconds")
 
 
@@ -53,7 +53,7 @@ def demo(out: Path, full: bool = False) -> bool:
     out : Path
         Folder for data, models, FMUs, Modelica package, loop and report.
     full : bool
-        Fit five kinds of model instead of one, and run all shipped scenarios too.
+        Whether to fit five kinds of model instead of one, and to run all shipped scenarios.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def demo(out: Path, full: bool = False) -> bool:
     Raises
     ------
     InputError
-        If `out` cannot be written, or the package is installed without its scenarios.
+        `out` cannot be written, or the package is installed without its scenarios.
     """
     keys = KEYS if full else KEYS[:1]
     shipped = sorted(p.parent for p in shipped_scenarios().glob("*/scenario.toml")) if full else []
@@ -126,7 +126,7 @@ def _row(m: Model, train: Dataset) -> list[str]:
 def _export(steps: Steps, models: Sequence[Model], out: Path) -> tuple[list[str], int]:
     """Write the models and their FMUs for both versions of FMI.
 
-    Returns the problems that the checks found and the number of FMUs.
+    Return the problems that the checks found, and the number of FMUs.
     """
     made = {}
     for m in models:
@@ -149,12 +149,12 @@ def _export(steps: Steps, models: Sequence[Model], out: Path) -> tuple[list[str]
 
 
 def _checked(m: Model, path: Path, version: Literal[2, 3]) -> list[str]:
-    """Write an FMU and return the problems that the checks find."""
+    """Write an FMU, and return the problems that the checks find."""
     return [str(p) for p in check_fmu(m.export(path, version, m.key))]
 
 
 def _sections(models: list[Model], inverse: Model, rows: list[list[str]], data: Dataset) -> list[Section]:
-    """Return the sections before the loops: before and after compensation, the models, the explorer."""
+    """Return the first sections of the page: before and after compensation, models, explorer."""
     wanted = models[0].predict(data.u, data.h)  # a displacement that the actuator can follow
     slope, offset = np.polyfit(data.y, data.u, 1).tolist()
     before = displacement(slope * wanted + offset, data.h)

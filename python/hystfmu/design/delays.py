@@ -1,12 +1,12 @@
-"""State spaces of sampled graphs: exact tangent of one step at rest, delays cut out and put back as states.
+"""State spaces of sampled graphs: exact tangent of one step at rest, with delays as states.
 
-The core keeps everything that a run changes in one vector. The columns of A, B, C and D are differences of one step
-from the rest and from a point near it, in each direction of this vector and of the inputs. At rest all values of a
+The core stores all values that a run changes in one vector. The columns of A, B, C and D are differences between a step
+from rest and a step from a near point, for each element of this vector and of the inputs. At rest all values of a
 controller are zero, so that differences lose no digits, and a small step stays in the linear range of a switching term.
-A memory of hysteresis has no tangent; the caller replaces it by a gain.
+A hysteresis has no tangent; the caller replaces it by a gain.
 
-In discrete form a delay of n steps is exactly n states.  In continuous form it has no finite order; a Pade approximant
-replaces it on request.
+In discrete form, a delay of n steps has exactly n states. In continuous form, a delay has no finite order; a Pade
+approximant replaces the delay on request.
 """
 
 from __future__ import annotations
@@ -29,17 +29,20 @@ StateSpace = tuple[Array, Array, Array, Array]
 
 @dataclass(frozen=True)
 class Cut:
-    """A graph without its delays: its last inputs are the outputs of the delays, its last outputs their inputs."""
+    """A graph without its delays.
+
+    Its last inputs are the outputs of the delays. Its last outputs are the inputs of the delays.
+    """
 
     graph: Graph
     steps: tuple[int, ...]
 
 
 def cut(graph: Graph, sort: bool = True) -> Cut:
-    """Cut the delays out of a graph: two gains of 1 replace each.
+    """Cut the delays out of a graph. Two gains of 1 replace each delay.
 
-    One drives an additional output, an additional input drives the other. With `sort` the blocks are sorted again, for
-    a continuous graph; in a sampled graph the order is kept.
+    The first gain drives an additional output. An additional input drives the second gain. With `sort`, the blocks are
+    sorted again, as a continuous graph needs; in a sampled graph the order is kept.
     """
     graph = unfolded(graph)
     delays = [n for n in graph.nodes if n.type == DELAY]
@@ -101,8 +104,8 @@ def _at_start(graph: Graph, end: str) -> float:
 def close(system: StateSpace, line: StateSpace) -> StateSpace:
     """Connect the last outputs of `system` to `line` and the outputs of `line` to the last inputs of `system`.
 
-    Both are (A, B, C, D), say of a cut graph and of its delays; with direct feed-through, the loop of both must be
-    solvable.  Return the state space with the states of the system, then those of the line.
+    Each argument is (A, B, C, D), for example a cut graph and its delays. With direct feed-through, the algebraic loop
+    must be solvable. Return the state space; the states of `system` come first, then the states of `line`.
     """
     A, B, C, D = system
     F, G, H, K = line
@@ -120,7 +123,7 @@ def close(system: StateSpace, line: StateSpace) -> StateSpace:
 
 
 def shift_registers(steps: tuple[int, ...]) -> StateSpace:
-    """Return parallel delays by whole numbers of steps, with n states each; exact."""
+    """Return parallel delays by whole numbers of steps. A delay of n steps has n states and is exact."""
     return _side_by_side([_register(n) for n in steps])
 
 
@@ -137,7 +140,7 @@ def pade(seconds: list[float], order: int, control: Any) -> StateSpace:
 
 
 def _side_by_side(parts: Sequence[StateSpace]) -> StateSpace:
-    # here, so that a process for a foreign FMU does not wait for it
+    # imported here, so that a process for a foreign FMU does not wait for the import
     from scipy.linalg import block_diag
 
     A, B, C, D = (block_diag(*matrices) for matrices in zip(*parts, strict=True))
@@ -152,7 +155,7 @@ CHECKED, SAME = 40, 1e-4  # steps of the comparison with a run of the graph, and
 
 
 def sampled(graph: Graph, h: float) -> StateSpace:
-    """Return A, B, C, D of one step of a graph at rest, all inputs zero, with step h (s); delays become states.
+    """Return A, B, C, D of one step h (s) of a graph at rest with all inputs zero. Delays become states.
 
     Parameters
     ----------
@@ -164,7 +167,7 @@ def sampled(graph: Graph, h: float) -> StateSpace:
     Returns
     -------
     A, B, C, D : array, shapes (n, n), (n, m), (p, n), (p, m)
-        x[k] = A x[k-1] + B u[k], y[k] = C x[k-1] + D u[k]: an output reads the input of the same step.
+        State space x[k] = A x[k-1] + B u[k], y[k] = C x[k-1] + D u[k]. An output reads the input of the same step.
 
     Raises
     ------
@@ -210,7 +213,7 @@ def _differences(graph: Graph, h: float) -> StateSpace:
 
 
 def trimmed(system: StateSpace) -> StateSpace:
-    """Keep only controllable and observable states; parameters and clocks in the vector are neither."""
+    """Keep only controllable and observable states. This removes parameters and clocks in the vector."""
     A, B, C, D = system
     moved = _closure(A != 0, (B != 0).any(axis=1))
     shown = _closure((A != 0).T, (C != 0).any(axis=0))
@@ -228,7 +231,7 @@ def _closure(edges: NDArray[np.bool_], first: NDArray[np.bool_]) -> NDArray[np.b
 
 
 def _check(graph: Graph, h: float, system: StateSpace) -> None:
-    """Refuse a graph whose response to small signals differs from that of its tangent."""
+    """Raise an InputError if the response of a graph to small signals differs from the response of its tangent."""
     A, B, C, D = system
     m, p = B.shape[1], C.shape[0]
     u = np.zeros((CHECKED, m))

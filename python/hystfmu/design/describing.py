@@ -1,7 +1,8 @@
-"""Describing function of a block or model: gain of the first harmonic, computed by running the block.
+"""Describing function of a block or model: gain of the first harmonic in a simulation.
 
 N(A) = (b_1 + j a_1) / A, with y = a_1 cos + b_1 sin + ... for u = A sin (Gelb & Vander Velde, Multiple-Input Describing
-Functions, 1968, section 2.2).  N of a static block does not depend on frequency; for a block with dynamics, give it.
+Functions, 1968, section 2.2).  N of a static block does not depend on frequency. For a block with dynamics, state the
+frequency.
 """
 
 from __future__ import annotations
@@ -26,11 +27,12 @@ class DescribingFunction:
     Attributes
     ----------
     amplitude : array, shape (n,)
-        Amplitude of u, in its unit of measure.
+        Amplitude of u, in the unit of measure of u.
     N : complex array, shape (n,)
         Gain of the first harmonic, y per u.
     distortion : array, shape (n,)
-        RMS of the higher harmonics over RMS of the first.  A describing function is reliable where it is small.
+        Ratio of the RMS of the higher harmonics to the RMS of the first harmonic. If this ratio is small, the
+        describing function is reliable.
     """
 
     amplitude: Array
@@ -62,15 +64,15 @@ def describing_function(
     Parameters
     ----------
     part : Node, Graph or Model
-        Part to run.
+        Part to simulate.
     amplitudes : array, shape (n,)
         Input amplitudes, greater than 0, in the unit of measure of u.
     frequency : float
-        Frequency of the sine (Hz); it matters only for parts with dynamics.
+        Frequency of the sine (Hz). It affects only parts with dynamics.
     samples : int
         Samples per cycle; the first harmonic of a static part is exact to about (1/samples)^2.
     cycles : int
-        Cycles before the evaluated one, at least 1, so that the memory settles.
+        Number of cycles before the evaluated cycle, at least 1, so that the memory settles.
 
     Returns
     -------
@@ -79,7 +81,7 @@ def describing_function(
     Raises
     ------
     InputError
-        More than one input or output; an amplitude, frequency or count out of range.
+        The part has more than one input or output, or an amplitude, a frequency or a count is out of range.
     """
     graph = part.graph if isinstance(part, Model) else part if isinstance(part, Graph) else Graph.single(part)
     if graph.n_inputs != 1 or graph.n_outputs != 1:

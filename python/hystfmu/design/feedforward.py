@@ -1,11 +1,13 @@
 """Feed-forward through the inverse of linear dynamics, exact in the steady state or with preview.
 
-A lightly damped stage cannot be inverted sample by sample without exciting it, but a periodic reference has a few tones
-below its resonances.  Their inverse is exact in the steady state, with the delay and the hold of the command.
+An inverse of a lightly damped stage for each sample excites the stage. A periodic reference, however, has a few tones
+below the resonances of the stage. For these tones the inverse is exact in the steady state, including delay and hold of
+the command.
 
-With preview the wanted output is known some steps ahead. A filter W(s) compensates the zeros between several modes, if
-it is stable; weights of the last samples compensate the rest. They minimise abs(1 - z^lead F(z) W(z) G(z)) over a grid
-of frequencies, and are exact at rest. G contains the held command and the delay, also a part of a step.
+With preview, the wanted output is known some steps ahead. A filter W(s) compensates the zeros between several modes, if
+this filter is stable. Weights F(z) of the last samples compensate the rest of the dynamics. The weights minimise abs(1
+- z^lead F(z) W(z) G(z)) over a grid of frequencies, and are exact at rest. G contains the held command and the delay,
+which may include a part of a step.
 """
 
 from __future__ import annotations
@@ -27,15 +29,15 @@ from hystfmu.model import Model
 def scan_harmonics(n: Array, turn: float) -> Array:
     """Return the amplitudes of sin(2 pi n f t) in the triangle of amplitude 1 of the block ``reference``.
 
-    The acceleration of a triangle consists of impulses. With turns of stated length they become rectangles, whose
-    spectrum is a sinc, and the speed of the lines increases.
+    The acceleration of a triangle consists of impulses. With turns of stated length, the impulses become rectangles
+    with the spectrum of a sinc, and the speed of the lines increases.
 
     Parameters
     ----------
     n : array, shape (m,)
-        Numbers of the harmonics, from 1 on; even ones are 0.
+        Numbers of the harmonics, from 1 on. Even harmonics have the amplitude 0.
     turn : float
-        Share of the period for the turns, as the parameter of the block.
+        Share of the period for the turns, as in the block ``reference``.
     """
     return np.asarray(8 / (np.pi * n) ** 2 * np.sin(np.pi * n / 2) * np.sinc(n * turn / 2) / (1 - turn / 2))
 
@@ -57,11 +59,11 @@ def scan_feedforward(
     dynamics : Graph or Model
         Continuous dynamics from the held command to the position.
     frequency : float
-        Of the scan (Hz).
+        Frequency of the scan (Hz).
     h : float
         Step for which the command is held (s).
     turn, phase : float
-        As the parameters of the block ``reference``; phase in rad.
+        Parameters of the block ``reference``; phase in rad.
     delay : float
         Steps between the command and the dynamics.
     highest : float
@@ -75,7 +77,7 @@ def scan_feedforward(
     Raises
     ------
     InputError
-        No tone below `highest`, or `highest` above the Nyquist rate.
+        There is no tone below `highest`, or `highest` is above the Nyquist rate.
     """
     if not frequency <= highest < 0.5 / h:
         raise InputError(f"The highest tone must lie from {frequency:g} to {0.5 / h:g} Hz. Got {highest:g} instead.")
@@ -107,7 +109,7 @@ class Preview:
     taps : array, shape (n,)
         Weights of the last samples, newest first; their sum is 1.
     zeros : Node or None
-        Filter in front of them.
+        Filter in front of the weights.
     error : float
         Largest abs(1 - F W G) up to half the first natural frequency.
     """
@@ -124,7 +126,7 @@ def preview(plant: Plant, h: float) -> Preview:
     Parameters
     ----------
     plant : Plant
-        Its delay contains the time for computing.
+        Plant. Its delay includes the computing time.
     h : float
         Step (s).
     """
@@ -151,7 +153,7 @@ def preview(plant: Plant, h: float) -> Preview:
     for ahead in range(1, MOST_AHEAD + 1):
         lead, n = whole + ahead, 2 * ahead + 1
         columns = G[:, None] * z[:, None] ** (lead - np.arange(n))
-        # exact at rest: the first weight is what the others leave
+        # exact at rest: the sum of all weights is 1
         rows = weight[:, None] * (columns[:, 1:] - columns[:, :1])
         left = weight * (np.where(beyond, 0.0, 1.0) - columns[:, 0])
         parts = np.vstack([rows.real, rows.imag]), np.concatenate([left.real, left.imag])
@@ -167,9 +169,9 @@ def preview(plant: Plant, h: float) -> Preview:
 
 
 def transfer_function(plant: Plant, name: str, hold: str = "zoh") -> Node:
-    """Return the modes of a plant as one transfer function that starts steady; its delay is left out.
+    """Return the modes of a plant, without its delay, as one transfer function with a steady start.
 
-    The static rest, which would be direct feed-through, becomes a mode that is much faster than the others.
+    The static rest would be direct feed-through. It becomes a mode that is much faster than the other modes.
     """
     f_n, zeta, share = list(plant.f_n), list(plant.zeta), list(plant.share)
     if abs(plant.rest) > 1e-9:
@@ -198,8 +200,10 @@ def _times(polynomials: list[Array]) -> Array:
 
 
 def _zeros(plant: Plant, seen: list[int]) -> Node | None:
-    """Return the filter that compensates the zeros between modes and all modes except the first; None if it is not
-    stable."""
+    """Return the filter that compensates the zeros between modes and all modes except the first.
+
+    Return None if this filter is not stable.
+    """
     total = sum(plant.share[i] for i in seen)
     dens = [_second_order(plant.f_n[i], plant.zeta[i]) for i in sorted(seen, key=lambda i: plant.f_n[i])]
     order = sorted(seen, key=lambda i: plant.f_n[i])

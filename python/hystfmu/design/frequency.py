@@ -1,6 +1,6 @@
 """Frequency response of sampled state spaces on a grid up to half the sampling frequency.
 
-Angles are omega h.  The controllers of many cases are equal, and so are their plants: responses are kept by content.
+Angles are omega h. Many cases have equal controllers and equal plants. Therefore the responses are cached by content.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def grid(period: int = 0) -> Array:
 
 
 def beside(poles: Complex, angles: Array) -> Array:
-    """Return angles around the resonances of these poles that a grid resolves too coarsely, shape (k,).
+    """Return additional angles around the resonances of poles, shape (k,), where the grid is too coarse.
 
     Trap: two crossings of abs(L) = 1 on both sides of a lightly damped mode may lie between two points of the grid, and
     their margins would be missed. Poles of creep may lie below the grid; angles down to them are added.
@@ -58,7 +58,7 @@ def response_of(system: StateSpace, z: Complex) -> Complex:
     Parameters
     ----------
     system : (A, B, C, D), shapes (n, n), (n, q), (p, n), (p, q)
-        With x[k+1] = A x[k] + B u[k], y[k] = C x[k] + D u[k].
+        State space x[k+1] = A x[k] + B u[k], y[k] = C x[k] + D u[k].
     z : array, shape (m,)
 
     Returns
@@ -73,7 +73,7 @@ def response_of(system: StateSpace, z: Complex) -> Complex:
 
 
 def on_grid(system: StateSpace, period: int = 0) -> Complex:
-    """Return the response on `grid(period)`; equal systems are computed once."""
+    """Return the response on `grid(period)`. Responses of equal systems are computed once."""
     return _on_grid(tuple((m.shape, np.ascontiguousarray(m).tobytes()) for m in system), period)
 
 
@@ -84,7 +84,7 @@ def _on_grid(content: tuple[tuple[tuple[int, ...], bytes], ...], period: int) ->
 
 
 def roots(f: Callable[[Array], Array], angles: Array, values: Array) -> Array:
-    """Return the angles at which f changes its sign, one per interval of a grid, by simultaneous bisection.
+    """Return the angles at which f changes its sign, at most one per interval of a grid, by bisection.
 
     `values` is f on the grid of `angles`, shape (m,).
     """
@@ -98,8 +98,10 @@ def roots(f: Callable[[Array], Array], angles: Array, values: Array) -> Array:
 
 
 def least(f: Callable[[Array], Array], angles: Array, values: Array) -> float:
-    """Return the least value of f: the least value on a grid, refined by golden-section search between its
-    neighbours."""
+    """Return the smallest value of f.
+
+    The smallest value on a grid is refined by golden-section search between the neighbouring points.
+    """
     k = int(np.argmin(values))
     a, b = angles[max(k - 1, 0)], angles[min(k + 1, len(angles) - 1)]
     found = float(values[k])

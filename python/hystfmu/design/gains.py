@@ -1,4 +1,4 @@
-"""Gains of a controller with their units of measure, which are needed to reuse a gain in another loop."""
+"""Gains of a controller with units of measure. A gain needs its unit of measure for use in another loop."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Gain:
     Parameters
     ----------
     name, text : str
-        Name and meaning from the block's table.
+        Name and meaning from the table of the block.
     value : array, shape (n,)
         Values.
     unit : str

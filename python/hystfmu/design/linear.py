@@ -1,8 +1,8 @@
 """Linear systems of python-control from blocks, graphs and models.
 
-A continuous transfer function remains one. Sampled systems become state spaces, exact for a step h, because products of
-polynomials lose poles near z = 1. A controller with a smoothed switching term is linearised for small s. A graph gives
-its exact tangent at rest: hysteresis enters with the slope of the ascending branch.
+A continuous transfer function stays a transfer function. Sampled systems become state spaces that are exact for a step
+h, because products of polynomials lose poles near z = 1. A controller with a smoothed switching term is linearised for
+small s. For a graph, the result is the exact tangent at rest; hysteresis has the slope of the ascending branch.
 """
 
 from __future__ import annotations
@@ -35,20 +35,21 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
     Parameters
     ----------
     part : Node, Graph or Model
-        As a Node: `transfer_function` and `delay` from u to y; `pid` and `lead_lag` from y_d - y to u - u_ff;
-        `sliding_mode` and `super_twisting` from -(y - y_d) to u - u_ff for small s, without limits: their largest gain,
-        which falls with the amplitude; `repetitive` from y_d - y to r - y_d; any other sampled block with an input y,
-        such as an observer, from -y to its first output by its exact tangent.
-        As a Graph or Model: see `linearise`.
+        For a Graph or Model, see `linearise`. A Node has the following input and output. `transfer_function` and
+        `delay`: from u to y. `pid` and `lead_lag`: from y_d - y to u - u_ff. `sliding_mode` and `super_twisting`: from
+        -(y - y_d) to u - u_ff for small s, without limits; this is the largest gain, and the gain decreases with the
+        amplitude. `repetitive`: from y_d - y to r - y_d. Any other sampled block with an input y, such as an observer:
+        from -y to its first output, by the exact tangent.
     h : float, optional
-        Step (s); without it the result is continuous.  `delay` and the controllers need it.
+        Step (s). Without a step the result is continuous. `delay` and the controllers need a step.
     pade : int, optional
         Order of the Pade approximants that replace the delays of a Graph or Model in continuous form.
 
     Returns
     -------
     control.TransferFunction or control.StateSpace
-        With a step always a state space; a `transfer_function` is discretised exactly for the hold of the block.
+        With a step, the result is a state space. A `transfer_function` is discretised exactly for the hold of the
+        block.
 
     Raises
     ------
@@ -93,7 +94,7 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
 
 
 def feedthrough(part: Graph | Model) -> StateSpace:
-    """Return the part of a graph without dynamics: gains, and delays as states."""
+    """Return the direct feed-through of a graph as a state space. Only delays are states."""
     opened = cut(part.graph if isinstance(part, Model) else part)
     A, B, C, D = linearise(opened.graph)
     static = A[:0, :0], B[:0], C[:, :0], D
@@ -101,7 +102,10 @@ def feedthrough(part: Graph | Model) -> StateSpace:
 
 
 def _graph_to_control(graph: Graph, h: float | None, pade: int | None, control: Any) -> Any:
-    """Convert a graph to a state space: continuous part held over the step, delays as states or Pade approximants."""
+    """Convert a graph to a state space.
+
+    The input of the continuous part is held over the step. Delays become states or Pade approximants.
+    """
     opened = cut(graph)
     system = linearise(opened.graph)
     if h is not None:
@@ -144,24 +148,25 @@ def _check_step(graph: Graph, h: float) -> None:
 def linearise(part: Graph | Model, pade: int | None = None) -> tuple[Array, Array, Array, Array]:
     """Linearise a graph or a model at its start by its exact tangent.
 
-    Inputs are at their start values; hysteresis enters with the slope for a rising input.
+    Inputs have their start values. Hysteresis has the slope for a rising input.
 
     Parameters
     ----------
     part : Graph or Model
-        Graph without sampled blocks but delays.
+        Graph without sampled blocks except delays.
     pade : int, optional
-        Order of the Pade approximants that replace delays; it needs python-control.
+        Order of the Pade approximants that replace delays. Pade approximants need python-control.
 
     Returns
     -------
     A, B, C, D : array, shapes (n, n), (n, m), (p, n), (p, m)
-        State space with n continuous states, m scalar inputs, p scalar outputs in the order of the graph; time in s.
+        State space with n continuous states, m scalar inputs and p scalar outputs in the order of the graph. The time
+        is in s.
 
     Raises
     ------
     InputError
-        The graph has a sampled block, which has no continuous form, or a delay and no `pade`.
+        The graph has a sampled block, which has no continuous form, or it has a delay and `pade` is None.
     """
     graph = part.graph if isinstance(part, Model) else part
     opened = cut(graph)
@@ -179,7 +184,7 @@ def linearise(part: Graph | Model, pade: int | None = None) -> tuple[Array, Arra
 
 
 def in_series(f: StateSpace, g: StateSpace) -> StateSpace:
-    """Return f g, where g comes first."""
+    """Return the product f g. The signal passes g first."""
     A = np.block([[f[0], f[1] @ g[2]], [np.zeros((len(g[0]), len(f[0]))), g[0]]])
     return A, np.vstack([f[1] @ g[3], g[1]]), np.hstack([f[2], f[3] @ g[2]]), f[3] @ g[3]
 
@@ -190,7 +195,7 @@ def python_control() -> Any:
     Raises
     ------
     InputError
-        It is not installed.
+        python-control is not installed.
     """
     with extras("the design of loops"):
         return importlib.import_module("control")
@@ -269,7 +274,7 @@ def _super_twisting(node: Node, h: float) -> StateSpace:
 
 
 def _repetitive(node: Node, h: float) -> StateSpace:
-    """w = z^-n (Q w + L e): a register of n + m steps with taps, m the longer half of the filters."""
+    """Return w = z^-n (Q w + L e) as a register of n + m steps with taps, where m is the longer half of the filters."""
     n, q, l = node.dims["n"], node.value("q"), node.value("l")  # noqa: E741
     n_q, n_l = len(q) - 1, len(l) // 2
     m = max(n_q, n_l)

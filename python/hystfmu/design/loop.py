@@ -1,10 +1,10 @@
 """Open loop of a sampled controller, delays and plant, and its stability margins.
 
 All parts are state spaces. Trap: with several lags and integrators near z = 1, rounding changes the roots of
-polynomials, and with creep even the response. Hysteresis enters as a gain, given by `describing_function`.
+polynomials; with creep it also changes the response. Hysteresis is a gain, for example from `describing_function`.
 
-Not every gain at which the Nyquist curve runs through -1 is a limit: a loop may stay stable although its curve crosses
--1, and a conditionally stable loop has limits on both sides.
+A gain at which the Nyquist curve passes through -1 is not always a limit, because a loop may stay stable although the
+curve crosses -1. A conditionally stable loop has a lower and an upper limit of the gain.
 """
 
 from __future__ import annotations
@@ -30,26 +30,26 @@ CONTROLLERS, HOLD = "controllers", "hold"  # family of blocks, and their paramet
 
 @dataclass(frozen=True)
 class Margins:
-    """Stability margins of a loop; a margin that no frequency limits is infinite.
+    """Stability margins of a loop. A margin without limit is infinite.
 
-    An unstable loop has none: they are NaN, its modulus is 0.
+    The margins of an unstable loop are NaN, and its modulus margin is 0.
 
     Attributes
     ----------
     stable : bool
         Whether the closed loop with negative feedback is stable.
     gain_db : float
-        Upper gain margin, by which the gain may grow (dB).
+        Upper gain margin (dB): allowed increase of the gain.
     gain_low_db : float
-        Lower gain margin (dB), negative: limit of a decreasing gain; -inf if the loop stays stable.
+        Lower gain margin (dB), negative: allowed decrease of the gain; -inf if the loop stays stable.
     phase_deg : float
         Phase margin (degrees).
     delay_s, delay_steps : float
-        Delay margin (s), and the same in steps.
+        Delay margin in s, and in steps.
     modulus : float
         Modulus margin: smallest abs(1 + L), 1 / peak of the sensitivity.
     crossover_hz : float
-        Crossover frequency, abs(L) = 1, with the smallest phase margin (Hz).
+        Crossover frequency (Hz), at which abs(L) = 1; of several, the frequency with the smallest phase margin.
     bandwidth_hz : float
         Frequency up to which the sensitivity stays below -3 dB (Hz).
     """
@@ -71,7 +71,7 @@ class Margins:
 
     @property
     def conditional(self) -> bool:
-        """True if the loop is conditionally stable: it becomes unstable if the gain decreases."""
+        """True if the loop is conditionally stable, that is, if it becomes unstable when the gain decreases."""
         return self.stable and self.gain_low_db > -np.inf
 
     def __str__(self) -> str:
@@ -94,7 +94,7 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
     Parameters
     ----------
     plant : Node, Graph or Model
-        Linear part, as `to_control` takes it.
+        Linear part, see `to_control`.
     controller : Node
         `pid`, `lead_lag`, `sliding_mode` or `super_twisting`.
     h : float
@@ -107,8 +107,8 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
     Returns
     -------
     control.StateSpace
-        Open loop with step h.  The command of a sample acts from that sample on, as in the scenarios: the plant steps
-        first.  So direct feed-through of the plant, such as of creep, reads the command of the last step.
+        Open loop with step h. As in the scenarios, the plant steps first, and a command acts after its sample.
+        Therefore direct feed-through of the plant, for example of creep, reads the command of the previous step.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
 
 
 def _behind_hold(plant: Node | Graph | Model, h: float) -> Any:
-    """Return the plant as seen by a sample, which is taken before the command of the same step."""
+    """Return the plant for samples that are taken before the command of the same step."""
     control = python_control()
     G, step = to_control(plant, h), control.ss(*shift_registers((1,)), h)
     if (G.noutputs, G.ninputs) != (1, 1):
@@ -150,7 +150,7 @@ def margins(L: Any) -> Margins:
     Parameters
     ----------
     L : control.StateSpace or control.TransferFunction
-        Open loop with a step, as `loop` returns it.
+        Open loop with a step, for example from `loop`.
 
     Returns
     -------
@@ -181,13 +181,14 @@ def margins_of(
     Parameters
     ----------
     L : function
-        Response of the open loop at angles omega h, shapes (k,) and (k,).
+        Returns the response of the open loop at angles omega h; argument and result have the shape (k,).
     angles, values : array, shape (m,)
-        Grid up to pi, and the response on it.
+        Grid of angles up to pi, and the response on this grid.
     h : float
         Step (s).
     stable : function
-        Returns whether the closed loop is stable for a factor of the gain; the response alone does not show this.
+        Returns whether the closed loop is stable for a factor of the gain. The response alone does not determine
+        stability.
 
     Returns
     -------
@@ -197,7 +198,7 @@ def margins_of(
         nan = np.nan
         return Margins(False, nan, nan, nan, nan, nan, 0.0, nan, nan)
     crossing = roots(lambda a: np.abs(L(a)) - 1, angles, np.abs(values) - 1)
-    # phase margin at each crossover: as the delay grows, the crossover with the least phase / frequency is lost first
+    # phase margin at each crossover: with more delay, the crossover with the least phase / frequency is the first limit
     phases = np.mod(np.angle(L(crossing)) + np.pi, 2 * np.pi) if len(crossing) else crossing
     steps = float(np.min(phases / crossing, initial=np.inf))
     signed = np.abs((phases + np.pi) % (2 * np.pi) - np.pi)  # a loop may also come near from the other side
@@ -219,7 +220,7 @@ def margins_of(
 
 
 def response(L: Any, z: Complex) -> Complex:
-    """Return L(z), shape (n,); a state space is solved for all points at once."""
+    """Return L(z), shape (n,). A state space is solved for all points at once."""
     if not hasattr(L, "A"):
         return np.asarray(L(z))
     A, B, C, D = (np.asarray(m) for m in (L.A, L.B, L.C, L.D))
@@ -231,7 +232,7 @@ SAME = 1e-6  # relative distance of two factors that are one
 
 
 def crossed(L: Callable[[Array], Complex], angles: Array, values: Complex) -> Array:
-    """Return the factors of the gain, shape (k,), at which the curve runs through -1.
+    """Return the factors of the gain, shape (k,), at which the Nyquist curve passes through -1.
 
     L is the response of the open loop at angles omega h; `values` is L on the grid of `angles` up to pi, shape (m,).
     """
@@ -242,7 +243,7 @@ def crossed(L: Callable[[Array], Complex], angles: Array, values: Complex) -> Ar
 
 
 def _static(L: Callable[[Array], Complex], beside: complex) -> Array:
-    """Return L at z = 1, shape (1,), or shape (0,) if there is a pole."""
+    """Return L at z = 1, shape (1,); shape (0,) if L has a pole there."""
     with suppress(np.linalg.LinAlgError), np.errstate(all="ignore"):
         found = L(np.zeros(1))
         if abs(found[0] - beside) < 0.5 * abs(beside):
@@ -251,10 +252,10 @@ def _static(L: Callable[[Array], Complex], beside: complex) -> Array:
 
 
 def first_lost(factors: Array, stable: Callable[[float], bool]) -> float:
-    """Return the least of some factors above 1 beyond which a loop is unstable; infinite if it never is.
+    """Return the smallest factor above 1 beyond which a loop is unstable; infinite if the loop is always stable.
 
-    The factors, shape (k,), are all factors at which stability may change; `stable` returns whether the loop is stable
-    with a factor.
+    `factors`, shape (k,), contains all factors at which stability may change. `stable` returns whether the loop is
+    stable for a factor.
     """
     found = np.sort(factors)
     found = found[np.diff(found, prepend=0.0) > SAME * found]

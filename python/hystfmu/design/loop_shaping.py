@@ -2,7 +2,7 @@
 
 McFarlane & Glover, IEEE Trans. Automat. Control 37 (1992) 759-769; Skogestad & Postlethwaite, Multivariable Feedback
 Control, 2nd ed., section 9.4. For a discrete plant, the design uses the bilinear transformation, which preserves all
-norms. Before an integral the controller is second-order filters in series.
+norms. In front of an integral, the controller consists of second-order filters in series.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ class LoopShaping:
     Attributes
     ----------
     controller : control.StateSpace
-        Weight times robust controller, u = K (r - y).
+        Product K of weight and robust controller, u = K (r - y).
     robust : control.StateSpace
         The robust controller without the weight.
     b_opt : float
-        Largest margin that any controller reaches: size of coprime factor perturbations, at most 1. Below 0.25 the
+        Largest margin of any controller: size of coprime factor perturbations, at most 1. If it is below 0.25, the
         weight is too demanding.
     b : float
         Guaranteed margin of this controller, b_opt / ratio.
@@ -51,9 +51,9 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
     G : control.TransferFunction or control.StateSpace
         Plant with one input and one output, continuous or with a step.
     W : control.TransferFunction or control.StateSpace
-        Weight before the plant; it gives the loop its shape.
+        Weight in front of the plant. It determines the shape of the loop.
     ratio : float
-        Ratio of the optimal margin to that of this controller, above 1; 1.1 is usual.
+        Ratio of the optimal margin to the margin of the controller, above 1. A usual value is 1.1.
 
     Returns
     -------
@@ -79,7 +79,7 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
 
 
 def robust_controller(system: StateSpace, ratio: float) -> tuple[StateSpace, float]:
-    """Return the controller for negative feedback of a shaped plant, and the least norm.
+    """Return the controller for negative feedback of a shaped plant, and the smallest norm.
 
     Skogestad & Postlethwaite, eq. 9.69 to 9.73.
 
@@ -88,9 +88,9 @@ def robust_controller(system: StateSpace, ratio: float) -> tuple[StateSpace, flo
     system : (A, B, C, D)
         Continuous state space, one input and one output.
     ratio : float
-        Ratio of the optimal margin to that of this controller, above 1.
+        Ratio of the optimal margin to the margin of the controller, above 1.
     """
-    # here, so that a process for a foreign FMU does not wait for it
+    # imported here, so that a process for a foreign FMU does not wait for the import
     from scipy.linalg import solve_continuous_are
 
     A, B, C, D = system
@@ -106,7 +106,7 @@ def robust_controller(system: StateSpace, ratio: float) -> tuple[StateSpace, flo
 
 
 def _to_continuous(system: StateSpace, h: float) -> StateSpace:
-    """Map z to s = 2 / h (z - 1) / (z + 1); the gains of states keep the norms."""
+    """Map z to s = 2 / h (z - 1) / (z + 1). The states are scaled so that the norms are preserved."""
     A, B, C, D = system
     M = np.linalg.inv(A + np.eye(len(A)))
     root = 2 / np.sqrt(h)
@@ -127,12 +127,12 @@ FAST = 3.0  # times the sampling rate (rad/s over 1/s): poles and zeros above ar
 
 @functools.lru_cache(maxsize=64)
 def robust_filters(plant: Plant, h: float, weight: float, zero: float) -> tuple[Node, ...]:
-    """Return filters of static gain 1 in series before an integral; empty if there is no such controller.
+    """Return filters of static gain 1 for use in front of an integral; empty if there is no such controller.
 
     Parameters
     ----------
     plant : Plant
-        Its delay contains the time for computing.
+        Plant. Its delay includes the computing time.
     h : float
         Step (s).
     weight : float
@@ -165,7 +165,7 @@ def robust_filters(plant: Plant, h: float, weight: float, zero: float) -> tuple[
 
 
 def _factors(roots: Any) -> list[Any]:
-    """Return real polynomials of degree 2, and one of degree 1 if the number is odd, slowest roots first."""
+    """Return real polynomials of degree 2, slowest roots first. An odd number of roots adds one of degree 1."""
     pairs = [np.poly([r, r.conjugate()]).real for r in roots if r.imag > 0]
     real = sorted((r.real for r in roots if abs(r.imag) <= 1e-9 * abs(r)), key=abs)
     pairs += [np.poly(real[k : k + 2]) for k in range(0, len(real) - 1, 2)]
@@ -174,7 +174,7 @@ def _factors(roots: Any) -> list[Any]:
 
 
 def _shaped(plant: Plant, delay: float, weight: float, zero: float) -> StateSpace:
-    """Return the plant behind its weight as one state space; time in s."""
+    """Return the weight and the plant in series as one state space. The time is in s."""
     n = 2 * len(plant.f_n)
     G: StateSpace = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((1, n)), np.array([[plant.rest]])
     for i, (f, zeta, k) in enumerate(zip(plant.f_n, plant.zeta, plant.share, strict=True)):
@@ -202,7 +202,7 @@ def _series(first: StateSpace, then: StateSpace) -> StateSpace:
 
 def _zeros(A: Any, B: Any, C: Any, D: Any) -> Any:
     """Return the finite zeros of a state space with one input and one output."""
-    # here, so that a process for a foreign FMU does not wait for it
+    # imported here, so that a process for a foreign FMU does not wait for the import
     from scipy.linalg import eigvals
 
     n = len(A)

@@ -4,10 +4,10 @@ A plant is a sum of second-order modes and a static rest with static gain 1. Its
 
     G(s) = e^(-s tau) (c + sum_i k_i / (1 + 2 zeta_i s / w_i + s^2 / w_i^2)),  c + sum_i k_i = 1.
 
-The set contains the identified plant, plants with modes and delay at the ends of their confidence intervals, and plants
-with a resonance that the record did not excite. Its frequency may have any value above the band in which input and
-output are coherent. A loop is designed for all of them at once, with every local slope of plant over inverse in a
-sector.
+The set contains the identified plant, and plants with modes and delay at the ends of their confidence intervals. It
+also contains plants with a resonance that the record did not excite. The frequency of this resonance may have any value
+above the band in which input and output are coherent. A loop is designed for all plants of the set, with every local
+slope of plant and inverse in a sector.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Plant:
     Attributes
     ----------
     f_n, zeta, share : tuple of float
-        Natural frequencies (Hz), damping ratios and static gains of its modes.
+        Natural frequencies (Hz), damping ratios and static gains of the modes.
     delay : float
         Delay behind the held command (s).
     name : str
@@ -63,8 +63,8 @@ class Plant:
     def response(self, z: Complex, h: float) -> Complex:
         """Return the response to a command that is held for steps of h (s), shape (m,), exactly.
 
-        Each pole p of a partial fraction is discretised for the delayed hold: modified z-transform, Astrom &
-        Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3.
+        Each pole p of a partial fraction is discretised for the delayed hold by the modified z-transform (Astrom &
+        Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3).
         """
         m, part = _steps(self.delay, h)
         found = self.rest * z ** -(1.0 + m)  # of a held command the value just before the sample
@@ -76,8 +76,8 @@ class Plant:
         return np.asarray(found)
 
     def state_space(self, h: float) -> StateSpace:
-        """Return A, B, C, D of the same plant: two states per mode, then the past commands that still act."""
-        # here, so that a process for a foreign FMU does not wait for it
+        """Return A, B, C, D of the plant. The states are two per mode, then the delayed commands."""
+        # imported here, so that a process for a foreign FMU does not wait for the import
         from scipy.linalg import expm
 
         m, part = _steps(self.delay, h)
@@ -105,7 +105,7 @@ class Plant:
 
 
 def _steps(delay: float, h: float) -> tuple[int, float]:
-    """Return whole steps of a delay, and the part of a step beyond them."""
+    """Return the whole steps of a delay, and the remaining part of a step."""
     steps = delay / h
     whole = int(np.floor(steps + 1e-9))
     part = steps - whole
@@ -131,11 +131,11 @@ class Unseen:
     above : float
         Lowest possible frequency (Hz).
     share : float
-        Its share of the static gain.
+        Share of the resonance in the static gain.
     zeta : float
-        Its damping ratio.
+        Damping ratio of the resonance.
     to : float, optional
-        Highest frequency (Hz); None: `BEYOND` times half the sampling rate.
+        Highest possible frequency (Hz); None for `BEYOND` times half the sampling rate.
     """
 
     above: float
@@ -144,7 +144,7 @@ class Unseen:
     to: float | None = None
 
     def frequencies(self, h: float) -> Array:
-        """Return the frequencies that are tried (Hz), shape (m,)."""
+        """Return the frequencies of this resonance in the set of plants (Hz), shape (m,)."""
         last = BEYOND / (2 * h) if self.to is None else self.to
         if last <= self.above:
             return np.array([self.above])
@@ -153,23 +153,22 @@ class Unseen:
 
 @dataclass(frozen=True)
 class PlantSet:
-    """Plants that agree with a record, with the angles at which their responses are evaluated.
+    """Plants that agree with a record, and the angles at which their responses are evaluated.
 
     Attributes
     ----------
     h : float
         Step of the controller (s).
     plants : tuple of Plant
-        The identified one first; delays contain the time for computing.
+        The identified plant is first. The delays include the computing time.
     slopes : (float, float)
         Sector of local slopes of plant over inverse.
     angles : array, shape (m, k)
-        omega h in (0, pi] for each plant, ascending.
+        Angles omega h in (0, pi] for each plant, in ascending order.
     response : array, shape (m, k)
         Response of each plant at its angles.
     beside : tuple of (Plant, Plant)
-        The identified plant with one of its parameters changed by a standard error in both directions: expected
-        devices.
+        Expected devices: pairs of the identified plant with one parameter increased and decreased by a standard error.
     """
 
     h: float
@@ -180,7 +179,7 @@ class PlantSet:
     beside: tuple[tuple[Plant, Plant], ...] = ()
 
     def missed(self, z: Complex) -> Array:
-        """Return the expected power of 1 - G'/G at z, shape (m,): error of a feed-forward for G on a device G'."""
+        """Return the expected power of 1 - G'/G at z, shape (m,), which is the error of a feed-forward for G on G'."""
         G = self.plants[0].response(z, self.h)
         total = np.zeros(len(z))
         for pair in self.beside:
@@ -203,22 +202,22 @@ def plant_set(
     unseen: Unseen | None = None,
     computing: float = 1.0,
 ) -> PlantSet:
-    """Build the set.
+    """Build the set of plants that agree with a record.
 
     Parameters
     ----------
     identified : Plant
-        Without the time for computing.
+        Identified plant without the computing time.
     h : float
         Step of the controller (s).
     slopes : (float, float)
         Sector of local slopes of plant over inverse.
     errors : sequence of (float, float, float)
-        Standard errors of f_n (Hz), zeta and share of each mode.
+        Standard errors of f_n (Hz), zeta and share for each mode.
     delay_error : float
         Standard error of the delay (s).
     unseen : Unseen, optional
-        A resonance beside the identified modes.
+        A resonance in addition to the identified modes.
     computing : float
         Steps between a sample and its command.
 
@@ -280,7 +279,7 @@ def _later(more: float) -> str:
 
 
 def _angles(p: Plant, h: float) -> Array:
-    """Return `POINTS` angles that resolve the resonances of a plant, also those above half the sampling rate."""
+    """Return `POINTS` angles that resolve all resonances of a plant, including aliases of high frequencies."""
     at, width = [], []
     for f, zeta in zip(p.f_n, p.zeta, strict=True):
         turn = 2 * np.pi * f * h

@@ -1,13 +1,13 @@
 """Comparison of controller structures on one set of plants, each tuned under the same limits.
 
-For every structure, a search varies the values other than the integral gain. The integral gain is the largest one that
-keeps the limits. The criterion is the remaining error for the disturbances in `Aim`: model error at the harmonics of
-the references, error of the feed-forward, and noise.
+For every structure, a search varies all values except the integral gain. The integral gain is the largest gain that
+meets the limits. The search minimises the remaining error for the disturbances in `Aim`: model error at the harmonics
+of the references, error of the feed-forward, and noise.
 
-A loop keeps the limits if the identified plant has a peak of the sensitivity of at most `ms_db`, and every plant of the
-set, with every slope of the sector, one of at most `set_ms_db`. A limit of the peak gives lower bounds of all margins:
-gain margins Ms / (Ms -+ 1) and a phase margin of 2 asin(1 / (2 Ms)) (Skogestad & Postlethwaite, 2nd ed., section
-2.4.3).
+A loop meets the limits if the peak of the sensitivity is at most `ms_db` for the identified plant, and at most
+`set_ms_db` for every plant of the set with every slope of the sector. A limit of the peak Ms implies lower bounds of
+all margins: gain margins of Ms / (Ms -+ 1) and a phase margin of 2 asin(1 / (2 Ms)) (Skogestad & Postlethwaite, 2nd
+ed., section 2.4.3).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ EQUAL = 1.05  # a structure with more values must be better by this
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a loop; the widest one comes first if none reaches the bandwidth."""
+    """Limits of a loop. If no structure reaches the bandwidth, the structure with the largest bandwidth is first."""
 
     ms_db: float = MS_DB  # peak of the sensitivity of the identified plant (dB)
     set_ms_db: float = SET_MS_DB  # of every plant of the set
@@ -45,7 +45,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Aim:
-    """Disturbances of the loop, as powers in the unit of the output squared, shape (k,)."""
+    """Disturbances of the loop as powers, shape (k,), in the square of the unit of measure of the output."""
 
     f: Array  # Hz
     power: Array  # of the model error in front of the dynamics
@@ -77,14 +77,14 @@ class Tuned:
 
 @dataclass(frozen=True)
 class Race:
-    """Outcome: the structures that keep the limits, best first, and for the others the reasons."""
+    """Result of the comparison: the structures that meet the limits, best first, and the reasons against the others."""
 
     found: tuple[Tuned, ...]
     refused: dict[str, str] = field(default_factory=dict)
 
     @property
     def winner(self) -> Tuned | None:
-        """Return the best structure; None if no feedback keeps the limits."""
+        """Return the best structure; None if no structure meets the limits."""
         return self.found[0] if self.found else None
 
 
@@ -95,7 +95,7 @@ def race(
     limits: Limits = Limits(),
     names: Sequence[str] = tuple(STRUCTURES),
 ) -> Race:
-    """Tune the structures of these names and order them by their expected error."""
+    """Tune the named structures, and sort them by their expected error."""
     found: list[Tuned] = []
     refused: dict[str, str] = {}
     for name in names:
@@ -108,7 +108,7 @@ def race(
             refused[name] = f"no gain keeps Ms below {limits.ms_db:g} dB, and {limits.set_ms_db:g} dB over the set"
         else:
             found.append(tuned)
-    # in the order of the table, simplest first: a later one must be clearly better
+    # in the order of the table, simplest first: a later structure must be clearly better
     ordered: list[Tuned] = []
     left = list(found)
     while left:
@@ -123,8 +123,8 @@ def race(
 
 
 def tune(structure: Structure, plants: PlantSet, design: Design, aim: Aim, limits: Limits) -> Tuned | None:
-    """Tune one structure; None if no gain keeps the limits."""
-    # here, so that a process for a foreign FMU does not wait for it
+    """Tune one structure; return None if no gain meets the limits."""
+    # imported here, so that a process for a foreign FMU does not wait for the import
     from scipy.optimize import minimize
     from scipy.stats import qmc
 
@@ -171,7 +171,7 @@ class _View:
         self.G_wide = plants.plants[0].response(self.wide, plants.h)
 
     def best(self, structure: Structure, design: Design, values: Mapping[str, float]) -> tuple[float, float]:
-        """Return the expected error and the gain of these values; infinite and 0 if no gain keeps the limits."""
+        """Return the expected error and the gain for these values; infinite and 0 if no gain meets the limits."""
         C = structure.response(design, values, self.z)
         lowest, highest = LEAST / self.plants.h, MOST / self.plants.h
         if not self.allowed(*C(lowest)):
@@ -189,7 +189,7 @@ class _View:
         return costs[k], gains[k]
 
     def allowed(self, C: Complex, inner: Complex | None) -> bool:
-        """Return whether the loops keep the limits, and the controller is stable."""
+        """Return whether the loops meet the limits and the controller is stable."""
         if inner is not None and not unencircled(inner[:1]).all():
             return False
         X = C * self.G
@@ -200,7 +200,7 @@ class _View:
         return bool(unencircled(X).all())
 
     def narrow(self, C: Complex) -> float:
-        """Return the penalty factor of the error for a bandwidth below the limit; 1 if it is not below."""
+        """Return the penalty factor of the error for a bandwidth below the limit; 1 if the bandwidth is sufficient."""
         missing = self.limits.bandwidth / max(self.bandwidth(C[0] * self.G[0]), 1e-9)
         return 1.0 if missing <= 1 else TOO_SLOW * missing**4
 
@@ -210,13 +210,13 @@ class _View:
         return float(self.plants.angles[0][large[0]] / (2 * np.pi * self.plants.h)) if len(large) and large[0] else 0.0
 
     def error(self, C: Complex, C_wide: Complex) -> float:
-        """Return the expected RMS error of the identified plant: remaining model error and uncertainty, and noise."""
+        """Return the expected RMS error of the identified plant from remaining model error, uncertainty and noise."""
         left = float((self.power / np.abs(1 + C * self.low) ** 2).sum())
         X = C_wide * self.G_wide
         return float(np.sqrt(left + self.aim.noise**2 * np.mean(np.abs(X / (1 + X)) ** 2)))
 
     def figures(self, structure: Structure, design: Design, values: dict[str, float], Ki: float) -> Tuned:
-        """Return the structure with the figures of its loop."""
+        """Return the structure and the figures of its loop."""
         X = structure.response(design, values, self.z)(Ki)[0] * self.G
         at, wide = (structure.response(design, values, z)(Ki)[0] for z in (self.at, self.wide))
         near = distances(X, self.plants.slopes).min(axis=1)
@@ -250,9 +250,9 @@ class _View:
 
 
 def distances(X: Complex, slopes: tuple[float, float]) -> Array:
-    """Return the least distance of k X from -1 over all slopes k of a sector, same shape as X.
+    """Return the smallest distance of k X from -1 over all slopes k of a sector; the shape is the shape of X.
 
-    k X lies on a straight line from slopes[0] X to slopes[1] X: the nearest point of a segment is known in closed form.
+    k X lies on the straight line from slopes[0] X to slopes[1] X. The nearest point of this line has a closed form.
     """
     size = np.maximum(np.abs(X) ** 2, 1e-300)
     k = np.clip(-X.real / size, *slopes)
@@ -260,10 +260,10 @@ def distances(X: Complex, slopes: tuple[float, float]) -> Array:
 
 
 def unencircled(X: Complex) -> NDArray[np.bool_]:
-    """Return whether each closed loop with slope 1 is stable, shape (m,): no encirclement of -1 (Nyquist).
+    """Return whether each closed loop with slope 1 is stable, shape (m,), by the Nyquist criterion.
 
-    The open loops have one integrator and no unstable pole. Along the upper half of the unit circle, the angle of 1 + X
-    must return to the positive real axis.
+    The open loops have one integrator and no unstable pole. Therefore the curve must not encircle -1. Along the upper
+    half of the unit circle, the angle of 1 + X must return to the positive real axis.
     """
     f = 1 + X
     turned = np.angle(f[:, 1:] / f[:, :-1]).sum(axis=1) + np.angle(f[:, 0])

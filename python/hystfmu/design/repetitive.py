@@ -1,11 +1,11 @@
-"""Controllers with a memory of one period: filters of repetitive control for several loops, and separated memories.
+"""Repetitive control: design of filters for several loops, and separation of memories from a graph.
 
-With the block `repetitive` before a controller, the error of one period gives that of the next as
-e+ = (Q - L T) e, T the complementary sensitivity of the loop without it, for any period.  The loop is stable where
-abs(Q - L T) < 1 at all frequencies (Hara et al. 1988, theorem 1).
+The block `repetitive` in front of a controller changes the error e of a period to e+ = (Q - L T) e in the next period.
+T is the complementary sensitivity of the loop without this block. For any period, the loop is stable if abs(Q - L T) <
+1 at all frequencies (Hara et al. 1988, theorem 1).
 
-A memory of n steps is a ring buffer; as a state space it would have n states. Its law is w_k = Q w_(k-n) + L e_(k-n)
-with non-causal filters, so it enters a loop by its frequency response.
+A memory of n steps is a ring buffer. Its law is w_k = Q w_(k-n) + L e_(k-n) with non-causal filters. A state space of
+the memory would have n states, so the loop uses its frequency response instead.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ EDGE = 0.5  # share of the taps of L that a cosine window tapers
 
 @dataclass(frozen=True)
 class RepetitiveFilters:
-    """Taps for the block `repetitive`, and the resulting convergence.
+    """Taps of the block `repetitive`, and the resulting convergence.
 
     Attributes
     ----------
     q : array, shape (n_q + 1,)
-        Taps of the zero-phase filter Q: its middle, then one side.
+        Taps of the zero-phase filter Q: the middle tap, then one side.
     l : array, shape (2 n_l + 1,)
         Taps of the learning filter L, from n_l steps back to n_l steps ahead.
     contraction : tuple of float
@@ -45,7 +45,7 @@ class RepetitiveFilters:
     contraction: tuple[float, ...]
 
     def error_ratio(self, L: Any, w: Array, n: int) -> Array:
-        """Return the factor of the error relative to the loop without the repetitive part, at frequencies w (rad/s).
+        """Return the ratio of the error to the error without repetitive control, at frequencies w (rad/s).
 
         Parameters
         ----------
@@ -69,21 +69,21 @@ class RepetitiveFilters:
 def repetitive_filters(
     loops: Sequence[Any], cutoff: float, gain: float = 0.3, n_q: int = 9, n_l: int = 40
 ) -> RepetitiveFilters:
-    """Design Q and L for several loops: the nominal one and its corners.
+    """Design Q and L for several loops, for example the nominal loop and its corners.
 
-    Q is a windowed low-pass.  L is `gain` Q times the least-squares inverse of all T at each frequency,
-    sum conj(T) / sum abs(T)^2, cut to its taps.
+    Q is a windowed low-pass. L is the product of `gain`, Q and the least-squares inverse of all T at each frequency,
+    sum conj(T) / sum abs(T)^2. It is truncated to its taps.
 
     Parameters
     ----------
     loops : sequence of control.TransferFunction or control.StateSpace
-        Open loops with one step, stable when closed.
+        Open loops with a common step. The closed loops must be stable.
     cutoff : float
-        Frequency above which nothing is learnt (Hz).
+        Upper frequency of learning (Hz).
     gain : float
-        Share of the error that is learnt in a period.
+        Share of the error that is learnt per period.
     n_q, n_l : int
-        Taps on each side.
+        Number of taps on each side.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def repetitive_filters(
     Raises
     ------
     InputError
-        No loop, or a cutoff above half the sampling frequency.
+        There is no loop, or the cutoff is above half the sampling frequency.
     """
     if not loops:
         raise InputError("The loops must be at least one. Got none.")
@@ -101,7 +101,7 @@ def repetitive_filters(
 
 
 def filter_angles() -> Array:
-    """Return the angles omega h at which `learning_filters` takes responses, shape (POINTS / 2 + 1,)."""
+    """Return the angles omega h of the responses for `learning_filters`, shape (POINTS / 2 + 1,)."""
     angles = 2 * np.pi * np.arange(POINTS // 2 + 1) / POINTS
     angles[0] = 2 * np.pi * 1e-3 / POINTS  # beside the poles of integrators
     return angles
@@ -117,7 +117,7 @@ def learning_filters(
     rest: float = 1.0,
     floor: float = 0.0,
 ) -> RepetitiveFilters:
-    """Design Q and L as `repetitive_filters` does, from responses.
+    """Design Q and L from responses, by the method of `repetitive_filters`.
 
     Parameters
     ----------
@@ -126,21 +126,21 @@ def learning_filters(
     h : float
         Step (s).
     cutoff, gain, n_q, n_l
-        As `repetitive_filters`.
+        See `repetitive_filters`.
     rest : float
         Q at frequency 0. With a value below 1 the memory forgets corrections without effect, such as a constant
         correction before an integrator.
     floor : float
         Regularisation: this share of the mean square of the responses below the cutoff is added at each frequency, so
-        that frequencies with a small response are not inverted. Trap: without it, a zero of T at one frequency, for
-        example due to an integrator, adds a constant to all taps.
+        that frequencies with a small response are not inverted. Trap: without regularisation, a zero of T at one
+        frequency, for example due to an integrator, adds a constant to all taps.
 
     Raises
     ------
     InputError
-        A cutoff above half the sampling frequency.
+        The cutoff is above half the sampling frequency.
     """
-    # here, so that a process for a foreign FMU does not wait for it
+    # imported here, so that a process for a foreign FMU does not wait for the import
     from scipy.signal import firwin
     from scipy.signal.windows import tukey
 
@@ -164,12 +164,12 @@ def _complementary(L: Any, z: Any) -> Any:
 
 
 def zero_phase_at(q: Array, z: Any) -> Any:
-    """Return Q(z) of its taps."""
+    """Return Q(z) from the taps of Q."""
     return q[0] + sum(v * (z**j + z**-j) for j, v in enumerate(q[1:], 1))
 
 
 def taps_at(taps: Array, z: Any) -> Any:
-    """Return the learning filter at z."""
+    """Return the learning filter L at z from its taps."""
     ahead = len(taps) // 2
     return np.polyval(taps[::-1], z) * z**-ahead
 
@@ -185,7 +185,8 @@ class PeriodMemory:
     q, l : array, shapes (2 n_q + 1,), (2 n_l + 1,)
         Taps of Q and L, from the oldest step to the same number of steps ahead.
     lifted : bool
-        The memory changes at the end of a period only: within one there is no feedback through it.
+        Whether the memory changes only at the end of a period. Then there is no feedback through the memory within a
+        period.
     """
 
     n: int
@@ -194,12 +195,12 @@ class PeriodMemory:
     lifted: bool
 
     def factor(self, angles: Array, error: Complex) -> Complex:
-        """Return Q + L E, the factor of the corrections from period to period.
+        """Return Q + L E, the factor of the corrections from one period to the next.
 
         Parameters
         ----------
         angles : array, shape (m,)
-            omega h.
+            Angles omega h.
         error : array, shape (m,)
             Response E = -T from w to e.
         """
@@ -216,7 +217,7 @@ class PeriodMemory:
 
 
 def iterative_learning(node: Node) -> PeriodMemory:
-    """Return the law of the block: w <- Q (w + gain e), e of `lead` steps later."""
+    """Return the law w <- Q (w + gain e) of the block, where e is the error `lead` steps later."""
     gain, lead, smooth = (float(node.value(name)[0]) for name in ("gain", "lead", "smooth"))
     n = node.dims["n"]
     q = np.array([smooth, 1 - 2 * smooth, smooth])
@@ -240,12 +241,13 @@ LAWS: dict[str, tuple[Callable[[Node], PeriodMemory], str, str]] = {
 
 
 def cut_memories(graph: Graph) -> tuple[Graph, tuple[PeriodMemory, ...]]:
-    """Cut the memories of a period out of a graph, which keeps the order of its blocks.
+    """Cut the memories of a period out of a graph. The order of the blocks is kept.
 
     Returns
     -------
     graph : Graph
-        Its last inputs are the corrections w, its last outputs the errors e = y_d - y of the memories.
+        Graph without memories. Its last inputs are the corrections w, and its last outputs are the errors e = y_d - y
+        of the memories.
     memories : tuple of PeriodMemory
     """
     found = [n for n in graph.nodes if n.type in LAWS]

@@ -1,7 +1,7 @@
 """Sector of local slopes: the remaining hysteresis of a plant behind an imperfect inverse.
 
-A loop closed around an inverse and its plant sees their local slope, which depends on the path.  A controller has to be
-stable for every slope of the sector.
+In a loop around an inverse and its plant, the loop gain contains the local slope of inverse and plant. This slope
+depends on the path. The loop must be stable for every slope of the sector.
 """
 
 from __future__ import annotations
@@ -24,22 +24,23 @@ CONTINUOUS = "continuous"  # rate of the blocks that count with their static gai
 
 
 def sector(path: Array, *chain: Graph | Model, h: float) -> tuple[float, float]:
-    """Return the least and the largest local slope of units in series along a path.
+    """Return the smallest and the largest local slope of units in series along a path.
 
     Parameters
     ----------
     path : array, shape (n,)
         Input of the first unit, one value per step.
     *chain : Graph or Model
-        Units in series, for example the inverse and the plant.  The first input of each is driven, the others keep
-        their start values; its first output counts.  Linear dynamics count with their static gain.
+        Units in series, for example the inverse and the plant. The path drives the first input of each unit; its other
+        inputs keep their start values. The first output of each unit is used. Linear dynamics are replaced by their
+        static gain.
     h : float
         Step (s).
 
     Returns
     -------
     least, largest : float
-        Slopes of the last output over the path.
+        Slopes of the last output with respect to the path.
 
     Raises
     ------
@@ -51,11 +52,11 @@ def sector(path: Array, *chain: Graph | Model, h: float) -> tuple[float, float]:
 
 
 def slopes_along(path: Array, *chain: Graph, h: float) -> tuple[float, float]:
-    """Return the sector of units in series; see `sector`.  Creep and its inverse, which cancel, may be in them.
+    """Return the sector of units in series, see `sector`. The units may contain creep and its inverse.
 
-    A slope is the difference of the outputs after a step of the path and without this step. Trap: creep continues while
-    the path does not move, so differences of the output alone are not slopes; for an inverse at its limit they gave
-    -1.3.
+    For each slope, the output after a step of the path is compared with the output without this step. Trap: creep
+    continues while the path does not move. Therefore differences of the output over time are not slopes; for an inverse
+    at its limit, such differences gave -1.3.
     """
     v = np.asarray(path, float)
     dv = np.diff(v)
@@ -85,8 +86,10 @@ def _drifts(node: Node) -> bool:
 
 
 def _against_rest(v: Array, moved: NDArray[np.intp], chain: Sequence[Graph], h: float) -> Array:
-    """Return the difference of the last output, at these rows, from that of a path that is constant since the previous
-    row."""
+    """Return the change of the last output at these rows because of the last step of the path.
+
+    The reference is the output for a path that is constant since the previous row.
+    """
     units = [graph.executor() for graph in chain]
     ends = [[next(p.reference for p in g.ports if p.kind == kind) for kind in ("input", "output")] for g in chain]
 
@@ -123,16 +126,16 @@ def without_dynamics(graph: Graph) -> Graph:
 
 
 def gain_of(node: Node) -> float:
-    """Return the gain that stands for a linear block: the static one, or 1 where that is 0 or infinite.
+    """Return the gain that replaces a linear block: its static gain, or 1 if the static gain is 0 or infinite.
 
-    An integrator has no static gain; its gain remains with the dynamics.
+    An integrator has no static gain. Its gain is a part of the dynamics.
     """
     gain = static_gain(node)
     return gain if np.isfinite(gain) and gain != 0 else 1.0
 
 
 def static_gain(node: Node) -> float:
-    """Return the gain of a linear block at rest, D - C A^-1 B; infinite for an integrator."""
+    """Return the static gain D - C A^-1 B of a linear block; infinite for an integrator."""
     A, B, C, D = linearise(Graph.single(node))
     if not len(A):
         return float(D[0, 0])

@@ -21,7 +21,9 @@ def printed(eta: float, eps: float) -> float:
 
 
 def ultimate(eta: float, rho: float, eps: float, D: float) -> float:
-    """Return the exact ultimate bound of |s|; eta in 1/s, eps measured as s, rho and D as ds/dt."""
+    """Return the exact ultimate bound of |s|. eta is in 1/s, eps has the unit of s, rho and D have the unit of
+    ds/dt.
+    """
     b = eta * eps + rho - D
     root = math.sqrt(b * b + 4 * eta * D * eps)
     # positive root of eta s^2 + b s - D eps, in the form that avoids cancellation
@@ -36,9 +38,10 @@ def printed_error(eta: float, eps: float, lam: float = LAM) -> float:
 def simulated(
     eta: float, rho: float, eps: float, D: float, h: float = 1e-4, seconds: float = 4.0, error: bool = False
 ) -> float:
-    """Simulate the `sliding_mode` block around e'' = -LAM e' + u + d with d = D; return the final largest |s|, or |e|.
+    """Simulate the `sliding_mode` block with the plant e'' = -LAM e' + u + d, d = D; return the largest |s| or |e|.
 
-    The maximum is over the last quarter of the run.  For this plant ds/dt = u + d exactly, as the paper assumes.
+    The largest value is taken over the last quarter of the run.  For this plant ds/dt = u + d exactly, as the paper
+    assumes.
     """
     control = {"lam": LAM, "eta": eta, "rho": rho, "epsilon": eps}
     plant: dict[str, Value] = {"b": [1.0], "a": [1.0, LAM, 0.0], "hold": "zoh"}

@@ -1,12 +1,12 @@
-"""Structures of controllers in front of an inverse: a graph of blocks each, and its frequency response.
+"""Structures of controllers in front of an inverse. Each structure has a graph of blocks and a frequency response.
 
-The error e = y_d - y passes filters and an integral (`pid`); a damping path may act beside it:
+The error e = y_d - y passes filters and an integral (`pid`). A damping path in parallel is possible:
 
     u = u_ff + Ki h z / (z - 1) (1 + T ...) F(z) e - D(z) e.
 
-The blocks are those of a scenario, so the tuned controller equals the one that runs. Sources: notch and integral,
-Abramovitch et al. 2008; integral resonant control (IRC), Aphale, Fleming & Moheimani 2007, Smart Materials and
-Structures 16, 439-446; positive position feedback (PPF), Fanson & Caughey 1990, AIAA Journal 28, 717-724; internal
+A scenario runs the same blocks, so that the tuned controller equals the simulated controller. Sources: notch and
+integral, Abramovitch et al. 2008; integral resonant control (IRC), Aphale, Fleming & Moheimani 2007, Smart Materials
+and Structures 16, 439-446; positive position feedback (PPF), Fanson & Caughey 1990, AIAA Journal 28, 717-724; internal
 model, Smith 1957; H-infinity loop shaping, McFarlane & Glover 1992.
 """
 
@@ -32,12 +32,12 @@ OPEN = 0.4  # of the sampling rate: a roll-off above is none
 
 @dataclass(frozen=True)
 class Design:
-    """Knowledge of a structure: the identified plant and the step.
+    """Data for the design of a structure: the identified plant and the step.
 
     Attributes
     ----------
     plant : Plant
-        Without the time for computing.
+        Identified plant without the computing time.
     h : float
         Step (s).
     computing : int
@@ -56,23 +56,23 @@ class Design:
 
 @dataclass(frozen=True)
 class Structure:
-    """A family of controllers: its values besides the integral gain, and its blocks.
+    """A family of controllers, with its values other than the integral gain, and its blocks.
 
     Attributes
     ----------
     name, text : str
     bounds : function
-        Design -> name and range of each chosen value; all positive.
+        Maps a design to the name and the range of each value. All values are positive.
     filters : function
-        Design, values -> blocks through which the error passes before the integral.
+        Maps a design and values to the blocks in front of the integral.
     damping : function
-        Design, values -> block beside the integral, or None.
+        Maps a design and values to the block in parallel to the integral; None if there is no such block.
     proportional : bool
-        The value ``T`` (s) adds Kp = Ki T.
+        Whether the controller has a proportional gain Kp = Ki T with the value ``T`` (s).
     predictor : bool
-        The error includes the predicted effect of commands that the delay still hides.
+        Whether the error includes the predicted effect of commands that are still in the delay.
     resonant : bool
-        Needs an identified mode.
+        Whether the structure needs an identified mode.
     """
 
     name: str
@@ -87,7 +87,8 @@ class Structure:
     def response(self, design: Design, values: Values, z: Complex) -> Speed:
         """Return the function from Ki (1/s) to the response of the controller from e to u at z, and its inner loop.
 
-        The inner loop is that through the predictor, None without one; it must be stable, so that the controller is.
+        The inner loop passes through the predictor; it is None without a predictor. The controller is stable only if
+        the inner loop is stable.
         """
         h = design.h
         F = _product(self.filters(design, values), h, z)
@@ -107,11 +108,11 @@ class Structure:
         ----------
         design : Design
         values : mapping
-            Of all of `bounds`.
+            A value for each name in `bounds`.
         Ki : float
             Integral gain (1/s).
         limits : (float, float), optional
-            Limits of u, at which the integral stops (anti-windup).
+            Limits of u. At a limit the integral stops (anti-windup).
 
         Returns
         -------
@@ -145,10 +146,11 @@ class Structure:
 def _predicting(
     design: Design, nodes: list[Node], wires: list[tuple[str, str]]
 ) -> tuple[list[Node], list[tuple[str, str]], tuple[str, ...]]:
-    """Put the model of the plant around the controller: its present response minus its response after the delay (Smith
-    predictor).
+    """Add a Smith predictor to the controller.
 
-    The blocks of the model come first: like the plant, they read the input of the previous step.
+    Its signal is the present response of the plant model minus the response after the delay.
+
+    The blocks of the model come first. Like the plant, they read the input of the previous step.
     """
     own = [
         Node("own", "sum", {"n": 2}, {"k": [1.0, -1.0]}),  # the controller's part of the last command, limits included
@@ -170,7 +172,7 @@ def _predicting(
 
 
 def _normed(plant: Plant) -> Plant:
-    """Return the modes of a plant, whose shares are scaled to a static gain of 1, without delay."""
+    """Return a plant with the modes of `plant`, without delay. The shares are scaled to a static gain of 1."""
     total = sum(plant.share)
     return Plant(plant.f_n, plant.zeta, tuple(k / total for k in plant.share))
 
@@ -205,7 +207,10 @@ def _roll_off(design: Design, values: Values) -> list[Node]:
 
 
 def _notches(design: Design, values: Values) -> list[Node]:
-    """Return a notch for each mode below half the sampling rate; `width` is its damping, `depth` that of its zeros."""
+    """Return a notch for each mode below half the sampling rate.
+
+    `width` is the damping of the poles of a notch; `depth` determines the damping of its zeros.
+    """
     found = []
     for i, (f, zeta) in enumerate(zip(design.plant.f_n, design.plant.zeta, strict=True)):
         if f * design.h < OPEN:

@@ -1,1 +1,1 @@
-"""The public interface, `import hystfmu as hy`: thin calls of the other packages; `dir(hystfmu)` lists it."""
+"""The public interface, `import hystfmu as hy`. It calls the other packages; `dir(hystfmu)` lists its names."""

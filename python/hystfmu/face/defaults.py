@@ -1,12 +1,14 @@
-"""Defaults of a scenario built in Python: its order, a reference over the plant's stroke, the end of the run.
+"""Defaults of a scenario built in Python: order, reference and end of the run.
 
-wires those that follow from the roles of the units: see `hystfmu.face.wiring`. reference connections or metrics name
-the unit ``reference``, but none was added: a sine over SHARE of the stroke of the plant (the unit that a metric
-compares with it); SAMPLES steps a period; `r_lead` looks one step ahead
-           (half a step where the run looks between samples).
-stop       PERIODS of the slowest reference; metrics without an `after` of their own begin after the first.
-order      that in which the units were added, the default reference first.
-record     the signals of the metrics.
+A key that is not given gets this default:
+
+- ``connections``: the connections that follow from the roles of the units (`hystfmu.face.wiring`).
+- ``reference``: if connections or metrics name this unit, but it was not added, it is made. It is a sine over SHARE of
+  the stroke of the plant, with SAMPLES steps per period. The plant is the unit that a metric compares with the
+  reference. The output `r_lead` is one step ahead, or half a step if the run has steps between samples.
+- ``stop``: PERIODS periods of the slowest reference. A metric without its own `after` starts after the first period.
+- ``order``: the order in which the units were added; the default reference is first.
+- ``record``: the signals of the metrics.
 """
 
 from __future__ import annotations
@@ -28,14 +30,14 @@ ROWS = 1000  # of the ramp that finds the stroke of a plant
 
 
 def completed(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], origin: str) -> dict[str, Any]:
-    """The whole scenario, with the keys of its file.
+    """Return the complete scenario, with the keys of its file.
 
     Parameters
     ----------
     spec : mapping
-        What was said.
+        The given keys of the scenario.
     attached : mapping of str to Model or Path
-        The models among its units, by their paths.
+        Models of units, by their paths in the scenario.
     origin : str
         Prefix of error messages.
 
@@ -76,7 +78,7 @@ def _asks_for_reference(spec: Mapping[str, Any]) -> bool:
 
 
 def _reference(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], origin: str) -> dict[str, Any]:
-    """The unit `reference`."""
+    """Return the table of the unit `reference`."""
     plant = next(
         (m["signal"].split(".")[0] for m in spec["metrics"].values() if (m.get("against") or "").startswith(NAME)),
         "plant",
@@ -108,7 +110,7 @@ def _reference(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], or
 
 
 def _period(units: Mapping[str, Any], origin: str) -> float:
-    """Of the slowest reference (s)."""
+    """Return the period of the slowest reference (s)."""
     rates = []
     for u in units.values():
         if u.get("block") == "reference":
@@ -125,5 +127,5 @@ def _period(units: Mapping[str, Any], origin: str) -> float:
 
 
 def _steps(seconds: float, step: float) -> float:
-    """A time as a whole number of steps, up to rounding."""
+    """Round a time up to a whole number of steps."""
     return float(f"{math.ceil(seconds / step * (1 - 1e-9)) * step:.12g}")

@@ -1,4 +1,4 @@
-"""Evidence of linear dynamics in the record of a fit, kept with the model as ``fit["evidence"]``."""
+"""Evidence of linear dynamics in the record of a fit. The model stores it as ``fit["evidence"]``."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ __all__ = ["evidence_of", "with_evidence"]
 
 
 def evidence_of(model: Model, data: Dataset) -> Evidence:
-    """Find the evidence of a record, with the output of the hysteresis of a model as the input of the dynamics.
+    """Find the evidence of linear dynamics in a record.
 
     Parameters
     ----------
     model : Model
-        Fitted to `data`. If the model is not a static part in front of linear dynamics, u is used as the input of the
-        dynamics.
+        Model that was fitted to `data`. The output of its hysteresis is the input of the dynamics. If the model is not
+        a static part in front of linear dynamics, u is the input of the dynamics.
     data : Dataset
-        With a measured output.
+        Record with a measured output.
     """
     from hystfmu.identify.evidence import evidence
 
@@ -34,7 +34,7 @@ def evidence_of(model: Model, data: Dataset) -> Evidence:
 
 
 def static_output(model: Model, data: Dataset) -> Array | None:
-    """Return the output (n,) of the model in front of its linear dynamics; None if it has another structure."""
+    """Return the output (n,) of the static part of a model; None if no static part precedes linear dynamics."""
     from hystfmu.inverse.dynamic import split
 
     parts = split(model)

@@ -1,4 +1,4 @@
-"""The evidence of a record in a page: frequency response and coherence, with the band that was not excited shaded."""
+"""Section of a page: frequency response and coherence of a record. Shading marks the band without excitation."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ FREQUENCY = "frequency (Hz)"
 LEAST_GAIN = 1e-4
 TEXT = (
     "Frequency response from the output of the hysteresis to the measured output, divided by its static gain, and "
-    "coherence, with the coherence that chance exceeds in 1 %. The record does not tell what the device does in the "
+    "coherence, with the coherence that chance exceeds in 1 %. The record gives no information about the device in the "
     "shaded band. +- is one standard error."
 )
 
 
 def evidence_section(model: Model) -> list[Section]:
-    """Return the section of the page of a fit; none for a model without evidence."""
+    """Return the section in a list; the list is empty for a model without evidence."""
     if "evidence" not in model.fit:
         return []
     from hystfmu.identify.evidence.found import Evidence
@@ -54,7 +54,7 @@ def evidence_section(model: Model) -> list[Section]:
 
 
 def _dark(x: Array, band: tuple[float, float], low: float, high: float) -> list[Line]:
-    """Return the shaded area above the coherent band, over the heights from `low` to `high`."""
+    """Return the shaded area above the coherent band, from the height `low` to the height `high`."""
     first = float(band[1]) if band[1] > 0 else float(x[0])
     if first >= x[-1]:
         return []

@@ -14,12 +14,12 @@ from hystfmu.report.explorer import Explorer
 
 
 def explorer(models: Sequence[Model], data: Dataset | None, u_label: str, y_label: str) -> Explorer:
-    """Return the section of a page in which the reader can move the input of models.
+    """Return the section of a page in which the reader can change the input of models.
 
     Parameters
     ----------
     models : sequence of Model
-        Fitted to `data`.
+        Models that were fitted to `data`.
     data : Dataset, optional
         The measured points.
     u_label, y_label : str
@@ -32,7 +32,8 @@ def explorer(models: Sequence[Model], data: Dataset | None, u_label: str, y_labe
 def explorer_of(model: Model) -> Explorer | None:
     """Return the explorer of one model, without measured points.
 
-    None if the first input or output is no number, or the model does not state the range of its input.
+    The result is None if the first input or the first output is not a scalar, or if the model does not state the range
+    of its input.
     """
     first = {kind: [p for p in model.graph.ports if p.kind == kind] for kind in ("input", "output")}
     if span_of(model) is None or [p.size for (p, *_) in filter(None, first.values())] != [1, 1]:
@@ -42,7 +43,7 @@ def explorer_of(model: Model) -> Explorer | None:
 
 
 def _analytic(model: Model) -> Model | None:
-    """Return the exact or the implicit inverse; None if the model admits neither."""
+    """Return the exact or the implicit inverse; None if the model has neither inverse."""
     for method in ("exact", "implicit"):
         with suppress(InputError):
             return invert(model, method)

@@ -1,4 +1,4 @@
-"""The page of a fit to data of the user: errors, interval, loops, residuals, parameters, warnings, provenance."""
+"""Page of a fit: errors, interval, loops, residuals, parameters, warnings and provenance."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def fit_page(model: Model, data: Dataset, lead: str = "") -> str:
     Parameters
     ----------
     model : Model
-        Fitted to the training rows of `data`.
+        Model that was fitted to the training rows of `data`.
     data : Dataset
-        With a measured output.
+        Data with a measured output.
     lead : str
-        First sentence; by default a description of the model.
+        First sentence of the page; by default a description of the model.
     """
     title = f"{model.key} fitted to {data.name}"
     head = [f"<h1>{escape(title)}</h1>", f'<p class="lead">{escape(lead or model.text)}</p>']
@@ -39,7 +39,7 @@ def fit_page(model: Model, data: Dataset, lead: str = "") -> str:
 
 
 def fit_sections(model: Model, data: Dataset) -> list[Section]:
-    """Return the sections of the page: errors with interval and plots, warnings, model, origin; as `fit_page`."""
+    """Return the sections of `fit_page`: errors with interval and plots, warnings, model, origin."""
     y = free_run(model, data)
     first = Section(
         "Errors",
@@ -102,10 +102,10 @@ def _spectrum(e: Array, data: Dataset) -> Plot:
 
 
 def densities(v: Array, h: float) -> tuple[Array, Array]:
-    """Return frequencies (Hz) and the power density of a signal with the step h (s), each of shape (m,).
+    """Return frequencies (Hz), shape (m,), and the power density of a signal with the step h (s), shape (m,).
 
-    The mean over segments that overlap by half, each without its mean and under a Hann window: Welch, IEEE Trans.
-    Audio and Electroacoustics 15 (1967) 70-73.
+    The density is the mean over segments that overlap by half. The mean of each segment is subtracted, and a Hann
+    window is applied (Welch, IEEE Trans. Audio and Electroacoustics 15 (1967) 70-73).
     """
     n = min(SEGMENT, len(v))
     window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n) / n)

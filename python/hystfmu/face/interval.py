@@ -1,15 +1,16 @@
-"""The 95 % interval of a fit, kept with the model as ``fit["interval"]``: one verdict for terminal, page and JSON.
+"""The 95 % interval of a fit. The model stores it as ``fit["interval"]``, for terminal, page and JSON.
 
-Errors on rows that were held out of a fit give the interval (`hystfmu.model.conformal`): those outside the training
-rows, or, where all rows were fitted, those of validation blocks between reversals.  The same kind is fitted without the
-blocks of a fold, and its errors there count (cross-validation; Barber, Candes, Ramdas & Tibshirani, Annals of
-Statistics 49 (2021) 486-507).  Where a block alone reaches an end of the range, a fit without it extrapolates, as no
-new signal of the kind asks of the model; there the errors of the fit to all rows count, as much larger as held-out rows
-err more elsewhere.
+The interval is computed from errors on rows that a fit did not use (`hystfmu.model.conformal`). These are the rows
+outside the training rows. If all rows are training rows, the interval is computed by cross-validation over validation
+blocks between reversals: for each fold of blocks, the same kind of model is fitted without these blocks, and its errors
+on these blocks are used (Barber, Candes, Ramdas & Tibshirani, Annals of Statistics 49 (2021) 486-507). If only one
+block reaches an end of the input range, a fit without this block must extrapolate, but a new signal of the same kind
+needs no extrapolation. For such a block, the errors of the fit to all rows are used. They are multiplied by the ratio
+of held-out errors to fit errors on the other blocks.
 
-The interval counts for signals like the record's.  Within the range and the speeds of the record it counts for others
-too if the held-out errors are no more than the noise of the output, or if the record shows their states; what it does
-not show is named.
+The interval holds for signals like the signal of the record. It holds for other signals, within the range and the
+speeds of the record, in two cases: the held-out errors are not larger than the noise of the output, or the record
+contains the states of these signals. The text of the interval names the signals for which it is not known to hold.
 """
 
 from __future__ import annotations
@@ -36,17 +37,17 @@ AS_NOISE = 1.3  # times the noise: held-out errors that leave nothing to explain
 
 @dataclass(frozen=True)
 class Known:
-    """An interval and the signals that it counts for.
+    """An interval, and the signals for which it holds.
 
     Parameters
     ----------
     interval : Interval
     rows_of : str
-        Rows that it was computed from.
+        Text on the rows from which the interval was computed.
     noise_only : bool
-        Whether the held-out errors are no more than noise.
+        Whether the held-out errors are not larger than the noise.
     not_for : tuple of str
-        Kinds of signals within the range of the record for which it is not known to hold.
+        Kinds of signals within the range of the record for which the interval is not known to hold.
     """
 
     interval: Interval
@@ -60,22 +61,22 @@ class Known:
 
     @classmethod
     def from_dict(cls, table: dict[str, Any]) -> Known:
-        """Return what `to_dict` wrote."""
+        """Build the object from the result of `to_dict`."""
         own = {"of", "noise_only", "not_for"}
         found = Interval(**{k: v for k, v in table.items() if k not in own})
         return cls(found, table["of"], table["noise_only"], tuple(table["not_for"]))
 
 
 def with_interval(model: M, data: Dataset) -> M:
-    """Return the model with the interval of its fit to `data`; without one where the rows are too few."""
+    """Return the model with the interval of its fit to `data`; too few rows give no interval."""
     found = known(model, data)
     return model if found is None else replace(model, fit={**model.fit, "interval": found.to_dict()})
 
 
 def known(model: Model, data: Dataset) -> Known | None:
-    """Find the interval of a model fitted to the training rows of `data`; None for too few rows.
+    """Return the interval of a model that was fitted to the training rows of `data`; None for too few rows.
 
-    What `with_interval` kept is not computed again.
+    An interval that `with_interval` stored is not computed again.
     """
     made_of = {"sha256": data.sha256, "train": f"{data.train.start}:{data.train.stop}"}
     if "interval" in model.fit and made_of.items() <= model.provenance.items():
@@ -91,14 +92,14 @@ def known(model: Model, data: Dataset) -> Known | None:
 
 
 def cross_errors(model: Model, data: Dataset, e: Array) -> Array:
-    """Return the errors on held-out blocks, in order, shape (m,); empty if no fit without blocks succeeds.
+    """Return the errors on held-out blocks in the order of the rows, shape (m,); empty if no fit succeeds.
 
     Parameters
     ----------
     model : Model
-        Its kind and options are those of the fits.
+        Model whose kind and options the fits use.
     data : Dataset
-        Data that were fitted as a whole.
+        Data of the fit; all rows are training rows.
     e : array, shape (n,)
         Errors of `model`.
     """
@@ -138,7 +139,7 @@ def _again(model: Model, data: Dataset) -> Model:
 
 
 def _elsewhere(e: Array, data: Dataset) -> tuple[bool, tuple[str, ...]]:
-    """Return whether errors are no more than noise, and the kinds of signals that they say nothing about."""
+    """Return whether errors are not larger than noise, and the kinds of signals for which they give no information."""
     from hystfmu.identify.excitation.not_shown import SPEEDS, kinds_not_shown, one_speed
 
     noise_only = rms(e) <= AS_NOISE * noise(data.y[data.train])
@@ -149,12 +150,12 @@ def _elsewhere(e: Array, data: Dataset) -> tuple[bool, tuple[str, ...]]:
 def interval_text(found: Known | None, unit: str) -> str:
     """State the interval of errors on new rows, and the signals for which it holds, in a few sentences."""
     if found is None:
-        return "No interval for new rows: it needs 80 rows that no fit has seen."
+        return "No interval for new rows: an interval needs 80 rows that no fit has used."
     of, i = f" {unit}" if unit else "", found.interval
-    why = "the held-out errors are no more than noise" if found.noise_only else "the record shows their states"
+    why = "the held-out errors are not larger than noise" if found.noise_only else "the record shows their states"
     others = f"It holds for other signals within the range and the speeds of the record as well: {why}."
     if found.not_for:
-        others = f"It is for signals like the record's; it is not known to hold for {_listed(found.not_for)}."
+        others = f"It holds for signals like those of the record. It is not known to hold for {_listed(found.not_for)}."
     return (
         f"The error of a row of a new record is within +-{i.half_width:.4g}{of} with a probability of 95 % (conformal "
         f"over {i.blocks} blocks of the errors {found.rows_of}). {others} Measured with each block left out: "

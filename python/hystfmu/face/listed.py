@@ -1,4 +1,4 @@
-"""A scenario in a notebook: its units, connections, metrics and cases as tables."""
+"""Display of a scenario in a notebook: units, connections, metrics and cases as tables."""
 
 from __future__ import annotations
 

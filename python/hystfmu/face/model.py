@@ -1,4 +1,4 @@
-"""The public model class: the model record of the package with methods for users."""
+"""The public model class. It adds methods for users to the model record of the package."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an
 
 @checked
 class Model(Record):
-    """A model: blocks with values, their origin, and errors of the fit.
+    """A model: blocks with values, the origin of the values, and errors of the fit.
 
-    `hystfmu.fit` and `Model.load` return a model; its inverse is a model, too.
+    `hystfmu.fit` and `Model.load` return a model. The inverse of a model is also a model.
 
     Parameters
     ----------
     key : str
-        What kind of model it is, e.g. ``"zhao_tan_mlp"``.
+        Kind of model, e.g. ``"zhao_tan_mlp"``.
     graph : Graph
         The blocks in the order of evaluation, with all values (normalisation included).
     step : float or None
-        Sample step of the identification in seconds; None for a model that has none.
+        Sample step of the identification in seconds; None if the model has no step.
     text : str
         One line for a reader.
     fit : dict
@@ -71,7 +71,7 @@ class Model(Record):
 
     @classmethod
     def of(cls, record: Record) -> Model:
-        """The same model with the methods of the face.
+        """Return the model with the public methods.
 
         Parameters
         ----------
@@ -102,17 +102,17 @@ class Model(Record):
 
     @classmethod
     def from_torch(cls, module: nn.Module, text: str = "", step: float | None = None) -> Model:
-        """A feed-forward network of PyTorch as a model with input `u` (n_in,) and output `y` (n_out,).
+        """Convert a feed-forward network of PyTorch to a model with input `u` (n_in,) and output `y` (n_out,).
 
         Parameters
         ----------
         module : torch.nn.Module
             A Linear, or a Sequential (nested or not) of Linear, Sigmoid, Tanh, ReLU and Identity.  The weights are
-            copied; further training does not change the model.
+            copied. Further training does not change the model.
         text : str
             One line for a reader.
         step : float, optional
-            Sample step (s) to record with the model; a network without memory needs none.
+            Sample step (s) that the model stores; a network without memory needs no step.
 
         Examples
         --------
@@ -131,7 +131,7 @@ class Model(Record):
         h: float | None = None,
         covariates: Mapping[str, ArrayLike] | None = None,
     ) -> Array:
-        """Run the model free from a fresh start.
+        """Simulate the model from its initial state, without use of measured outputs.
 
         Row 0 is the output after initialisation with ``u[0]``; row k is the output of an FMU after set u_k,
         doStep(t_{k-1}, h), get y.
@@ -139,11 +139,11 @@ class Model(Record):
         Parameters
         ----------
         u : array, shape (n,), Dataset or data frame
-            Input. A data set provides step and covariates, and each of its records runs from a fresh start.
+            Input. A data set contains step and covariates; each of its records starts from the initial state.
         h : float, optional
-            Step (s) of an array; default the step of the model, else 1 s.
+            Step (s) of an array. The default is the step of the model, or 1 s if the model has no step.
         covariates : dict of str to array or float, optional
-            Further inputs that the model takes beside an array, by name, shape (n,); a number is held.
+            Further inputs of the model for an array, by name, shape (n,). A number is constant over all rows.
 
         Returns
         -------
@@ -152,7 +152,7 @@ class Model(Record):
         Raises
         ------
         InputError
-            Values that are not finite, a covariate that is missing or unknown, a step that the core refuses.
+            A value is not finite, a covariate is missing or unknown, or the step is invalid for a block.
 
         Examples
         --------
@@ -180,29 +180,29 @@ class Model(Record):
         h: float | None = None,
         covariates: Mapping[str, ArrayLike] | None = None,
     ) -> dict[str, float]:
-        """Errors on a record: the model runs free from its row 0.
+        """Compute the errors on a record. The simulation starts at row 0 of the record.
 
         Parameters
         ----------
         other : Dataset or data frame with a measured output, or array, shape (n,)
-            An array is the input.
+            Record, or an array with the input.
         rows : slice, (first, end) or "first:end", optional
-            Rows whose errors are used, from 0 on, the end excluded; default all.
+            Rows whose errors are used; rows count from 0, and the end is excluded. The default is all rows.
         y : array, shape (n,), optional
-            Measured output, where `other` is an array.
+            Measured output if `other` is an array.
         h, covariates
-            Of an array, as those of `predict`.
+            Step and covariates of an array, as in `predict`.
 
         Returns
         -------
         dict
-            ``rms`` and ``max`` in the unit of measure of y, ``rms_percent`` and ``max_percent`` of the span of y in
-            these rows.
+            ``rms`` and ``max`` are in the unit of measure of y. ``rms_percent`` and ``max_percent`` are percent of the
+            span of y in these rows.
 
         Raises
         ------
         InputError
-            No measured output, or one that is constant.
+            The measured output is missing or constant.
 
         Examples
         --------
@@ -240,24 +240,28 @@ class Model(Record):
         return errors(run_along(self.graph, other)[counted], measured, span)
 
     def check(self, new: Dataset | Columns, factor: float = 2.0) -> DeviceCheck:
-        """Test with a new record whether the device has drifted, that is, whether the error of its model has grown.
+        """Test with a new record whether the device has drifted.
+
+        The device has drifted if the error of its model has grown.
 
         Parameters
         ----------
         new : Dataset or data frame
-            New record, with a measured output.  Rows whose input lies in the trained range count.
+            New record with a measured output. Only rows whose input lies in the trained range are used.
         factor : float
-            Growth of the RMS error that counts as drift; the model states the error on held-out or training rows.
+            The device has drifted if the RMS error is more than `factor` times the error of the model on held-out rows,
+            or on training rows if no rows were held out.
 
         Returns
         -------
         DeviceCheck
-            ``drifted``, the errors, and in ``parts`` what a change of offset, gain, lag or loop alone would explain.
+            ``drifted`` and the errors. For each of offset, gain, lag and loop, ``parts`` contains the error that
+            remains if only this quantity changes.
 
         Raises
         ------
         InputError
-            No measured output, too few rows in the trained range, or a model that states no error.
+            The measured output is missing, too few rows lie in the trained range, or the model states no error.
 
         Examples
         --------
@@ -276,17 +280,17 @@ class Model(Record):
         return check_device(self, dataset_of(new), factor)
 
     def plot(self, other: Dataset | Columns) -> Plot:
-        """The loop of a record and of the model on its input.
+        """Plot output over input, for a record and for the model with the input of the record.
 
         Parameters
         ----------
         other : Dataset or data frame
-            Without a measured output the model is drawn alone.
+            Record. If it has no measured output, the plot shows the model alone.
 
         Returns
         -------
         Plot
-            A notebook shows it; `Plot.save` writes HTML or SVG.
+            A notebook shows the plot; `Plot.save` writes HTML or SVG.
 
         Examples
         --------
@@ -312,7 +316,7 @@ class Model(Record):
         Parameters
         ----------
         data : Dataset or data frame
-            The data of the fit, with their training rows.
+            Data of the fit, with their training rows.
         path : str or Path
             The file, ``*.html``.
 
@@ -324,7 +328,7 @@ class Model(Record):
         Raises
         ------
         InputError
-            No measured output, or a file that cannot be written.
+            The measured output is missing, or the file cannot be written.
 
         Examples
         --------
@@ -352,34 +356,37 @@ class Model(Record):
         progress: Callable[[float], None] = lambda fraction: None,
         **options: Any,
     ) -> Model:
-        """The inverse: a model again, whose input `u` is the wanted output and whose output `y` is the input to apply.
+        """Compute the inverse. It is a model with the wanted output as input `u` and the input to apply as output `y`.
 
         Parameters
         ----------
         method : {"auto", "exact", "implicit", "learned", "adaptive"}
-            exact: block by block; implicit: the root of a static model in every step; learned: a network on the
-            response of the model with input and output exchanged and on the inverse operator, by the recipe of
-            `hystfmu.inverse.learned`; adaptive: exact, with weights learned from the measured output while it runs
-            (`hystfmu.inverse.adaptive`).  auto: the first of exact, implicit and learned that the model admits.
+            exact: each block is inverted. implicit: the inverse finds the root of a static model in every step.
+            learned: a network is trained on the response of the model, with input and output exchanged, and on the
+            inverse operator (`hystfmu.inverse.learned`). adaptive: an exact inverse learns its weights from the
+            measured output during operation (`hystfmu.inverse.adaptive`). auto: the first method of exact, implicit and
+            learned that is possible for the model.
         seed : int
-            Of the learned inverse.
+            Seed of the learned inverse.
         progress : function, optional
-            Called with the fraction done, 0..1, while an inverse is learned.
+            Called with the fraction done, 0..1, during the training of a learned inverse.
         **options
-            Of the implicit inverse ``lo`` and ``hi``, of the learned one those of ``play_bank_mlp``, of the adaptive
-            one ``f_n``, ``zeta``, ``delay``, ``T`` and other parameters of the block.
+            The implicit inverse has the options ``lo`` and ``hi``. The learned inverse has the options of
+            ``play_bank_mlp``. The adaptive inverse has the options ``f_n``, ``zeta``, ``delay``, ``T`` and the other
+            parameters of its block.
 
         Returns
         -------
         Model
-            `fit` holds the errors of inverse and model in cascade, and a warning if they are large. With linear
-            dynamics or a delay behind the hysteresis also ``lag_steps`` and ``lag`` (s): in cascade the output follows
-            the wanted output with this lag, accurately up to ``band`` (Hz). Give the reference earlier by this lag.
+            `fit` contains the errors of inverse and model in cascade, and a warning if these errors are large. If the
+            model has linear dynamics or a delay behind the hysteresis, `fit` also contains ``lag_steps`` and ``lag``
+            (s). In cascade the output then follows the wanted output with this lag, accurately up to ``band`` (Hz).
+            Give the reference earlier by this lag.
 
         Raises
         ------
         InputError
-            No such inverse exists; the sentence says why and what to do.
+            The inverse does not exist; the message states the reason and a remedy.
 
         Examples
         --------
@@ -403,15 +410,17 @@ class Model(Record):
         return _warned(Model.of(inverse(self, last, seed, progress)))
 
     def with_in_range(self) -> Model:
-        """The model with a second output ``in_range``: 1 if the input lies in the range of the training rows, else 0.
+        """Return the model with a second output ``in_range``.
 
-        For an inverse the range applies to its output, which is the input of the inverted model; the ends of the range
-        count as outside. Exports, units and scenarios have the output too.
+        The output is 1 if the input lies in the range of the training rows, else 0.
+
+        For an inverse, the range applies to its output, because this output is the input of the inverted model; the
+        ends of the range are then outside. Exports, units and scenarios also have the output ``in_range``.
 
         Raises
         ------
         InputError
-            The model does not state that range (provenance ``trained_u``).
+            The model does not state the range of the training rows (provenance ``trained_u``).
 
         Examples
         --------
@@ -435,21 +444,22 @@ class Model(Record):
     ) -> Path:
         """Write an FMU for Co-Simulation and Model Exchange; no compiler is needed.
 
-        The model runs in the page of its documentation if it states the range of its input.
+        The documentation page in the FMU simulates the model if the model states the range of its input.
 
         Parameters
         ----------
         path : str or Path
-            The file, usually ``*.fmu``; written as a whole or not at all.
+            The file, usually ``*.fmu``. After an error no incomplete file remains.
         fmi : {2, 3}
             Version of the standard.
         name : str, optional
-            Model name, any text; by default the record and the key of the model.  The model identifier is its
-            first 60 characters, with _ for all that is no letter of ASCII and no digit.
+            Model name, any text; by default the record and the key of the model. The model identifier is the first 60
+            characters of the name. Each character that is not an ASCII letter or a digit becomes _.
         platforms : {"host", "all"}
-            Pack the binary of this machine, or those of all platforms; one that is not installed is an error.
+            Platforms whose binaries the FMU contains: this machine or all platforms. A missing binary is an error.
         source : bool
-            Pack the C source too: one C99 file, which needs the headers of the FMI standard and the C library.
+            Whether the FMU also contains the C source: one C99 file, which needs the headers of the FMI standard and
+            the C library.
 
         Returns
         -------
@@ -459,7 +469,7 @@ class Model(Record):
         Raises
         ------
         InputError
-            The version, the name or the platform will not do, or the file cannot be written.
+            The version, the name or the platform is invalid, or the file cannot be written.
 
         Examples
         --------
@@ -477,15 +487,16 @@ class Model(Record):
     ) -> Path:
         """Write a Modelica package: record ``Values``, block ``Model``, model ``Example``.
 
-        A model from volts to a length also gives ``Actuator``, a piezo actuator in SI units between electrical pins and
-        mechanical flanges, and ``ActuatorExample``, which moves a mass with it.
+        If the input is in volts and the output is a length, the package also contains ``Actuator`` and
+        ``ActuatorExample``. ``Actuator`` is a piezo actuator in SI units with electrical pins and mechanical flanges.
+        ``ActuatorExample`` moves a mass with this actuator.
 
         Parameters
         ----------
         folder : str or Path
-            The folder of the package; its last part names it, e.g. ``"Piezo/"``.
+            The folder of the package. Its last part is the name of the package, e.g. ``"Piezo/"``.
         source : str
-            Where the model comes from, for the reader.
+            Origin of the model, as text for the reader.
         sheet : mapping of (str, float), optional
             Data sheet of the actuator in SI units: ``stroke`` with ``blocking_force``, ``capacitance`` (small signal),
             ``capacitance_ratio`` (mean over small signal, default 1.6), ``resonance`` (one end held), ``damping``.
@@ -498,7 +509,7 @@ class Model(Record):
         Raises
         ------
         InputError
-            The name is none in Modelica, a block has no class there, or the folder holds other files.
+            The name is not valid in Modelica, a block has no Modelica class, or the folder contains other files.
 
         Examples
         --------
@@ -512,7 +523,7 @@ class Model(Record):
         return export_modelica(self, target.parent, target.name, source, sheet)
 
     def unit(self) -> Unit:
-        """A co-simulation unit: the same ports, calls and bits as the exported FMU.
+        """Return a co-simulation unit with the same ports, calls and bits as the exported FMU.
 
         Examples
         --------
@@ -528,7 +539,7 @@ class Model(Record):
 
     # ---- for people -------------------------------------------------------------------------------------------------
     def __repr__(self) -> str:
-        """One line: kind, ports, parameters, error."""
+        """Return one line with kind, ports, parameters and error."""
         parts = [repr(self.key), f"{names(self, 'input')} -> {names(self, 'output')}"]
         if "parameters" in self.fit:
             parts.append(f"{self.fit['parameters']} parameters")
@@ -539,7 +550,7 @@ class Model(Record):
         return f"Model({', '.join(parts)})"
 
     def __str__(self) -> str:
-        """One screen: kind, ports, parameters, errors, warnings."""
+        """Return one screen of text with kind, ports, parameters, errors and warnings."""
         from hystfmu.report.terminal import table as columns
 
         lines = [f"{self.key}: {self.text}" if self.text else self.key]
@@ -549,7 +560,7 @@ class Model(Record):
         return "\n".join([*lines, *(f"\nwarning: {w}" for w in self.fit.get("warnings", ()))])
 
     def _repr_html_(self) -> str:
-        """As `print`, for a notebook."""
+        """Return the content of `print` as HTML for a notebook."""
         warnings = "".join(f"<p><b>warning:</b> {escape(w)}</p>" for w in self.fit.get("warnings", ()))
         title = f"<p><b>{escape(self.key)}</b>{': ' if self.text else ''}{escape(self.text)}</p>"
         shown = "".join(f"<p>{escape(line)}</p>" for line in evidence_lines(self))
@@ -565,7 +576,7 @@ class Model(Record):
 
 
 def held_out(model: Model, data: Dataset) -> Model:
-    """Return the model with its errors on the rows after the training rows, if there are enough of them."""
+    """Return the model with its errors on the rows after the training rows; unchanged for too few rows."""
     first = data.train.stop
     if len(data.t) - first < 4 or not np.ptp(data.y[first:]) > 0:
         return model
@@ -581,7 +592,7 @@ def _warned(model: Model) -> Model:
     if rms is None or rms <= POOR:
         return model
     line = (
-        f"a poor inverse: in cascade with its model RMS {rms:.2g} % of the span; the method 'implicit' is exact for "
+        f"a poor inverse: in cascade with its model, RMS {rms:.2g} % of the span; the method 'implicit' is exact for "
         "static models"
     )
     return replace(model, fit={**model.fit, "warnings": [*model.fit.get("warnings", []), line]})

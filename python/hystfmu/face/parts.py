@@ -1,4 +1,4 @@
-"""Parts that a unit of a scenario can consist of: models, blocks, graphs, files; each as in a scenario.toml."""
+"""Conversion of models, blocks, graphs and files to units of a scenario, as in a scenario.toml."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ FILES = ("model", "fmu", "inverse_of")  # keys of a unit that hold a path
 
 
 def described(what: What, name: str, where: str) -> tuple[dict[str, Any], dict[str, Model | Path]]:
-    """A unit as a table of the file, and what its path stands for.
+    """Return the table of a unit in the file, and the models or files behind the paths in this table.
 
     Parameters
     ----------
     what : Model, Block, Node, Graph, or path of an FMU or a model file
     name : str
-        Of the unit; its file is called after it.
+        Name of the unit. The file of the unit has the same name.
     where : str
-        Scenario and unit, for messages.
+        Scenario and unit, as prefix of error messages.
 
     Raises
     ------
     InputError
-        Something else, or a model file that cannot be read.
+        `what` has another type, or a model file cannot be read.
     """
     if isinstance(what, Block):
         what = what.node
@@ -57,13 +57,13 @@ def described(what: What, name: str, where: str) -> tuple[dict[str, Any], dict[s
 
 
 def files(spec: Mapping[str, Any]) -> list[tuple[dict[str, Any], str]]:
-    """Every table of a unit that names a file, with the key that does, in the scenario and in its cases."""
+    """Return all unit tables with a file name, in the scenario and its cases, each with the key of the file name."""
     units = [*spec.get("units", {}).values(), *(u for c in spec.get("case", ()) for u in c.get("units", {}).values())]
     return [(u, key) for u in units for key in FILES if key in u]
 
 
 def _plain(value: Any) -> Any:
-    """A parameter value as TOML has it."""
+    """Convert a parameter value to a type of TOML."""
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):

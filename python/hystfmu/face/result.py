@@ -22,22 +22,23 @@ __all__ = ["Result", "Results"]
 class Result(Record):
     """Result of one case of a scenario.
 
-    `trace` holds its signals (``result.trace["plant.y"]``), `verdicts` its metrics, `passed` whether all limits are met
-    and nothing changed against the baseline, `failures()` a line for each that is not.
+    `trace` contains the signals (``result.trace["plant.y"]``), and `verdicts` contains the metrics. `passed` is True if
+    all limits are met and no metric differs from the baseline. `failures()` returns a line for each missed limit and
+    each difference.
     """
 
     @classmethod
     def of(cls, record: Record) -> Result:
-        """The same result with the methods of the face."""
+        """Return the result with the public methods."""
         return cls(**{f.name: getattr(record, f.name) for f in fields(record)})
 
     def plot(self) -> Figure:
-        """Loops, recorded signals, the error between samples.
+        """Plot loops, recorded signals, and the error between samples.
 
         Raises
         ------
         InputError
-            A unit refused to go on: there are no signals.
+            A unit ended the run with an error, so there are no signals.
         """
         from hystfmu.scenario.report.cases import case_plots
 
@@ -50,21 +51,21 @@ class Result(Record):
         return Results([self]).report(folder)
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it."""
+        """Return HTML for a notebook."""
         return Results([self])._repr_html_()
 
 
 class Results(list[Result]):
-    """Results of several cases, in their order."""
+    """Results of several cases, in the order of the cases."""
 
     @property
     def passed(self) -> bool:
-        """All of them."""
+        """True if all cases passed."""
         return all(r.passed for r in self)
 
     @classmethod
     def of(cls, records: Iterable[Record]) -> Results:
-        """The same results with the methods of the face."""
+        """Return the results with the public methods."""
         return cls(Result.of(r) for r in records)
 
     def report(self, folder: str | Path) -> Path:
@@ -99,7 +100,7 @@ class Results(list[Result]):
         return f"Results({len(self)} cases, {len(self) - len(bad)} passed{failed})"
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it."""
+        """Return HTML for a notebook."""
         rows = [
             (r.scenario, r.case, v.metric, f"{v.value:.4g}", "" if v.limit is None else f"{v.limit:.4g}", _word(r))
             for r in self

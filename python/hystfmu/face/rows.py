@@ -1,4 +1,4 @@
-"""Errors of a model on every part of a data set that has an output: training rows, rows held out, each record."""
+"""Errors of a model on the parts of a data set: training rows, held-out rows, each record."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LEAST = 4  # rows with a varying output that an error needs
 
 @dataclass(frozen=True)
 class Part:
-    """Rows with their name and the errors on them (`hystfmu.model.accuracy.errors`)."""
+    """A part of the rows: its name, and the errors on these rows (`hystfmu.model.accuracy.errors`)."""
 
     name: str
     rows: slice
@@ -27,7 +27,7 @@ class Part:
 
 
 def free_run(model: Model, data: Dataset) -> Array:
-    """Run a model on every record of the data from a fresh start, shape (n,)."""
+    """Return the output of a model, shape (n,); each record of the data starts from the initial state."""
     return run_along(model.graph, data)
 
 
@@ -39,10 +39,11 @@ def parts(y: Array, data: Dataset, fitted: bool) -> list[Part]:
     y : array, shape (n,)
         Output of the model.
     data : Dataset
-        With a measured output.
+        Data with a measured output.
     fitted : bool
-        Whether the model was fitted to the training rows; otherwise these rows are like the others. Percent count of
-        the span of y in the training rows, or in all rows.
+        Whether the model was fitted to the training rows. If True, percent errors refer to the span of y in the
+        training rows. If False, training rows are not a separate part, and percent errors refer to the span of y in all
+        rows.
     """
     n, train = len(data.t), data.train
     named: list[tuple[str, slice]] = []
@@ -63,7 +64,7 @@ def parts(y: Array, data: Dataset, fitted: bool) -> list[Part]:
 
 
 def table_of(found: list[Part], unit: str) -> Table:
-    """Make a table of errors; the unit of measure is that of y."""
+    """Make a table of errors. `unit` is the unit of measure of y."""
     of = f" ({unit})" if unit else ""
     head = ("errors", "rows", "RMS %FS", "max %FS", f"RMS{of}", f"max{of}")
     keys = ("rms_percent", "max_percent", "rms", "max")

@@ -1,4 +1,4 @@
-"""`hystfmu.run`: scenarios of files and of Python with all their cases, against limits and baselines."""
+"""`hystfmu.run` runs scenarios with all their cases, and compares the results with limits and baselines."""
 
 from __future__ import annotations
 
@@ -36,34 +36,36 @@ def run(
     Parameters
     ----------
     scenarios : path, Scenario, or several
-        A path is that of a scenario.toml or of the folder that holds it.
+        A path names a scenario.toml, or the folder with this file.
     case : str or sequence of str, optional
-        Run only the cases of these names.
+        Names of the cases to run; by default all cases run.
     engine : {"fmpy", "native"}
-        FMUs by fmpy (the reference), or the whole loop in the C core; both give the same bits.
+        "fmpy" simulates FMUs (the reference). "native" runs the whole loop in the C core. Both engines give the same
+        bits.
     set : mapping, optional
-        ``{"unit.parameter": value}`` in every case that has the unit; a string ``"*1.2"`` scales.
+        ``{"unit.parameter": value}`` for every case with this unit. A string ``"*1.2"`` is a factor.
     coupling : str, optional
-        Scheme for all cases instead of their own.
+        Coupling scheme for all cases; it replaces the schemes of the cases.
     seconds : float
-        Longest time of a case with foreign FMUs.
+        Time limit of a case with foreign FMUs (s).
     confined : bool
-        Whether these run without network and write into a folder of their own only, where the system can.
+        Whether foreign FMUs run without network and with write access to a private folder only, if the system supports
+        this.
     report : path, optional
-        Write report.html and report.json into this folder.
+        Folder for report.html and report.json.
     record : bool
-        Write baselines for the scenarios whose limits are all met.
+        Whether to write the baseline of each scenario that meets all its limits.
     confirm : function, optional
-        With `record`: called once with the changes before anything is written.
+        With `record`, called once with the changes before any file is written.
     progress : function, optional
         Called with the fraction done, 0..1.
     out : path, optional
-        Write all outputs of the one case that runs there, as CSV.
+        CSV file for all outputs, if a single case runs.
 
     Raises
     ------
     InputError
-        Bad scenario, model or override; before anything runs.
+        A scenario, a model or an override is invalid. The error occurs before any case runs.
 
     Examples
     --------

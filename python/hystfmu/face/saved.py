@@ -1,4 +1,4 @@
-"""A scenario built in Python as a folder: scenario.toml, and beside it the files that its units need."""
+"""Write a scenario built in Python as a folder with scenario.toml and the files of its units."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def save(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], folder: 
     spec : mapping
         Complete content of the file.
     attached : mapping of str to Model or Path
-        Models or files that the paths of its units stand for.
+        Models or files of the units, by their paths in the scenario.
     folder : Path
 
     Returns
@@ -32,7 +32,7 @@ def save(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], folder: 
     Raises
     ------
     InputError
-        A file that cannot be read or written.
+        A file cannot be read or written.
     """
     content = copy.deepcopy(dict(spec))
     names: dict[str, str] = {}
@@ -53,7 +53,7 @@ def save(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], folder: 
 
 
 def _unique(name: str, taken: set[str]) -> str:
-    """The name, or one with a number in front of its suffixes."""
+    """Return the name; if it is taken, insert a number before the suffixes."""
     stem, dot, suffix = name.partition(".")
     k, free = 1, name
     while free in taken:

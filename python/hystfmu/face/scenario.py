@@ -1,4 +1,4 @@
-"""A scenario: the same object whether it was read from a scenario.toml or built in Python."""
+"""The class of scenarios, which are read from a scenario.toml or built in Python."""
 
 from __future__ import annotations
 
@@ -32,21 +32,23 @@ __all__ = ["Scenario"]
 
 @checked
 class Scenario:
-    """A closed loop of units: what runs, how it is connected, what is measured, in which cases.
+    """A closed loop of units with connections, metrics and cases.
 
-    Units run in the order in which they were added (`order` states another one), each with the newest values: first the
-    plant advances with the command that was held since the last step, then the other units see its new output.
+    Units run in the order in which they were added; `order` changes this order. Each unit reads the newest values.
+    First the plant advances with the command from the previous step. Then the other units read the new output of the
+    plant.
 
     Parameters
     ----------
     name : str
-        A letter followed by letters, digits or _.
+        Name: a letter, then letters, digits or _.
     step : float
         Step of the units (s).
     stop : float, optional
-        End of the run (s); by default three periods of the slowest reference, and metrics count from the second on.
+        End of the run (s). The default is three periods of the slowest reference; metrics then start with the second
+        period.
     ripple : int
-        Steps of the units that are `fine` in each step.
+        Number of steps of a `fine` unit in each step of the scenario.
     text : str
         One line for a reader.
     coupling : {"gauss_seidel", "jacobi", "iterative"}
@@ -55,12 +57,11 @@ class Scenario:
     Raises
     ------
     InputError
-        An invalid name, a step that is not greater than 0.
+        The name is invalid, or the step is not greater than 0.
 
-    Notes
-    -----
-    If connections or metrics name the unit ``reference`` and none was added, a sine over 80 % of the plant's stroke is
-    added: `r`, and `r_lead` one step ahead for an inverse.
+    Notes ----- If connections or metrics name a unit ``reference`` that was not added, this unit is made. Its output
+    `r` is a sine over 80 % of the stroke of the plant. Its output `r_lead` is the same sine one step ahead, for an
+    inverse.
 
     Examples
     --------
@@ -109,12 +110,12 @@ class Scenario:
         Parameters
         ----------
         path : str or Path
-            The file, or the folder that holds it.
+            The file, or the folder that contains it.
 
         Raises
         ------
         InputError
-            One line with the file, the key, the rule and the value.
+            The file is missing or invalid. The message names the file, the key, the rule and the value.
         """
         read = Cases(path)
         made = cls(read.spec.name, step=read.spec.step)
@@ -130,7 +131,7 @@ class Scenario:
 
     @property
     def cases(self) -> tuple[str, ...]:
-        """Names of the cases; without any there is one, ``nominal``."""
+        """Names of the cases. A scenario without cases has the single case ``nominal``."""
         return tuple(c["name"] for c in self._spec.get("case", ())) or ("nominal",)
 
     def add(
@@ -152,23 +153,24 @@ class Scenario:
         Parameters
         ----------
         name : str
-            Its ports are then ``name.port``.
+            Name of the unit. Its ports are ``name.port``.
         what : Model, block, Node, Graph, or path
-            A path is that of an FMU of any origin or of a ``*.model.toml``.
+            The unit. A path names an FMU of any origin or a ``*.model.toml``.
         fine : bool
-            Runs `ripple` times per step: plants, and what is measured between samples.
+            Whether the unit runs `ripple` times per step, for plants and for signals between samples.
         every : int
-            Runs once in so many steps.
+            Number of steps per run of the unit.
         substeps : int
-            Steps of the unit in each of its periods.
+            Number of internal steps in each run of the unit.
         hold : {"zero", "first"}
-            Its connected inputs during a period: held, or on the straight line through the last two values.
+            Connected inputs between two runs of the unit: constant ("zero"), or on the straight line through the last
+            two values ("first").
         runs_as : {"fmu2", "fmu3"}
-            Version of FMI of the unit, for the engine "fmpy".
+            FMI version of the unit for the engine "fmpy".
         inputs : mapping of str to float, optional
-            Constant values of inputs that nothing is connected to.
+            Constant values of unconnected inputs.
         set : mapping, optional
-            Parameters by name; a string ``"*1.2"`` scales.
+            Parameters by name. A string ``"*1.2"`` is a factor.
         text : str
             One line for a reader.
 
@@ -180,7 +182,7 @@ class Scenario:
         Raises
         ------
         InputError
-            A second unit of that name, something that is no unit.
+            A unit with this name exists, or `what` is not valid as a unit.
         """
         where = f"{self._origin}: units.{name}"
         if not re.fullmatch(NAME, name):
@@ -209,7 +211,7 @@ class Scenario:
         Raises
         ------
         InputError
-            An end that is not of that form, an input that is connected already.
+            An end is not of the form ``unit.port``, or the input is already connected.
         """
         for end in (source, target):
             split_end(end, f"{self._origin}: connections")
@@ -235,24 +237,25 @@ class Scenario:
         lines: bool = False,
         text: str = "",
     ) -> Scenario:
-        """Add a metric, with a limit if there is one.
+        """Add a metric, with or without a limit.
 
         Parameters
         ----------
         name : str
         kind : str
-            What is computed: rms_percent, max_percent, between_samples_percent (all of `signal` - `against`),
-            variation_ratio, rms, peak, final, loop_area_percent; `hystfmu.scenario.outcome.metrics` defines them.
+            Kind of metric. rms_percent, max_percent and between_samples_percent evaluate `signal` - `against`. The
+            other kinds are variation_ratio, rms, peak, final and loop_area_percent. `hystfmu.scenario.outcome.metrics`
+            defines all kinds.
         signal, against : str
-            ``unit.output``; most kinds compare two.
+            Signals ``unit.output``; most kinds compare two signals.
         limit : float, optional
-            Largest value that passes.
+            Largest allowed value.
         stroke : float, optional
-            What 100 percent is; default: the span of `against`.
+            Value of 100 percent; by default the span of `against`.
         after : float, optional
-            Rows at or after this time (s) count.
+            Only rows at or after this time (s) are used.
         lines : bool
-            Of rms_percent, rms and max_percent: only the lines of a scan, without its turns.
+            For rms_percent, rms and max_percent: whether to use only the lines of a scan, without its turns.
         text : str
             One line for a reader.
 
@@ -285,7 +288,7 @@ class Scenario:
         order: Sequence[str] | None = None,
         connections: Mapping[str, str] | None = None,
     ) -> Scenario:
-        """Add a case: what differs from the scenario.
+        """Add a case: a variation of the scenario.
 
         Parameters
         ----------
@@ -293,17 +296,16 @@ class Scenario:
         text : str
             One line for a reader.
         stop, after : float, optional
-            End of the run, and first time that metrics count (s).
+            End of the run (s), and first time at which metrics are evaluated (s).
         set : mapping, optional
-            ``{"unit.parameter": value}``; a string ``"*1.2"`` scales.
-        limits : mapping, optional
-            Limits of metrics by name.
+            ``{"unit.parameter": value}``. A string ``"*1.2"`` is a factor. limits : mapping, optional Limits of metrics
+            by name.
         units : mapping, optional
-            Units that are added, or replaced as a whole (they keep how they run).
+            Units to add or to replace. A replaced unit keeps its settings for running, such as `fine` and `every`.
         order : sequence of str, optional
-            Order of the units, when it differs.
+            Order of the units; by default the order of the scenario.
         connections : mapping, optional
-            ``{"unit.input": "unit.output"}``, added or replaced.
+            Connections to add or to replace, ``{"unit.input": "unit.output"}``.
 
         Returns
         -------
@@ -327,19 +329,19 @@ class Scenario:
         return self
 
     def order(self, *names: str) -> Scenario:
-        """State the order in which the units run: the `names` of all, once each."""
+        """Set the order in which the units run. `names` contains each unit once."""
         self._edit()
         self._spec["order"] = list(names)
         return self
 
     def record(self, *signals: str) -> Scenario:
-        """State the `signals` that a baseline keeps and a report shows; by default those of the metrics."""
+        """Set the `signals` of the baseline and the report; by default the signals of the metrics."""
         self._edit()
         self._spec["record"] = list(signals)
         return self
 
     def loop(self, abscissa: str, ordinate: str) -> Scenario:
-        """Add a pair of outputs, `abscissa` and `ordinate`, that a report draws as a loop."""
+        """Add a pair of outputs, `abscissa` and `ordinate`, which the report plots as a loop."""
         self._edit()
         self._spec.setdefault("loops", []).append([abscissa, ordinate])
         return self
@@ -354,23 +356,24 @@ class Scenario:
         stable_to_steps: float | None = None,
         expected_unstable: Sequence[str] = (),
     ) -> Scenario:
-        """State limits of the linearised loop; ``hystfmu margins`` checks them.
+        """Set limits of the linearised loop, which ``hystfmu margins`` checks.
 
         Parameters
         ----------
         case : str, optional
-            Case whose sensitivity is limited, for slope 1 of plant over inverse; default the first.
+            Case whose sensitivity is limited, for slope 1 of plant and inverse in cascade; by default the first case.
         Ms_db : float, optional
-            Largest peak of its sensitivity (dB).
+            Largest allowed peak of this sensitivity (dB).
         corners : sequence of str
-            Cases whose loops must be stable; ``?`` and ``*`` stand for any letters.
+            Cases whose loops must be stable; the wildcards ``?`` and ``*`` are allowed.
         slopes : (float, float), optional
-            Local slopes of plant over inverse in the corners; default those along their paths.
+            Smallest and largest local slope of plant and inverse in cascade in the corners; by default the slopes along
+            the paths of the corners.
         stable_to_steps : float, optional
-            Steps beyond the delay of a corner up to which it is stable.
+            Number of steps of additional delay up to which each corner must be stable.
         expected_unstable : sequence of str
-            Cases whose linear loop is unstable for a slope of their path although their run is good; any other such
-            case fails.
+            Cases whose linearised loop is unstable for a slope of the path although the simulated run meets its limits.
+            Every other case must be stable.
 
         Returns
         -------
@@ -397,34 +400,37 @@ class Scenario:
         confined: bool = True,
         out: str | Path | None = None,
     ) -> Result:
-        """Run one case; `hystfmu.run(scenario)` runs all.
+        """Run one case; `hystfmu.run(scenario)` runs all cases.
 
         Parameters
         ----------
         case : str, optional
-            Needed where there are several.
+            Name of the case; required if the scenario has several cases.
         engine : {"fmpy", "native"}
-            FMUs by fmpy (the reference), or the whole loop in the C core; both give the same bits.
+            "fmpy" simulates FMUs (the reference). "native" runs the whole loop in the C core. Both engines give the
+            same bits.
         set : mapping, optional
             ``{"unit.parameter": value}`` for this run.
         coupling : str, optional
-            Scheme for this run.
+            Coupling scheme for this run.
         seconds : float
-            Longest time of a run with foreign FMUs.
+            Time limit of a run with foreign FMUs (s).
         confined : bool
-            Whether these run without network and write into a folder of their own only, where the system can.
+            Whether foreign FMUs run without network and with write access to a private folder only, if the system
+            supports this.
         out : path, optional
-            Write all outputs there, as CSV.
+            CSV file for all outputs.
 
         Returns
         -------
         Result
-            Compared with the limits; an unchanged scenario from a file also with its baseline.
+            Result with its verdicts against the limits. If the scenario comes from a file and is unchanged, the result
+            is also compared with the baseline.
 
         Raises
         ------
         InputError
-            A key, a unit or a connection that does not fit; the sentence names it.
+            A key, a unit or a connection is invalid; the message names it.
         """
         if case is None and len(self.cases) > 1:
             raise InputError(
@@ -436,9 +442,9 @@ class Scenario:
         return Result.of(found[0])
 
     def save(self, folder: str | Path) -> Path:
-        """Write `folder`/scenario.toml, with the models and FMUs of its units beside it.
+        """Write `folder`/scenario.toml, and the models and FMUs of its units into the same folder.
 
-        ``hystfmu run folder`` runs it with the same bits; the first time with ``--record``, which makes its baseline.
+        ``hystfmu run folder`` runs the scenario with the same bits. The option ``--record`` makes the first baseline.
 
         Returns
         -------
@@ -448,7 +454,7 @@ class Scenario:
         Raises
         ------
         InputError
-            A scenario that is not complete, or a file that cannot be written.
+            The scenario is incomplete, or a file cannot be written.
         """
         whole = copy.deepcopy(self)
         whole._edit()
@@ -467,23 +473,23 @@ class Scenario:
     ) -> Path:
         """Write the controller alone as an FMU: all units between reference, measured output and command.
 
-        Inputs are `r`, `y`, what the feed-forward reads ahead (`r_ahead`, `r_dot`, `r_ddot`) and `u_present`, output is
-        `u`; the FMU is called once for each sample.
+        The inputs are `r`, `y`, the future values of the reference for the feed-forward (`r_ahead`, `r_dot`, `r_ddot`),
+        and `u_present`. The output is `u`. The FMU is called once per sample.
 
         Parameters
         ----------
         path : str or Path
-            The file, usually ``*.fmu``; written as a whole or not at all.
+            The file, usually ``*.fmu``. After an error no incomplete file remains.
         fmi : {2, 3}
             Version of the standard.
         case : str, optional
-            Case whose values it takes; by default the first.
+            Case whose values the controller has; by default the first case.
         name : str, optional
             Model name and identifier; by default the name of the scenario.
         platforms : {"host", "all"}
-            Pack the binary of this machine, or those of all platforms; one that is not installed is an error.
+            Platforms whose binaries the FMU contains: this machine or all platforms. A missing binary is an error.
         source : bool
-            Pack the C source too.
+            Whether the FMU also contains the C source.
 
         Returns
         -------
@@ -493,8 +499,8 @@ class Scenario:
         Raises
         ------
         InputError
-            There is no such case, the loop has no controller of one command and one measured output, its units have
-            different steps, one of them is a foreign FMU, or the file cannot be written.
+            The case does not exist, or the loop has no controller with one command and one measured output. The units
+            of the controller have different steps, or a unit is a foreign FMU. The file cannot be written.
 
         Examples
         --------
@@ -517,14 +523,14 @@ class Scenario:
         Parameters
         ----------
         case : str, optional
-            By default the first.
+            Name of the case; by default the first case.
         set : mapping, optional
             ``{"unit.parameter": value}``; a string ``"*1.2"`` scales.
 
         Raises
         ------
         InputError
-            An unknown case, or one without a loop that is linear at rest.
+            The case is unknown, or its loop is not linear at rest.
 
         Examples
         --------
@@ -542,7 +548,7 @@ class Scenario:
 
     @property
     def table(self) -> dict[str, Any]:
-        """Complete table of the scenario: a copy, with the keys of a scenario.toml."""
+        """Return a copy of the complete table of the scenario, with the keys of a scenario.toml."""
         return copy.deepcopy(completed(self._spec, self._attached, self._origin))
 
     def changed(self, table: Mapping[str, Any]) -> Scenario:
@@ -551,12 +557,12 @@ class Scenario:
         Parameters
         ----------
         table : mapping
-            As `table` returns it, changed.
+            A changed result of `table`.
 
         Raises
         ------
         InputError
-            A key that does not fit.
+            A key is invalid.
         """
         made = copy.copy(self)
         made._edit()
@@ -566,7 +572,7 @@ class Scenario:
         return made
 
     def ready(self) -> Cases:
-        """The complete cases, as `hystfmu.scenario` runs them.
+        """Return the complete cases that `hystfmu.scenario` runs.
 
         Raises
         ------
@@ -577,7 +583,7 @@ class Scenario:
         return Cases.of(check(spec, ScenarioSpec, self._origin), self._origin, self._attached, self._folder)
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it: units in their order, connections, metrics, cases."""
+        """Return HTML for a notebook: units in their order, connections, metrics, cases."""
         from hystfmu.face.listed import scenario_html
 
         return scenario_html(self._spec)
@@ -588,7 +594,7 @@ class Scenario:
         return f"Scenario({', '.join([repr(self.name), *shown])})"
 
     def _edit(self) -> None:
-        """Separate the scenario from its file: it has no baseline, and its files are attached."""
+        """Separate the scenario from its file: remove the baseline, and attach the files of the units."""
         if self._folder is None:
             return
         self._attached = dict(self._attached)
@@ -598,7 +604,7 @@ class Scenario:
 
 
 def _number(value: Any) -> Any:
-    """A number of any kind as TOML and the checks of the file take it; other values are refused there."""
+    """Convert a number to a type of TOML; the checks of the file report other values."""
     if isinstance(value, bool) or not hasattr(value, "__float__"):
         return value
     return float(value)

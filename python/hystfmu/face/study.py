@@ -1,4 +1,4 @@
-"""A study built in Python: the parameters of a scenario that vary, and how they are drawn."""
+"""Studies built in Python: the varied parameters of a scenario, and the method of drawing."""
 
 from __future__ import annotations
 
@@ -26,29 +26,30 @@ __all__ = ["Study"]
 class Study:
     """Variations of a scenario.
 
-    Objectives and designs, which a study file may also contain, are not available here: `hystfmu.study` runs files.
+    A study file may also contain objectives and designs. This class does not support them; `hystfmu.study` runs study
+    files.
 
     Parameters
     ----------
     name : str
-        A letter followed by letters, digits or _.
+        Name: a letter, then letters, digits or _.
     scenario : Scenario or path
         The scenario, or its folder.
     method : {"random", "grid", "sobol", "latin_hypercube"}
-        How parameters are drawn.
+        Method of drawing the parameters.
     n : int
-        Number of variations; a grid has the product of its steps instead.
+        Number of variations. For a grid, the number is the product of the steps of its parameters.
     seed : int
         Seed of the draws.
     cases : sequence of str, optional
-        Cases that run; by default all.
+        Cases to run; by default all cases.
     engine : {"native", "fmpy"}
-        As for `hystfmu.run`.
+        Engine, see `hystfmu.run`.
 
     Raises
     ------
     InputError
-        An invalid name, no scenario at this path, an option outside its range.
+        The name is invalid, the path contains no scenario, or an option is out of range.
 
     Examples
     --------
@@ -101,11 +102,11 @@ class Study:
         parameter : str
             ``unit.parameter``.
         values : sequence of float, optional
-            The values to choose from.
+            Allowed values.
         range : (float, float), optional
             Lowest and highest value.
         scale : (float, float), optional
-            Lowest and highest factor on the value in the scenario.
+            Lowest and highest factor of the value in the scenario.
         log : bool
             Draw on a logarithmic scale.
         steps : int
@@ -119,7 +120,7 @@ class Study:
         Raises
         ------
         InputError
-            Not exactly one of `values`, `range` and `scale`, or a range that does not rise.
+            The number of given arguments among `values`, `range` and `scale` is not one, or a range is not increasing.
         """
         given = {"values": values, "range": range, "scale": scale}
         table = {key: [float(v) for v in what] for key, what in given.items() if what is not None}
@@ -129,7 +130,7 @@ class Study:
         return self
 
     def limits(self, case: str, limits: Mapping[str, float]) -> Study:
-        """Set the limits of a case that a good variation keeps, instead of those of the scenario.
+        """Set the limits of a case for this study; they replace the limits of the scenario.
 
         Parameters
         ----------
@@ -147,7 +148,7 @@ class Study:
         return self
 
     def save(self, folder: str | Path) -> Path:
-        """Write ``NAME.study.toml`` and the folder of its scenario; ``hystfmu study`` runs the file.
+        """Write ``NAME.study.toml`` and the folder of the scenario; ``hystfmu study`` runs the file.
 
         Parameters
         ----------
@@ -183,9 +184,9 @@ class Study:
         folder : str or Path
             Folder for study, scenario, table and report.
         workers : int, optional
-            Local processes; by default one per core.
+            Number of local processes; by default one per core.
         progress : function, optional
-            Called with rows done, rows in all, rows per second.
+            Called with the number of finished rows, the number of all rows, and rows per second.
 
         Returns
         -------
@@ -194,7 +195,7 @@ class Study:
         Raises
         ------
         InputError
-            As `save`, and for a parameter or a case that the scenario does not have.
+            See `save`; or the scenario does not have a parameter or a case of the study.
         """
         from hystfmu.studies import run_study
 

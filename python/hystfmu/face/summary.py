@@ -1,4 +1,4 @@
-"""A model on one screen: ports, parameters, errors, as tables for a terminal and for a notebook."""
+"""Tables of a model for a terminal and for a notebook: ports, parameters, errors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MOST_SHOWN, MOST_FREE = 12, 24  # parameters, and free parameters, in print(mode
 
 
 def tables(model: Record) -> list[Table]:
-    """Ports, parameters, errors."""
+    """Return the tables of ports, parameters and errors."""
     g = model.graph
     ports = [
         (p.kind, p.name if p.size == 1 else f"{p.name}[{p.size}]", "" if p.unit == "1" else p.unit, p.text)
@@ -34,7 +34,7 @@ def tables(model: Record) -> list[Table]:
 
 
 def free_table(model: Record) -> Table | None:
-    """Free parameters of a graph with their standard errors."""
+    """Return a table of the free parameters of a graph with their standard errors."""
     rows = [
         (name, f"{of['value']:.6g}", f"{of['standard_error']:.2g}" if "standard_error" in of else of["known"])
         for name, of in model.fit.get("free", {}).items()
@@ -45,7 +45,7 @@ def free_table(model: Record) -> Table | None:
 
 
 def _errors(model: Record) -> list[tuple[str, str, str]]:
-    """Of the training rows, of rows that were held out, of validation blocks, of the cascade."""
+    """Return the errors on training rows, held-out rows, validation blocks, and of the cascade."""
     f, rows = model.fit, []
     named = [("", f"training rows {model.provenance.get('train', '')}".strip()), ("held_out_", "held-out rows")]
     for prefix, name in [*named, ("cascade_", "inverse and model in cascade")]:
@@ -53,12 +53,12 @@ def _errors(model: Record) -> list[tuple[str, str, str]]:
             rows.append((name, percent(f[f"{prefix}rms_percent"]), percent(f[f"{prefix}max_percent"])))
     split = model.provenance.get("auto", {}).get(model.provenance.get("auto_choice"))
     if split is not None:
-        rows.append(("validation blocks, that chose it", percent(split), ""))
+        rows.append(("validation blocks that chose the model", percent(split), ""))
     return rows
 
 
 def evidence_lines(model: Record) -> list[str]:
-    """Lines on the linear dynamics in the record of the fit; empty for inverses and for models of older versions."""
+    """Return lines on the linear dynamics in the record; empty for inverses and for models of older versions."""
     if "evidence" not in model.fit:
         return []
     from hystfmu.identify.evidence.found import Evidence
@@ -67,7 +67,7 @@ def evidence_lines(model: Record) -> list[str]:
 
 
 def names(model: Record, kind: str) -> str:
-    """The ports of a kind, `u` or `z[5]`."""
+    """Return the names of the ports of a kind as text, such as `u` or `z[5]`."""
     return ", ".join(p.name if p.size == 1 else f"{p.name}[{p.size}]" for p in model.graph.ports if p.kind == kind)
 
 

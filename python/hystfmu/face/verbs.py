@@ -1,4 +1,4 @@
-"""The verbs of the face: fit, study, validate."""
+"""The public functions fit, study and validate."""
 
 from __future__ import annotations
 
@@ -40,41 +40,45 @@ def fit(
     Parameters
     ----------
     data : Dataset or data frame
-        The model runs free from row 0; the residuals of `data.train` count.
+        Data of the fit. The simulation of the model starts at row 0; the fit uses the residuals on `data.train`.
     key : str, Graph, block of `hystfmu.blocks` or Path
-        Kind of model (``hystfmu fit --models`` lists them), or a graph of blocks with free parameters; a path is that
-        of a file with both (as for ``hystfmu fit --graph``).  A block alone stands between a scaling of its input to
-        [-1, 1] and a weighted sum of its outputs.  ``"auto"`` tests the data for return-point memory and rate
-        dependence, discards the kinds that cannot represent it, and takes the best on validation blocks, which are cut
-        between reversals from all over the training rows.
+        Kind of model (``hystfmu fit --models`` lists all kinds), or a graph of blocks with free parameters. A path
+        names a file with graph and free parameters, as for ``hystfmu fit --graph``. For a single block, the input is
+        scaled to [-1, 1], and the output of the model is a weighted sum of the outputs of the block. ``"auto"`` tests
+        the data for return-point memory and rate dependence. It discards the kinds of model that cannot represent these
+        properties. It then selects the kind with the smallest error on validation blocks, which are cut between
+        reversals in all parts of the training rows.
     seed : int
-        Seed of random starts; the same seed gives the same model.
+        Seed of the random starts. The same seed gives the same model.
     progress : function, optional
         Called with the fraction done, 0..1.
     purpose : {"model", "inverse"}
-        inverse: only models with a useful exact or implicit inverse compete in ``"auto"``; a named one must have it.
+        "inverse": ``"auto"`` compares only kinds of model with a useful exact or implicit inverse, and a named kind
+        must have such an inverse.
     free : dict, optional
-        The free parameters of a graph: by name, ``"node.parameter"`` or ``"node.parameter[1]"``, True, bounds ``(lower,
-        upper)``, or a dict with any of ``lower``, ``upper``, ``scale`` ("log" or "linear"), ``rising`` (True: the
-        elements do not decrease) and ``sum`` (the elements are positive with this sum). Parameters that enter the
-        output linearly are detected and eliminated, with non-negative weights if their lower bound is 0. For a single
-        block, by default all real parameters without a given value are free.
+        The free parameters of a graph. A key is ``"node.parameter"`` or ``"node.parameter[1]"``. A value is True,
+        bounds ``(lower, upper)``, or a dict. The keys of this dict are ``lower``, ``upper``, ``scale`` ("log" or
+        "linear"), ``rising`` (True: the elements do not decrease) and ``sum`` (the elements are positive with this
+        sum); all keys are optional. The fit detects and eliminates parameters that enter the output linearly. Such
+        parameters are non-negative if their lower bound is 0. For a single block, all real parameters without a given
+        value are free by default.
     **options
-        Options of the kind of model; of a graph ``starts`` and ``seconds``.
+        Options of the kind of model. A graph has the options ``starts`` and ``seconds``.
 
     Returns
     -------
     Model
-        Its `fit` holds errors, number of parameters and warnings; errors on the rows after the training rows too, if
-        there are any; and as ``evidence`` what the record shows about linear dynamics (`hystfmu.identify.evidence`).
-        After the fit of a graph ``free`` has each free parameter with its standard error.
+        `fit` of the model contains errors, number of parameters and warnings. If rows follow the training rows, `fit`
+        also contains the errors on these rows. ``fit["evidence"]`` contains the evidence of linear dynamics in the
+        record (`hystfmu.identify.evidence`). After the fit of a graph, ``fit["free"]`` contains each free parameter
+        with its standard error.
 
     Raises
     ------
     InputError
-        Unknown kind or option, value out of range, data without output or without variation; data that no kind of
-        ``"auto"`` can represent; no kind with a useful inverse; a free parameter that the graph does not have, or
-        bounds that exclude its value in the graph.
+        The kind or an option is unknown, or a value is out of range. The data have no output or do not vary. No kind of
+        ``"auto"`` can represent the data. No kind has a useful inverse. The graph does not have a free parameter, or
+        the bounds exclude the value of the parameter in the graph.
 
     Examples
     --------
@@ -131,30 +135,31 @@ def study(
     Parameters
     ----------
     path : str or Path
-        A ``*.study.toml``.
+        A file ``*.study.toml``.
     folder : str or Path, optional
-        For the table and the report; by default named after the file, in the current folder.
+        Folder for the table and the report. The default is a folder with the name of the study file, in the current
+        folder.
     workers : int, optional
-        Local processes; by default one per core.
+        Number of local processes; by default one per core.
     on : str, optional
-        ``dask://HOST:PORT`` instead of local processes.
+        Scheduler of a Dask cluster, ``dask://HOST:PORT``, instead of local processes.
     retry : {"failed"}, optional
         Run failed rows again. A row that failed at a limit of time or memory always runs again if this limit is now
         higher.
     confined : bool
         Whether foreign FMUs run without network and write into a folder of their own only, where the system can.
     progress : function, optional
-        Called with rows done, rows in all, rows a second.
+        Called with the number of finished rows, the number of all rows, and rows per second.
 
     Returns
     -------
     Outcome
-        `rows`, and the files `table` and `report`.
+        The outcome has the attributes `rows`, `table` and `report`; the last two are files.
 
     Raises
     ------
     InputError
-        Bad study or scenario, no room on the disk, no cluster; finished rows stay.
+        The study or the scenario is invalid, the disk is full, or the cluster is not available. Finished rows are kept.
 
     Examples
     --------
@@ -187,7 +192,7 @@ def validate(
     Parameters
     ----------
     path : str or Path
-        The FMU.  Its native code is executed, in a child process.
+        The FMU. Its native code is executed in a child process.
     seconds : float
         Time limit of each check (s).
     confined : bool
@@ -198,12 +203,13 @@ def validate(
     Returns
     -------
     Findings
-        A list of problems, a line each; empty if there are none.  Its `checks` say what was tried, and how much.
+        A list with one line per problem; empty if there is no problem. The attribute `checks` states which checks ran,
+        and their extent.
 
     Raises
     ------
     InputError
-        The file cannot be read or is no whole zip archive.
+        The file cannot be read, or it is not a complete zip archive.
 
     Examples
     --------

@@ -1,13 +1,14 @@
-"""Default wires of a scenario built in Python: unconnected units are wired by their roles.
+"""Default connections of a scenario built in Python. They follow from the roles of the units.
 
-inverse ``inverse.u`` as a source stands for the output of the inverse, whatever its name is. An inverse without a
-source reads ``reference.r_lead``, the reference ahead by the delay of its step. controller if it has no connections, it
-is inserted in front of the plant: the former source of the plant becomes its feed-forward u_ff, its u drives the plant,
-and it compares ``reference.r`` with the signal
-            of the metric. A controller with connected output keeps its wires and gets the missing ones, y_d and y; a
-            feed-forward u_ff that is not connected is 0.
+- Inverse: ``inverse.u`` as a source means the output of the inverse, even if this output has another name. An inverse
+  without a source reads ``reference.r_lead``, which is ahead of the reference by the delay of a step.
+- Controller without connections: it is inserted in front of the plant. The former source of the plant becomes the
+  feed-forward u_ff of the controller, and the output u of the controller drives the plant. The controller compares
+  ``reference.r`` with the signal of the metric.
+- Controller with a connected output: it keeps its connections, and the missing inputs y_d and y are connected. An
+  unconnected feed-forward u_ff is 0.
 
-The saved scenario.toml states all of them.
+The saved scenario.toml states all connections.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ CONTROLLER = {"y_d", "y", "u_ff"}
 
 
 def wired(spec: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Wires:
-    """The connections with those that follow from the roles of the units.
+    """Return the given connections and the default connections.
 
     Parameters
     ----------
     spec : mapping
-        What was said.
+        The given keys of the scenario.
     attached : mapping of str to Model or Path
-        The models among its units, by their paths.
+        Models of units, by their paths in the scenario.
     """
     wires: Wires = dict(spec.get("connections", {}))
     units: Mapping[str, Any] = spec.get("units", {})
@@ -65,14 +66,14 @@ def wired(spec: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Wire
 
 
 def at_rest(units: Mapping[str, Any], wires: Mapping[str, str]) -> dict[str, Any]:
-    """Return the units, with a feed-forward of 0 for connected controllers without one.
+    """Return the units; a connected controller without feed-forward gets the constant feed-forward 0.
 
     Parameters
     ----------
     units : mapping
         Tables of the units.
     wires : mapping
-        Connections, complete.
+        All connections.
     """
     made = dict(units)
     for name, unit in units.items():
@@ -83,7 +84,7 @@ def at_rest(units: Mapping[str, Any], wires: Mapping[str, str]) -> dict[str, Any
 
 
 def _inverse(unit: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Model | None:
-    """The model of a unit that is an inverse with one input and one output."""
+    """Return the model of a unit if it is an inverse with one input and one output, else None."""
     model = attached.get(unit.get("model", ""))
     if not isinstance(model, Model) or "inverse" not in model.provenance:
         return None
@@ -91,7 +92,7 @@ def _inverse(unit: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> M
 
 
 def _measured(spec: Mapping[str, Any]) -> str | None:
-    """The signal that a metric compares with the reference."""
+    """Return the signal that a metric compares with the reference."""
     for m in spec.get("metrics", {}).values():
         if (m.get("against") or "").startswith("reference."):
             return str(m["signal"])
@@ -104,7 +105,7 @@ def _is_controller(unit: Mapping[str, Any]) -> bool:
 
 
 def _loop_ports(unit: Mapping[str, Any]) -> set[str]:
-    """The inputs of a controller that compares a reference with a measurement; else none."""
+    """Return the inputs of a controller that compares reference and measurement; otherwise an empty set."""
     block = block_types().get(unit.get("block", ""))
     ports = {v.name for v in block.of("input")} if block is not None and block.family == "controllers" else set()
     return ports if {"y_d", "y"} <= ports else set()

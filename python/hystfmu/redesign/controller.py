@@ -1,4 +1,4 @@
-"""A controller of a named structure that replaces the controllers of a scenario, tuned for all its loops."""
+"""Replace the controllers of a scenario by a controller of a named structure, tuned for all loops of the scenario."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ OFF = 0.05
 
 @dataclass(frozen=True)
 class Controller:
-    """A loop with another controller, and its results.
+    """A loop with a new controller, and the results of the loop.
 
     Attributes
     ----------
     scenario : Scenario
-        The loop, with the controller as one unit of blocks.
+        Scenario with the controller as one unit of blocks.
     tuned : Tuned
-        Structure, gains, peaks of the sensitivity, bandwidth.
+        Structure and gains, peaks of the sensitivity, and bandwidth.
     margins : Margins
-        Of the first case.
+        Margins of the first case.
     loops : int
-        For which it was tuned.
+        Number of loops for which the controller was tuned.
     before : dict of str to float
-        Error of each case with the old controllers, by its first metric.
+        Error of each case with the old controllers: value of the first metric.
     results : Results
-        Of the cases with the new one.
+        Results of the cases with the new controller.
     """
 
     scenario: Scenario
@@ -72,24 +72,24 @@ def controller(
     off: float = OFF,
     progress: Callable[[float], None] = lambda fraction: None,
 ) -> Controller:
-    """Replace the controllers of a scenario by a tuned one.
+    """Replace the controllers of a scenario by a tuned controller.
 
-    One unit replaces all units between the measured output and the command. It has the same reference, measurement and
-    feed-forward. It is tuned by `hystfmu.design.race` for the loops of all cases, the slopes and delays that
-    `[margins]` of the scenario state, and shifted natural frequencies.
+    One new unit replaces all units between the measured output and the command. The new unit reads the same reference,
+    measurement and feed-forward. `hystfmu.design.race` tunes it for the loops of all cases, for the slopes and delays
+    in `[margins]` of the scenario, and for shifted natural frequencies.
 
     Parameters
     ----------
     scenario : Scenario or path
-        With a loop.
+        Scenario with a loop.
     structure : str
         integral, integral_roll_off, pi, notch, pi_notch, irc, ppf, internal_model or h_infinity.
     name : str, optional
-        Of the new scenario; by default that of the old one and the structure.
+        Name of the new scenario; by default the old name followed by the structure.
     ms_db : float, optional
-        Largest peak of the sensitivity of the first case (dB); by default that of `[margins]`, or 6.
+        Largest allowed peak of the sensitivity of the first case (dB). The default is the limit in `[margins]`, or 6.
     bandwidth : float
-        Frequency up to which the sensitivity must be below -3 dB (Hz).
+        Required bandwidth (Hz): the sensitivity must be below -3 dB up to this frequency.
     off : float
         Share by which the natural frequencies of the plant may differ, in [0, 0.9].
     progress : function, optional
@@ -102,7 +102,7 @@ def controller(
     Raises
     ------
     InputError
-        An unknown structure, no loop, controllers that do not form one path, or limits that no gain keeps.
+        The structure is unknown, there is no loop, the controllers do not form one path, or no gain meets the limits.
     """
     if structure not in STRUCTURES:
         raise InputError(f"The 'structure' of controller() must be one of {', '.join(STRUCTURES)}. Got {structure!r}.")
@@ -154,7 +154,7 @@ def controller(
 
 
 def _nominal(systems: dict[str, System], spec: ScenarioSpec) -> tuple[str, OpenedLoop]:
-    """Return the case of the margins, or the first with a loop."""
+    """Return the case in `[margins]`, else the first case with a loop, and the opened loop of this case."""
     wanted = spec.margins.case if spec.margins is not None else None
     why: InputError | None = None
     for name in systems if wanted is None else [wanted]:
@@ -169,7 +169,7 @@ def _nominal(systems: dict[str, System], spec: ScenarioSpec) -> tuple[str, Opene
 def _corners(
     trial: Scenario, first: str, systems: dict[str, System], off: float
 ) -> tuple[list[Corner], tuple[float, float]]:
-    """Return the loops with a controller of gain 1, the first case first, and the sector of their slopes."""
+    """Return the loops with a controller of gain 1, and the sector of their slopes; the first case is first."""
     ready = trial.ready()
     stated = ready.spec.margins.slopes if ready.spec.margins is not None else None
     loops: dict[str, OpenedLoop] = {}
@@ -196,7 +196,7 @@ def _limits(system: System, old: Controllers) -> tuple[float, float] | None:
 
 
 def _for_gain(graph: Graph, nominal: float) -> Graph:
-    """Return a controller for a plant whose slope is not 1: it sees errors in the unit of the command."""
+    """Return a controller for a plant whose slope is not 1. Its errors are in the unit of the command."""
     if nominal == 1.0:
         return replace_step(graph)
     error = next(n for n in graph.nodes if n.name == "error")
@@ -206,5 +206,5 @@ def _for_gain(graph: Graph, nominal: float) -> Graph:
 
 
 def replace_step(graph: Graph) -> Graph:
-    """Return a graph that takes the step of its scenario, whose file then states its blocks."""
+    """Return a graph with the step of its scenario, so that the file of the scenario can state the blocks."""
     return Graph(graph.nodes, graph.wires, graph.inputs, graph.outputs, sort=False)

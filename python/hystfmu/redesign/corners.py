@@ -1,4 +1,4 @@
-"""The loops of a scenario that a design covers: its cases, slopes, delays and mode errors; and without controllers."""
+"""Loops of a scenario for a design, over cases, slopes, delays and mode errors, with and without controllers."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from hystfmu.scenario.system.system import System
 
 @dataclass(frozen=True)
 class Corner:
-    """A loop for which a design has to hold: its case and what differs, the slope of plant over inverse.
+    """A loop that a design must cover: name of the case with its variation, and slope of plant and inverse.
 
-    The delay is in steps beyond that of the case.
+    `delay` is the additional delay in steps, compared with the case.
     """
 
     name: str
@@ -51,10 +51,10 @@ class Corner:
 def corners(
     opened: Mapping[str, OpenedLoop], limits: MarginsSpec | None, off: float, *, stable: bool = True
 ) -> list[Corner]:
-    """Return the corners of a scenario: loops by case, the nominal one first, with slopes and delays of its `limits`.
+    """Return the corners of a scenario. The nominal loop is first.
 
-    `off` is the share by which the natural frequencies of the plant may differ. `stable`: refuse a loop that is
-    unstable without learning.
+    `opened` contains the loops by case. `limits` contains slopes and delays. `off` is the share by which the natural
+    frequencies of the plant may differ. If `stable` is True, a loop that is unstable without learning is an InputError.
     """
     found: list[Corner] = []
     seen: set[tuple[object, ...]] = set()
@@ -84,14 +84,14 @@ def corners(
 
 
 def _off(case: str, opened: OpenedLoop, off: float) -> Iterator[tuple[str, OpenedLoop]]:
-    """Yield loops whose plant has other natural frequencies: s becomes s / f."""
+    """Yield loops whose plant has other natural frequencies. In the plant, s / f replaces s."""
     A, B, C, D = opened.plant
     for f in (1 - off, 1 - off / 2, 1 + off / 2, 1 + off) if off and len(A) else ():
         yield f"{case}, modes {100 * (f - 1):+.3g} %", replace(opened, plant=(f * A, f * B, C, D))
 
 
 def fastest_mode(opened: OpenedLoop) -> float | None:
-    """Return the largest natural frequency of the plant (Hz); None if it has no dynamics."""
+    """Return the largest natural frequency of the plant (Hz); None if the plant has no dynamics."""
     A = opened.plant[0]
     return float(np.abs(np.linalg.eigvals(A)).max() / (2 * np.pi)) if len(A) else None
 
@@ -111,24 +111,24 @@ LAST = 2  # rows at least
 
 @dataclass(frozen=True)
 class LoopPlant(Plant):
-    """Everything in a loop, `opened` with a controller of gain 1, except its controller, with static gain 1.
+    """All parts of a loop except the controller, scaled to the static gain 1.
 
-    It comes `more` steps later than the case.
+    `opened` is the loop with a controller of gain 1. `more` is the additional delay in steps, compared with the case.
     """
 
     opened: OpenedLoop | None = field(default=None, repr=False)
     more: float = 0.0
 
     def response(self, z: Complex, h: float) -> Complex:
-        """Return the response at z on the unit circle, shape (m,), for slope 1 of plant over inverse."""
+        """Return the response at z on the unit circle, shape (m,), for slope 1 of plant and inverse."""
         assert self.opened is not None
         return self.opened.response_at(np.angle(z).ravel(), 1.0, self.more).reshape(np.shape(z))
 
 
 def loop_plants(found: Sequence[Corner], slopes: tuple[float, float]) -> PlantSet:
-    """Return corners, of loops with a controller of gain 1, as a set of plants, the nominal one first.
+    """Return a set of plants from corners with a controller of gain 1. The nominal plant is first.
 
-    `slopes` is the sector, over the nominal slope.
+    `slopes` is the sector of slopes, divided by the nominal slope.
     """
     one: dict[tuple[str, float], Corner] = {}
     for c in found:
@@ -148,7 +148,7 @@ def loop_plants(found: Sequence[Corner], slopes: tuple[float, float]) -> PlantSe
 def known(opened: OpenedLoop) -> Design:
     """Return the design data of a structure: the modes of the plant, and the whole steps of delay around it.
 
-    A pair of poles is a mode with its share of the static gain; a single real pole is part of the rest.
+    A pair of poles is a mode with a share of the static gain. A single real pole is a part of the static rest.
     """
     A, B, C, _ = opened.plant
     f_n, zeta, share = [], [], []
@@ -171,9 +171,9 @@ def known(opened: OpenedLoop) -> Design:
 
 
 def aim(system: System, of: Roles) -> Aim:
-    """Return the disturbances of the loop of a case: tones of its reference, a share of them as model error, noise.
+    """Return the disturbances of the loop of a case: tones of its reference, model error and noise.
 
-    The case has a controller with which it runs.
+    The model error is a share of the tones. The case must have a controller with which it can run.
     """
     h = system.case.step
     try:
@@ -190,7 +190,7 @@ def aim(system: System, of: Roles) -> Aim:
 
 
 def _rows(system: System, of: Roles, h: float) -> int:
-    """Return the rows of a whole number of periods of the reference, or of the run."""
+    """Return the number of rows of whole periods of the reference, or of the run if there are no periods."""
     frequency = 0.0
     for p in system.parts:
         if p.name in of.sources:
@@ -201,11 +201,14 @@ def _rows(system: System, of: Roles, h: float) -> int:
 
 
 def sector(opened: Mapping[str, OpenedLoop], stated: Sequence[float] | None, nominal: float) -> tuple[float, float]:
-    """Return the sector of slopes over the nominal one: that of the margins, or those along the paths of the cases."""
+    """Return the sector of slopes, divided by the nominal slope.
+
+    The slopes are stated in `[margins]`, or computed along the paths of the cases.
+    """
     found = np.array(list(stated) if stated else [v for o in opened.values() for v in o.slopes]) / nominal
     return min(float(found.min()), 1.0), max(float(found.max()), 1.0)
 
 
 def in_unit(values: Array | float, nominal: float) -> Array:
-    """Return gains from an error to a command for a plant of this slope."""
+    """Return gains from an error to a command, for a plant with the slope `nominal`."""
     return np.asarray(values) / nominal

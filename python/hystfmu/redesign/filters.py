@@ -1,4 +1,4 @@
-"""The search for filters of repetitive control: the largest cutoff and gain that are stable in every corner."""
+"""Search for the filters of repetitive control with the largest cutoff and gain that are stable in every corner."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ MOST = 1500  # taps on a side
 
 
 def highest(opened: OpenedLoop, n: int) -> float:
-    """Return the largest cutoff that is chosen by default (Hz)."""
+    """Return the upper limit of the default cutoff (Hz)."""
     mode = fastest_mode(opened)
     wanted = HARMONICS / (n * opened.h) if mode is None else ABOVE_MODE * mode
     return min(wanted, HIGHEST / opened.h)
 
 
 class Search:
-    """Filters for cutoffs and gains, tested in all corners, the nominal loop first.
+    """Filters for cutoffs and gains, tested in all corners. The nominal loop is the first corner.
 
-    `h` is the step (s), `n` the steps in a period, `peak` the largest peak of the sensitivity of the nominal loop with
-    learning.
+    `h` is the step (s). `n` is the number of steps in a period. `peak` is the largest allowed peak of the sensitivity
+    of the nominal loop with learning.
     """
 
     def __init__(self, found: Sequence[Corner], h: float, n: int, peak: float = math.inf) -> None:
@@ -53,17 +53,18 @@ class Search:
         self._design = np.array([c.learnt(filter_angles()) for c in found if c.delay == 0])
 
     def at(self, cutoff: float, gain: float) -> RepetitiveFilters:
-        """Design filters, and return the remaining share of an error in each corner."""
+        """Design filters, and compute the remaining share of an error in each corner."""
         n_q, n_l = (min(math.ceil(k / (cutoff * self._h)), self._n - 1, MOST) for k in (SIDE_Q, SIDE_L))
         made = learning_filters(self._design, self._h, cutoff, gain, n_q, n_l, REST, FLOOR)
         Q, L = zero_phase_at(made.q, self._z), taps_at(made.l, self._z)
         return RepetitiveFilters(made.q, made.l, tuple(np.abs(Q - L * self._T).max(axis=1).tolist()))
 
     def best(self, cutoff: float | None, gain: float | None, top: float) -> tuple[RepetitiveFilters, float, float]:
-        """Return the filters of the largest cutoff, of the largest gain that has one; none is refused.
+        """Return the filters for the largest stable gain, with the largest cutoff for this gain.
 
-        By default, both keep the limit of the sensitivity between the harmonics, if possible, because a reduction at
-        the harmonics increases it between them.
+        A reduction of the error at the harmonics increases the sensitivity between the harmonics. Therefore default
+        values of cutoff and gain meet the limit of the sensitivity, if possible. If no filter is stable, an InputError
+        is raised.
         """
         if cutoff is not None and not 0 < cutoff < 0.5 / self._h:
             raise InputError(f"The cutoff must be a float in (0, {0.5 / self._h:g}) Hz. Got {cutoff:g} instead.")
@@ -83,13 +84,13 @@ class Search:
         return first
 
     def _peak_with(self, filters: RepetitiveFilters) -> float:
-        """Return the largest sensitivity of the nominal loop with learning, for any phase of the period."""
+        """Return the largest sensitivity of the nominal loop with learning, over all phases of the period."""
         Q, L = zero_phase_at(filters.q, self._z), taps_at(filters.l, self._z)
         turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)[:, None]
         return float((np.abs((1 - turn * Q) / (1 - turn * (Q - L * self._T_nominal))) * self._S).max())
 
     def worst(self, filters: RepetitiveFilters, cutoff: float) -> tuple[str, float]:
-        """Return the corner with the slowest decrease of harmonics up to half the cutoff, and the factor per period."""
+        """Return the corner with the slowest decrease of harmonics up to half the cutoff, and its factor per period."""
         top = max(math.floor(self._n * cutoff * self._h / 2), 1)
         angles = 2 * np.pi * np.arange(1, top + 1) / self._n
         z = np.exp(1j * angles)
@@ -105,7 +106,7 @@ class Search:
         return np.array([float(f"{top / STEP**i:.4g}") for i in range(k + 1)])
 
     def _refusal(self, cutoff: float | None, gain: float | None, top: float) -> str:
-        """State which error grows in which corner, and the reachable values."""
+        """Return a message with the corner in which an error grows, and the reachable values."""
         g, f = gain or GAINS[0], cutoff or top
         left = self.at(f, g).contraction
         k = int(np.argmax(left))

@@ -1,8 +1,8 @@
-"""A scenario with a repetitive part in series: it adds its corrections to the command of the controllers.
+"""Insert a repetitive part in series. It adds its corrections to the command of the controllers.
 
-command = output of the controllers + w. w is computed from the errors one period ago; the block returns the sum of w
-and the reference, so the reference is subtracted. After a command has exceeded a limit on its way to the plant,
-learning stops for some periods; otherwise the corrections would wind up.
+The command is the output of the controllers plus the correction w. w is computed from the errors one period ago. The
+block returns the sum of w and the reference, so the reference is subtracted. If a command exceeds a limit on its way to
+the plant, learning stops for some periods; otherwise the corrections would wind up.
 """
 
 from __future__ import annotations
@@ -22,14 +22,17 @@ COUNTED = 1  # periods at the end that count
 
 @dataclass(frozen=True)
 class Taps:
-    """Settings of the block: steps in a period, taps of Q, its middle and one side, and of L."""
+    """Settings of the block: steps in a period, taps of Q (the middle tap, then one side), and taps of L."""
 
     n: int
     q: Sequence[float]
     l: Sequence[float]  # noqa: E741
 
     def unit(self, text: str, always: bool) -> dict[str, Any]:
-        """Return the unit as a table of a scenario; it learns always, or if a connected signal allows it."""
+        """Return the unit as a table of a scenario.
+
+        If `always` is True, the unit always learns; otherwise a connected signal permits learning.
+        """
         dims = {"n": self.n, "n_q": len(self.q) - 1, "n_l": len(self.l) // 2}
         values = {"q": [float(v) for v in self.q], "l": [float(v) for v in self.l]}
         inputs = {"inputs": {"active": 1.0}} if always else {}
@@ -37,9 +40,9 @@ class Taps:
 
 
 def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: str) -> dict[str, Any]:
-    """Return the complete table of a scenario with the block and the sum that adds its corrections.
+    """Return the complete table of a scenario with the block and with the sum that adds the corrections.
 
-    A unit of one of their names is refused.
+    An InputError is raised if a unit already has the name of the block or of the sum.
     """
     made = copy.deepcopy(dict(table))
     for name in (UNIT, SUM, WITHIN):
@@ -53,7 +56,7 @@ def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: st
         "block": "sum",
         "dims": {"n": 3},
         "values": {"k": [1.0, 1.0, -1.0]},
-        "text": "command of the controllers, and what the repetitive part adds to the reference",
+        "text": "command of the controllers plus correction of the repetitive part",
     }
     made["connections"] |= {
         f"{UNIT}.y_d": roles.reference,
@@ -81,10 +84,10 @@ def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: st
 
 
 def _within(limits: Sequence[Limit], n: int, h: float) -> dict[str, Any]:
-    """Return the unit that shows whether all commands have kept their limits during the last periods.
+    """Return the unit that states whether all commands stayed within their limits during the last periods.
 
-    Trap: if the error is ignored in a part of each period, its mean is not removed by an integrator, and the
-    corrections wind up. So periods in which a limit is reached are not learnt.
+    Trap: if learning ignores the error in a part of each period, an integrator does not remove the mean error, and the
+    corrections wind up. Therefore a whole period is not learnt if a limit is reached in it.
     """
     ends = [v.ends({}) for v in limits]
     values = {"lo": [low for low, _ in ends], "hi": [high for _, high in ends]}
@@ -105,12 +108,12 @@ def _within(limits: Sequence[Limit], n: int, h: float) -> dict[str, Any]:
         "inputs": [{"name": f"u_{k + 1}", "to": [f"last_{k + 1}.u"]} for k in range(len(limits))],
         "outputs": [{"name": "y", "source": "calm.y"}],
     }
-    text = "whether the commands of the last periods kept their limits: what no command reaches is not learnt"
+    text = "1 if the commands of the last periods stayed within their limits; otherwise nothing is learnt"
     return {"graph": graph, "text": text}
 
 
 def _changed(limits: Sequence[Limit], said: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the limits of a case that sets its own ones."""
+    """Return the settings for a case with its own limits."""
     if not any(key in said for v in limits for key in v.keys):
         return {}
     ends = [v.ends(said) for v in limits]
@@ -120,9 +123,10 @@ def _changed(limits: Sequence[Limit], said: Mapping[str, Any]) -> dict[str, Any]
 def repeating(
     table: Mapping[str, Any], cases: Sequence[str], sources: Sequence[str], n: int, periods: int
 ) -> dict[str, Any]:
-    """Return the complete table with only some of its cases, of a reference period of n steps; the last period counts.
+    """Return the complete table with some of its cases, for a reference period of n steps.
 
-    `sources` are the units of the block `reference` that set the period; a run has so many of them.
+    `sources` are the units of the block `reference` that set the period. A run has `periods` periods. Metrics are
+    evaluated over the last periods.
     """
     made = copy.deepcopy(dict(table))
     h = float(made["step"])
@@ -138,5 +142,5 @@ def repeating(
 
 
 def _limits(margins: dict[str, Any], cases: Sequence[str]) -> dict[str, Any]:
-    """Return limits of the loop for the remaining cases."""
+    """Return the limits of the loop for the remaining cases."""
     return {k: v for k, v in margins.items() if k != "case" or v in cases}

@@ -1,4 +1,4 @@
-"""A repetitive part for the loop of a scenario: filters that learn in all its corners, and a scenario with them."""
+"""A repetitive part for the loop of a scenario. Its filters are stable in all corners of the loop."""
 
 from __future__ import annotations
 
@@ -33,30 +33,30 @@ WORSE = 2.0  # times the error without learning, which a run may not reach
 
 @dataclass(frozen=True)
 class Repetitive:
-    """A loop with a repetitive part, and its results.
+    """A loop with a repetitive part, and the results of the loop.
 
     Attributes
     ----------
     scenario : Scenario
-        The loop, with its taps in the block `repetitive`.
+        Scenario of the loop; the block `repetitive` contains the taps.
     filters : RepetitiveFilters
-        Taps; the contraction of each corner.
+        Taps, and the contraction in each corner.
     corners : tuple of str
-        Loops for which they hold, as the contractions of `filters`.
+        Corners, in the order of the contractions of `filters`.
     steps : int
-        In a period.
+        Number of steps in a period.
     period : float
-        Of the reference (s).
+        Period of the reference (s).
     cutoff, gain : float
-        Frequency above which nothing is learnt (Hz), and share of the error that is learnt in a period.
+        Upper frequency of learning (Hz), and share of the error that is learnt per period.
     off : float
         Share by which natural frequencies of the plant may differ.
     worst : (str, float)
-        Corner with the slowest decrease of errors, and the factor per period at the harmonics up to half the cutoff.
+        Corner with the slowest decrease of errors, and its factor per period for harmonics up to half the cutoff.
     before : dict of str to float
-        Error of each case without learning, by its first metric.
+        Error of each case without learning: value of the first metric.
     results : Results
-        Of the cases with learning.
+        Results of the cases with learning.
     """
 
     scenario: Scenario
@@ -82,29 +82,31 @@ def repetitive(
     off: float | None = None,
     progress: Callable[[float], None] = lambda fraction: None,
 ) -> Repetitive:
-    """Add a repetitive part to the loop of a scenario, stable in all its corners.
+    """Add a repetitive part to the loop of a scenario. The new loop is stable in all corners.
 
-    The block `repetitive` is in series: it adds its corrections to the command of the controllers, in front of the
-    inverse if there is one. Its filters shrink errors from period to period in every case with a periodic reference,
-    for the slopes and delays that `[margins]` of the scenario state, and for shifted natural frequencies.
+    The block `repetitive` is in series: it adds its corrections to the command of the controllers. If there is an
+    inverse, the block is in front of the inverse. Errors decrease from period to period in every case with a periodic
+    reference. This holds for the slopes and delays in `[margins]` of the scenario, and for shifted natural frequencies.
 
     Parameters
     ----------
     scenario : Scenario or path
-        With a loop that is stable by itself.
+        Scenario with a loop that is stable without the repetitive part.
     name : str, optional
-        Of the new scenario; by default that of the old one and ``_repetitive``.
+        Name of the new scenario; by default the old name followed by ``_repetitive``.
     period : float, optional
-        Of the reference (s), a whole number of steps; by default that of the first case with a loop, rounded to one.
+        Period of the reference (s), a whole number of steps. The default is the period in the first case with a loop,
+        rounded to a whole number of steps.
     cutoff : float, optional
-        Frequency above which nothing is learnt (Hz). By default the largest that is stable in all corners, at most 1.2
-        times the fastest mode of the plant, or without dynamics ten times the frequency of the reference.
+        Upper frequency of learning (Hz). The default is the largest frequency that is stable in all corners. The
+        default is at most 1.2 times the natural frequency of the fastest mode. For a plant without dynamics, it is at
+        most ten times the frequency of the reference.
     gain : float, optional
-        Share of the error that is learnt in a period, in (0, 1]; by default 0.3, less if no cutoff allows that or if
-        the peak of the sensitivity would pass the limit in `[margins]`.
+        Share of the error that is learnt per period, in (0, 1]. The default is 0.3. It is less if 0.3 is unstable for
+        all cutoffs, or if the peak of the sensitivity would exceed the limit in `[margins]`.
     off : float, optional
-        Share by which the natural frequencies of the plant may differ, in [0, 0.9]; by default the largest of 0.2, 0.1,
-        0.05, 0.02 and 0 for which the loop is stable before it learns.
+        Share by which the natural frequencies of the plant may differ, in [0, 0.9]. The default is the largest of 0.2,
+        0.1, 0.05, 0.02 and 0 for which the loop is stable without learning.
     progress : function, optional
         Called with the fraction done, 0..1.
 
@@ -115,8 +117,9 @@ def repetitive(
     Raises
     ------
     InputError
-        No loop, a loop that is not stable by itself, a loop that already has a memory, no periodic reference, or a
-        cutoff and gain that are unstable in a corner; the error states the reachable values.
+        There is no loop, the loop is unstable without the repetitive part, the loop already has a memory, or the
+        reference is not periodic. Cutoff and gain are unstable in a corner; then the message states the reachable
+        values.
 
     Examples
     --------
@@ -178,7 +181,7 @@ def repetitive(
 def _stable_corners(
     loops: Mapping[str, OpenedLoop], limits: MarginsSpec | None, shares: Sequence[float]
 ) -> tuple[list[Corner], float]:
-    """Return the corners for the first share of mode errors with a stable loop, and this share."""
+    """Return the corners for the first share of mode errors for which the loop is stable, and this share."""
     for share in shares[:-1]:
         with suppress(InputError):
             return corners(loops, limits, share), share
@@ -194,10 +197,10 @@ def _named(table: dict[str, object], name: str | None) -> dict[str, object]:
 
 
 def _first(systems: Mapping[str, System], nominal: str | None, period: float | None) -> tuple[str, OpenedLoop]:
-    """Return the case that the period is taken from, and its loop.
+    """Return the case whose reference determines the period, and the opened loop of this case.
 
-    If a period is given, it is the first case with a loop and a reference of this period; otherwise the nominal case of
-    the margins, or the first case with a loop.
+    If a period is given, this is the first case with a loop and a reference of the given period. Otherwise it is the
+    case in `[margins]`, or the first case with a loop.
     """
     why: InputError | None = None
     loops: dict[str, OpenedLoop] = {}
@@ -219,7 +222,7 @@ def _first(systems: Mapping[str, System], nominal: str | None, period: float | N
 
 
 def _reference(system: System, of: Roles) -> tuple[float, str]:
-    """Return frequency (Hz) and shape of the reference; 0 and "" without a unit of the block `reference`."""
+    """Return frequency (Hz) and shape of the reference; 0 and "" if no unit is a block `reference`."""
     for part in system.parts:
         if part.name in of.sources:
             (node,) = part.own.nodes
@@ -254,7 +257,10 @@ def _steps(system: System, of: Roles, period: float | None) -> int:
 
 
 def _kept(systems: Mapping[str, System], first: str, of: Roles) -> list[str]:
-    """Return the cases with this loop and a reference of this period; only those with a limit, if there are any."""
+    """Return the cases with this loop and a reference of this period.
+
+    If some of these cases have a limit, return only the cases with a limit.
+    """
     asked = {k for k, s in systems.items() if any(m.limit is not None for m in s.case.metrics.values())}
     frequency, _ = _reference(systems[first], of)
     kept = [first]
@@ -272,7 +278,7 @@ def _kept(systems: Mapping[str, System], first: str, of: Roles) -> list[str]:
 
 
 def _hold(results: Results, before: Mapping[str, float], first: str) -> None:
-    """Refuse a repetitive part that makes the nominal run worse and misses its requirement.
+    """Raise an InputError if the repetitive part makes the nominal run worse and the run misses its requirement.
 
     Other cases have their own verdicts.
     """

@@ -1,6 +1,6 @@
-"""A scenario whose controllers are taken out and replaced by one unit with inputs y_d, y, u_ff and output u.
+"""Replace the controllers of a scenario by one unit with inputs y_d, y, u_ff and output u.
 
-The controllers follow from the connections: all units on paths from the measured output to the command.
+The controllers are found from the connections. They are all units on paths from the measured output to the command.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LIMITS = ("u_min", "u_max")  # of a command, which another controller keeps
 
 @dataclass(frozen=True)
 class Controllers:
-    """The units that a controller replaces, in their order, and the feed-forward that they add to their command."""
+    """The replaced units in their order, and the feed-forward that these units add to their command."""
 
     units: tuple[str, ...]
     feedforward: str | None
@@ -29,7 +29,8 @@ class Controllers:
 def controllers(system: System, of: Roles) -> Controllers:
     """Find the units between the measured output and the command.
 
-    Refused: none, or units that read several signals other than reference and measured output.
+    An InputError is raised if there is no such unit, or if these units read several signals other than reference and
+    measured output.
     """
     owner = {p.name: k for k, p in enumerate(system.parts)}
     ends = [(system.names[n.source], system.parts[n.to].name, system.parts[n.to].inputs[n.input]) for n in system.links]
@@ -59,9 +60,9 @@ def controllers(system: System, of: Roles) -> Controllers:
 def replaced(
     loop: Scenario, of: Roles, old: Controllers, name: str, unit: What, text: str, kept: Sequence[str]
 ) -> Scenario:
-    """Return the scenario with one `unit`, with inputs y_d, y, u_ff and output u, in place of its controllers.
+    """Return the scenario with one `unit` instead of its controllers. The unit has inputs y_d, y, u_ff and output u.
 
-    Of the cases those `kept` stay, for which `depends` says no.
+    The new scenario contains the cases in `kept` that do not depend on the old controllers (see `depends`).
     """
     table = loop.table
     gone = set(old.units)
@@ -92,8 +93,10 @@ def replaced(
 
 
 def depends(case: Mapping[str, Any], old: Controllers) -> bool:
-    """Return whether a case changes a controller in more than the limits of its command, so that it cannot run without
-    it."""
+    """Return whether a case changes a controller in more than the limits of its command.
+
+    Such a case cannot run without this controller.
+    """
     gone = set(old.units)
     sets = {k.rpartition(".")[2] for k in case.get("set", {}) if k.partition(".")[0] in gone}
     ends = {end.partition(".")[0] for pair in case.get("connections", {}).items() for end in pair}
@@ -106,7 +109,7 @@ def _parameter(key: str, gone: set[str], name: str) -> str:
 
 
 def _signal(end: str, of: Roles, gone: set[str], name: str) -> str | None:
-    """Return the signal that replaces an output: the new command, or none for an inner signal that no longer exists."""
+    """Return the signal that replaces an output: the new command, or None for a removed inner signal."""
     if end == of.driver:
         return f"{name}.u"
     return None if end.partition(".")[0] in gone else end

@@ -1,4 +1,4 @@
-"""Roles of the signals of a loop, from its connections and not from the names of its units."""
+"""Roles of the signals of a loop. They follow from the connections, not from the names of the units."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ class Limit:
     Attributes
     ----------
     signal : str
-        Output that is limited; empty: the command itself.
+        Limited output; empty for the command itself.
     low, high : float
         Limits; -1e300 and 1e300 mean no limit.
     keys : (str, str)
-        Their names in `set` of a case.
+        Names of the limits in `set` of a case.
     clipped : bool
-        The signal is limited, not stopped: it has reached a limit if it is within a millionth of the range.
+        Whether the signal is saturated by the limit. It has then reached a limit if its distance is at most a millionth
+        of the range.
     """
 
     signal: str
@@ -39,7 +40,7 @@ class Limit:
     clipped: bool = False
 
     def ends(self, said: Mapping[str, Any]) -> tuple[float, float]:
-        """Return the limits of the signal, with the values that `set` of a case states."""
+        """Return the limits of the signal, with the values in `set` of a case."""
         low, high = (float(said.get(k, v)) for k, v in zip(self.keys, (self.low, self.high), strict=True))
         inside = INSIDE * (high - low) if self.clipped and high - low < NONE else 0.0
         return low + inside, high - inside
@@ -47,22 +48,22 @@ class Limit:
 
 @dataclass(frozen=True)
 class Roles:
-    """Signals of a loop, as a scenario names them.
+    """Names of the signals of a loop in a scenario.
 
     Attributes
     ----------
     reference : str
-        Output with which the tracked one is compared.
+        Reference: output with which the tracked output is compared.
     measured : str
-        Tracked output as the controllers read it, behind the sensor and its converter.
+        Tracked output behind the sensor and its converter, as the controllers read it.
     command : str
-        Input that the controllers drive: that of the inverse, or without one that of the plant side.
+        Input that the controllers drive: the input of the inverse, or of the plant if there is no inverse.
     driver : str
-        Output that is connected to it.
+        Output that is connected to `command`.
     sources : tuple of str
-        Units of the block `reference` from which the reference comes.
+        Units of the block `reference` that produce the reference.
     limits : tuple of Limit
-        Of the command.
+        Limits of the command.
     """
 
     reference: str
@@ -76,7 +77,8 @@ class Roles:
 def roles(opened: OpenedLoop) -> Roles:
     """Find the roles of the signals of an opened loop.
 
-    Units between plant and controllers that branch without a signal that all controllers read are refused.
+    An InputError is raised if the path from the plant to the controllers branches and no single signal is read by all
+    controllers.
     """
     system = opened.system
     signal, against = next((m.signal, m.against) for m in system.case.metrics.values() if m.against is not None)
@@ -99,7 +101,7 @@ def roles(opened: OpenedLoop) -> Roles:
 
 
 def _measured(system: System, place: int, plant: int, led: set[int]) -> int:
-    """Follow the tracked output through units that do not depend on the reference, up to the first unit that does."""
+    """Follow the tracked output through units up to the first unit that depends on the reference."""
     forward = [(system.owners[n.source], n.to) for n in system.links]
     acting = behind([(b, a) for a, b in forward], plant)
     while True:
@@ -117,7 +119,7 @@ def _measured(system: System, place: int, plant: int, led: set[int]) -> int:
 
 
 def _limits(system: System, command: Link, entry: Link) -> Iterator[Limit]:
-    """Yield the limits of the controllers' command, and those of units between it and the plant."""
+    """Yield the limits of the command of the controllers, and the limits of units between command and plant."""
     last = system.maker(command)
     for n in getattr(last.graph, "nodes", ()):
         if set(COMMAND) <= {v.name for v in n.block.parameters}:

@@ -1,1 +1,1 @@
-"""Pages, plots and terminal output.  This package knows neither models nor scenarios."""
+"""Pages, plots and terminal output. This package does not depend on models or scenarios."""

@@ -1,4 +1,4 @@
-"""Axes of diagrams: the padded range, round ticks, and their numbers; `common.js` has the same."""
+"""Axes of diagrams: padded range, round ticks, and numbers of the ticks. `common.js` has the same functions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,10 @@ def axis(values: Array) -> tuple[tuple[float, float], list[float]]:
 
 
 def decades(values: Array) -> tuple[tuple[float, float], list[float]]:
-    """Return the range of a logarithmic axis and its ticks, powers of ten: decades, of few 2 and 5 times too."""
+    """Return the range of a logarithmic axis and its ticks, all as powers of ten.
+
+    The ticks are at decades. If there are few decades, ticks at 2 and 5 times a decade are added.
+    """
     lo, hi = (math.log10(v) for v in (float(values.min()), float(values.max())))
     room = 0.04 * (hi - lo) or 0.5
     lo, hi = lo - room, hi + room
@@ -40,14 +43,16 @@ def decades(values: Array) -> tuple[tuple[float, float], list[float]]:
 
 
 def sparse(ticks: Sequence[float], names: Sequence[str], size: float) -> list[tuple[float, str]]:
-    """Return ticks along an axis of `size` points with their names, every second or third where names would meet."""
+    """Return ticks and their names along an axis of `size` points. Every second or third tick if names would
+    overlap.
+    """
     wide = LETTER * max(map(len, names), default=0) + GAP
     every = max(1, math.ceil(wide * len(ticks) / size))
     return list(zip(ticks, names, strict=True))[::every]
 
 
 def tick(v: float) -> str:
-    """Return a number beside an axis: with an exponent if it is long and that is shorter."""
+    """Return the text of a number at an axis. It has an exponent if this makes a long number shorter."""
     plain = f"{v:.{DIGITS}g}"
     mantissa, _, power = f"{v:.{DIGITS - 1}e}".partition("e")
     other = f"{mantissa.rstrip('0').rstrip('.')}e{int(power)}"
@@ -62,5 +67,5 @@ def width_of(text: str) -> float:
 
 
 def width(ticks: Sequence[float]) -> float:
-    """Return the width of the numbers beside an axis."""
+    """Return the width of the numbers at an axis."""
     return LETTER * max((len(tick(v)) for v in ticks), default=0)

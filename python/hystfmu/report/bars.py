@@ -1,4 +1,4 @@
-"""Shares as bars with their intervals, as inline SVG; the style sheet of the page sets the colours."""
+"""Shares as bars with intervals, as inline SVG. The style sheet of the page sets the colours."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WIDTH, ROW, LEFT, RIGHT, BOTTOM = 480, 40, 8, 16, 40
 
 @dataclass(frozen=True)
 class Bar:
-    """A share in percent with its text, an interval around it, and a part of it that is drawn darker."""
+    """A share in percent with its text and its interval. A part of the bar may be darker."""
 
     name: str
     share: float
@@ -30,7 +30,7 @@ class Bars:
     bars: Sequence[Bar]
 
     def svg(self) -> str:
-        """The diagram as an <svg> element."""
+        """Return the diagram as an <svg> element."""
         bottom = ROW * len(self.bars) + 6
         across = (WIDTH - LEFT - RIGHT) / 100
 

@@ -1,4 +1,4 @@
-"""The same diagrams drawn by matplotlib: for papers (PDF), slides (PNG), and to add to them."""
+"""Diagrams drawn by matplotlib, for papers (PDF), for slides (PNG), and for changes by the user."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Diagram(Protocol):
 
 
 def figure(plots: Sequence[Diagram]) -> MatplotlibFigure:
-    """Draw diagrams with all their rows.
+    """Draw diagrams from all rows of their data.
 
     Parameters
     ----------
@@ -81,12 +81,12 @@ def figure(plots: Sequence[Diagram]) -> MatplotlibFigure:
 
 
 def _plain(text: str) -> str:
-    """Return text that matplotlib shows as it is: a dollar would begin a formula."""
+    """Return text that matplotlib shows unchanged. An unescaped dollar would begin a formula."""
     return text.replace("$", r"\$")
 
 
 def save_figure(plots: Sequence[Diagram], path: Path) -> Path:
-    """Write diagrams to a file whose suffix is one of `SUFFIXES`, as a whole or not at all."""
+    """Write diagrams to a file whose suffix is one of `SUFFIXES`. After an error no incomplete file remains."""
     import io
 
     from hystfmu.base.files import write_bytes

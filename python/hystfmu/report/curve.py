@@ -8,7 +8,9 @@ from hystfmu.base.arrays import Array
 
 
 def path(x: Array, y: Array) -> str:
-    """Return a curve as SVG path data in relative steps of a tenth of a point, a third of the size of decimals."""
+    """Return a curve as SVG path data in relative steps of a tenth of a point. Decimals would need three times the
+    size.
+    """
     points = np.column_stack([x, y])
     tenths = np.round(10 * points).astype(int)
     steps = np.diff(tenths, axis=0)
@@ -17,14 +19,17 @@ def path(x: Array, y: Array) -> str:
 
 
 def dots(x: Array, y: Array) -> str:
-    """Return points as SVG path data: closed subpaths without length, which round ends make visible."""
+    """Return points as SVG path data: closed subpaths without length. Round line ends make them visible."""
     tenths = np.round(10 * np.column_stack([x, y])).astype(int)
     steps = np.diff(tenths, axis=0, prepend=0).tolist()
     return f"M{steps[0][0]} {steps[0][1]}z" + "".join(f"m{a} {b}z" for a, b in steps[1:])
 
 
 def thin(x: Array, y: Array, points: int, envelope: bool = False) -> tuple[Array, Array]:
-    """Return at most `points` of a curve, evenly many or with `envelope` the lowest and highest row of every piece."""
+    """Return at most `points` rows of a curve, evenly spaced.
+
+    With `envelope`, return the lowest and the highest row of every piece of the curve.
+    """
     n = len(x)
     if n <= points:
         return x, y

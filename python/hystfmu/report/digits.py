@@ -1,4 +1,4 @@
-"""Figures of a page: three digits, and a floor below which an error in percent says nothing."""
+"""Numbers on a page: three digits, and a floor for errors in percent."""
 
 from __future__ import annotations
 

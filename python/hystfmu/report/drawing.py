@@ -1,4 +1,4 @@
-"""Diagrams that stand alone: several <svg> elements in one, with their style; as a file of HTML or SVG."""
+"""Diagrams in a file of their own: one <svg> element with style contains several diagrams; HTML or SVG."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _STYLE = (
 
 
 def drawing(named: Sequence[tuple[str, str]], width: int, height: int) -> str:
-    """One <svg> element.
+    """Return one <svg> element that contains several diagrams.
 
     Parameters
     ----------
     named : sequence of (title, <svg> element)
     width, height : int
-        Of each element.
+        Size of each element.
     """
     columns = min(ACROSS, max(len(named), 1))
     whole = columns * width, -(-len(named) // columns) * (height + TITLE)
@@ -45,12 +45,12 @@ def drawing(named: Sequence[tuple[str, str]], width: int, height: int) -> str:
 
 
 def save(path: str | Path, title: str, svg: str) -> Path:
-    """Write a drawing to the file `path`, as a whole or not at all.
+    """Write a drawing to the file `path`. After an error no incomplete file remains.
 
     Raises
     ------
     InputError
-        A suffix other than .html and .svg, or a file that cannot be written.
+        The suffix is not .html or .svg, or the file cannot be written.
     """
     path = Path(path)
     if path.suffix == ".svg":

@@ -1,6 +1,7 @@
-"""A part of a page in which a reader moves the input of models by hand: the C core runs in the page.
+"""A part of a page in which a reader changes the input of models. The C core runs in the page.
 
-The part holds the core as WebAssembly, packed by deflate, and the block files of the models; it requests nothing.
+The part contains the core as WebAssembly, compressed by deflate, and the block files of the models. It makes no network
+requests.
 """
 
 from __future__ import annotations
@@ -24,9 +25,10 @@ MOST_MEASURED = 3000  # points
 
 @dataclass(frozen=True)
 class Slider:
-    """Values that a reader may move: name with unit of measure, first value reference, number, and range.
+    """Values that a reader may change: name with unit of measure, first value reference, number of values, and range.
 
-    A covariate moves from `lo` to `hi`, a parameter (both None) from 0 to twice the values of the block file.
+    A covariate ranges from `lo` to `hi`. For a parameter, `lo` and `hi` are None, and the range is from 0 to twice the
+    values of the block file.
     """
 
     name: str
@@ -38,7 +40,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Memory:
-    """States of a block that show its memory.
+    """States of a block that represent its memory.
 
     Attributes
     ----------
@@ -49,9 +51,9 @@ class Memory:
     node, place : int
         Index of the node, and of the first number among its states.
     widths, size : int
-        First value reference, and number, of the half-widths of plays.
+        First value reference and number of the half-widths of plays.
     names : tuple of str
-        Of other states.
+        Names of other states.
     """
 
     block: str
@@ -65,7 +67,7 @@ class Memory:
 
 @dataclass(frozen=True)
 class Driven:
-    """A graph to run: its block file, and the value references of its input and output."""
+    """A graph for the simulation: its block file, and the value references of input and output."""
 
     file: bytes
     u: int
@@ -74,7 +76,11 @@ class Driven:
 
 @dataclass(frozen=True)
 class Explored:
-    """A model: name, graph, inverse if it has one, step (s), range of the input, what to move, what to look at."""
+    """A model in the explorer.
+
+    It has a name, a graph, an inverse if there is one, a step (s), a range of the input, sliders, and displayed
+    memories.
+    """
 
     name: str
     graph: Driven
@@ -88,7 +94,7 @@ class Explored:
 
 @dataclass(frozen=True)
 class Explorer:
-    """Models on the same axes, over the measured points (u, y), each of shape (n,), if there are any."""
+    """Models on common axes, with the measured points (u, y), each of shape (n,), if there are any."""
 
     models: Sequence[Explored]
     u_label: str
@@ -96,7 +102,7 @@ class Explorer:
     measured: tuple[Array, Array] | None = None
 
     def html(self) -> str:
-        """The part as HTML."""
+        """Return the explorer as HTML."""
         data = {
             "core": packed_core(),
             "models": [_plain(asdict(m)) for m in self.models],
@@ -112,7 +118,7 @@ class Explorer:
 
 @functools.cache
 def packed_core() -> str:
-    """Return the core as base64 of a raw deflate stream."""
+    """Return the core as a raw deflate stream in base64."""
     return "".join(CORE.read_text(encoding="ascii").splitlines()[HEAD:])
 
 
@@ -126,7 +132,7 @@ def _plain(v: Any) -> Any:
 
 
 def _thinned(measured: tuple[Array, Array] | None) -> list[list[float]]:
-    """Return the points to draw, rounded to what a screen shows."""
+    """Return the points of the drawing, rounded to the resolution of a screen."""
     if measured is None:
         return []
     picked = np.unique(np.linspace(0, len(measured[0]) - 1, MOST_MEASURED).round().astype(int))

@@ -1,4 +1,4 @@
-"""A self-contained HTML page of tables, plots and explorers: one style, one script, no request."""
+"""A self-contained HTML page of tables, plots and explorers: one style, one script, no network requests."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _PRINTED = re.compile(r"(< )?[+-]?(\d+(\.\d*)?(e[+-]?\d+)?|inf|nan|-?)")
 
 @dataclass(frozen=True)
 class Table:
-    """A table: heading, rows of text or numbers, caption."""
+    """A table with heading, rows of text or numbers, and caption."""
 
     head: Sequence[str]
     rows: Sequence[Sequence[object]]
@@ -44,13 +44,13 @@ class Diagram(Protocol):
         ...
 
     def svg(self) -> str:
-        """The diagram as an <svg> element."""
+        """Return the diagram as an <svg> element."""
         ...
 
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a page: text, tables, diagrams, an explorer, folded tables; without a title the answer of the page."""
+    """A section of a page: text, tables, diagrams, explorer, folded tables. The answer of a page has no title."""
 
     title: str
     text: str = ""
@@ -61,7 +61,7 @@ class Section:
 
 
 def page(title: str, body: Sequence[str]) -> str:
-    """Return a whole page as HTML; `body` holds its parts, which are HTML already."""
+    """Return a complete page as HTML. `body` contains the parts of the page as HTML."""
     text, style = "\n".join(body), f"\n{_own('page.css')}"
     named = [*SCRIPTS, *(name for mark, names in PARTS.items() if mark in text for name in names)]
     script = "\n(() => {\n" + "\n".join(map(_own, named)) + "})();\n"
@@ -72,7 +72,7 @@ def page(title: str, body: Sequence[str]) -> str:
 
 @functools.cache
 def _own(name: str) -> str:
-    """Return a file of the folder `script` without comments, indentation and needless line breaks."""
+    """Return a file of the folder `script` without comments, indentation and unnecessary line breaks."""
     lines = (Path(__file__).with_name("script") / name).read_text(encoding="utf-8").splitlines()
     kept = (_COMMENT.sub("", line.strip()) for line in lines)
     return "".join(line if line[-1] in ";,{" else f"{line}\n" for line in kept if line)
@@ -83,12 +83,12 @@ def _number(v: object) -> str:
 
 
 def _to_the_right(cells: Sequence[object]) -> bool:
-    """Tell whether a column holds numbers or printed numbers only; `-` stands for no value."""
+    """Return whether a column contains only numbers or printed numbers; `-` means no value."""
     return all(not isinstance(c, bool) and _PRINTED.fullmatch(str(c)) for c in cells)
 
 
 def table(t: Table) -> str:
-    """Return a table as HTML, with numeric columns aligned to the right."""
+    """Return a table as HTML. Numeric columns are aligned to the right."""
     right = [NUMBER if t.rows and _to_the_right(column) else "" for column in zip(*t.rows, strict=True)]
     right = right or [""] * len(t.head)
     head = "".join(f'<th scope="col"{r}>{escape(h)}</th>' for h, r in zip(t.head, right, strict=True))

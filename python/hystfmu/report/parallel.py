@@ -1,7 +1,7 @@
-"""Parallel coordinates as inline SVG: an axis a row, a line from row to row for each draw.
+"""Parallel coordinates as inline SVG: a row for each axis, and a line across all rows for each draw.
 
-The axes lie across, one below the other, so that their names fit on a narrow screen, however many there are.  In a page
-`parallel.js` lets a reader choose a range on an axis.
+The axes are horizontal, one below the other. Therefore any number of axis names fits on a narrow screen. In a page, a
+reader can choose a range on an axis (`parallel.js`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ WIDTH, ROW, LEFT, RIGHT, TOP = 480, 54, 14, 14, 30
 
 @dataclass(frozen=True)
 class Coordinate:
-    """An axis: its name with unit of measure, its range, where each draw lies on it (0 to 1, shape (n,)); a limit."""
+    """An axis: name with unit of measure, range, position of each draw (0 to 1, shape (n,)), and a limit."""
 
     name: str
     lo: float
@@ -33,16 +33,16 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Parallel:
-    """Draws across axes.
+    """A diagram of draws across axes.
 
     Parameters
     ----------
     title : str
     axes : sequence of Coordinate
     good : array of bool, shape (n,)
-        Which draws are inside the limits.
+        Whether each draw is inside the limits.
     words : (str, str)
-        Of the good draws and of the others, for the legend.
+        Text of the legend for good draws, and for all other draws.
     """
 
     title: str
@@ -51,7 +51,7 @@ class Parallel:
     words: tuple[str, str]
 
     def svg(self) -> str:
-        """The diagram as an <svg> element."""
+        """Return the diagram as an <svg> element."""
         wide, height = WIDTH - LEFT - RIGHT, TOP + ROW * len(self.axes)
         heights: Array = TOP + ROW * (np.arange(len(self.axes), dtype=np.float64) + 0.6)
         out = [

@@ -1,7 +1,7 @@
 """A line plot as inline SVG, with round ticks and a legend.  The style sheet of the page sets the colours.
 
-A notebook shows a `Plot`, or a `Figure` of several.  `save` writes HTML or SVG, with matplotlib PNG or PDF too, and
-`matplotlib` gives its figure.
+A notebook shows a `Plot`, or a `Figure` of several plots. `save` writes HTML or SVG; with matplotlib it also writes PNG
+or PDF. `matplotlib` returns a figure of matplotlib.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LOOP_POINTS = 5000  # of a loop with many reversals
 
 @dataclass(frozen=True)
 class Line:
-    """One curve, or dots, or a shaded area inside the curve: x and y of equal shape (n,)."""
+    """A curve, dots, or the shaded area inside a curve. x and y have the same shape (n,)."""
 
     name: str
     x: Array
@@ -48,10 +48,10 @@ class Line:
 
 @dataclass(frozen=True)
 class Plot:
-    """A diagram with one or more lines; labels carry the units.
+    """A diagram with one or more lines. Labels include the units of measure.
 
-    `envelope` keeps the extremes of dense signals; at most `points` of each line are drawn; `height` is that of a
-    drawing 480 points wide; `log_x` is for x above 0.
+    `envelope` keeps the extremes of dense signals. At most `points` points of each line are drawn. `height` is the
+    height of the drawing for a width of 480 points. `log_x` makes the x axis logarithmic; all x must be above 0.
     """
 
     title: str
@@ -67,19 +67,19 @@ class Plot:
         return f"Plot({self.title!r}, {', '.join(line.name for line in self.lines)})"
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it."""
+        """Return HTML for a notebook."""
         return Figure([self])._repr_html_()
 
     def save(self, path: str | Path) -> Path:
-        """Write the diagram to `path`, as `Figure.save` does."""
+        """Write the diagram to `path`, see `Figure.save`."""
         return Figure([self]).save(path)
 
     def matplotlib(self) -> MatplotlibFigure:
-        """The diagram as a figure of matplotlib, as `Figure.matplotlib` gives it."""
+        """Return the diagram as a figure of matplotlib, see `Figure.matplotlib`."""
         return Figure([self]).matplotlib()
 
     def svg(self) -> str:
-        """The diagram as an <svg> element."""
+        """Return the diagram as an <svg> element."""
         curves = [
             thin(np.asarray(c.x, dtype=float), np.asarray(c.y, dtype=float), self.points, self.envelope and not c.dots)
             for c in self.lines
@@ -126,7 +126,7 @@ class Plot:
         return "".join(out)
 
     def _legend(self, left: float) -> tuple[list[str], int]:
-        """Return the names of the lines above the frame, and the number of rows that they take."""
+        """Return the legend above the frame, and the number of its rows."""
         out, at, y = [], left, 15
         for k, line in enumerate(self.lines):
             wide = 30 + 8.5 * len(line.name)
@@ -150,23 +150,23 @@ class Figure:
         return f"Figure({', '.join(repr(p.title) for p in self.plots)})"
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it."""
+        """Return HTML for a notebook."""
         return drawing([(p.title, p.svg()) for p in self.plots], WIDTH, HEIGHT)
 
     def save(self, path: str | Path) -> Path:
-        """Write the diagrams to `path`, as ``*.html`` or ``*.svg``, with matplotlib also as ``*.png`` or ``*.pdf``.
+        """Write the diagrams to `path`: ``*.html`` or ``*.svg``; with matplotlib also ``*.png`` or ``*.pdf``.
 
         Raises
         ------
         InputError
-            Another suffix, a file that cannot be written, or no matplotlib for one that needs it.
+            The suffix is another one, the file cannot be written, or matplotlib is needed and not installed.
         """
         if Path(path).suffix in SUFFIXES:
             return save_figure(self.plots, Path(path))
         return save(path, self.plots[0].title if self.plots else "HystFMU", self._repr_html_())
 
     def matplotlib(self) -> MatplotlibFigure:
-        """The diagrams as a figure of matplotlib, with all their rows, to add to or to save.
+        """Return the diagrams, with all rows of their data, as a figure of matplotlib.
 
         Raises
         ------

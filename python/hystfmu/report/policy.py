@@ -1,4 +1,4 @@
-"""Content-Security-Policy of a page: only its own scripts and styles are allowed, and no requests."""
+"""Content-Security-Policy of a page. It allows only the scripts and styles of the page, and no requests."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Sequence
 
 
 def policy(styles: Sequence[str], scripts: Sequence[str] = (), core: bool = False) -> str:
-    """Return the <meta> element that states the policy.  It stands before every style and script.
+    """Return the <meta> element that states the policy. It must be in front of every style and script.
 
     Parameters
     ----------
     styles, scripts : sequence of str
-        All that stands between the tags of each <style> and <script> element, line ends included.
+        Complete text between the tags of each <style> and <script> element, including line ends.
     core : bool
         Whether the page compiles WebAssembly.
     """

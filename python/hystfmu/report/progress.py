@@ -1,4 +1,4 @@
-"""Progress on a terminal: the finished share, the rate, the time left; no output in a pipe or with -q."""
+"""Progress on a terminal: finished share, rate and remaining time. There is no output in a pipe or with -q."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ BAR = 20  # characters
 
 
 class Bar:
-    """One line on stderr that is drawn anew.
+    """A progress bar: one line on stderr that is overwritten.
 
     Parameters
     ----------
     label : str
-        What is done.
+        Name of the work.
     clock : function
-        Seconds.
+        Returns the time in seconds.
     """
 
     def __init__(self, label: str, clock: Callable[[], float] = time.monotonic) -> None:
@@ -31,7 +31,7 @@ class Bar:
         self._begin, self._drawn = clock(), float("-inf")
 
     def line(self, fraction: float, rate: str = "") -> str:
-        """Return the line for a fraction done; without a rate of its own it is that of percent."""
+        """Return the line for a fraction done. If `rate` is empty, the rate is in percent per second."""
         seconds = self._clock() - self._begin
         done = min(max(fraction, 0.0), 1.0)
         parts = [f"{seconds:.0f} s"]
@@ -41,7 +41,7 @@ class Bar:
         return f"{self._label}  [{'#' * full}{'-' * (BAR - full)}] {100 * done:3.0f} %  {', '.join(parts)}"
 
     def draw(self, fraction: float, rate: str = "") -> None:
-        """Draw the line, at most every `PAUSE`."""
+        """Draw the line, at most once per `PAUSE` (s)."""
         if self._clock() - self._drawn < PAUSE:
             return
         self._drawn = self._clock()
@@ -60,7 +60,7 @@ class Bar:
 
 
 def span(seconds: float) -> str:
-    """Return a time that is left: seconds, or minutes and seconds, or hours and minutes."""
+    """Return a remaining time as text: seconds, or minutes and seconds, or hours and minutes."""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"

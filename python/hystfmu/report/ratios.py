@@ -1,4 +1,4 @@
-"""Ratios of figures to their bounds, as dots on a logarithmic axis, as inline SVG."""
+"""Ratios of figures to their bounds, shown as dots on a logarithmic axis in inline SVG."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ MOST_DECADES = 4.0  # on each side of 1; what is farther away stands at the edge
 
 @dataclass(frozen=True)
 class Ratio:
-    """A figure over its bound (> 0): below 1 it is better, `good` says whether it counts as met; another one beside."""
+    """Ratio of a figure to its bound (> 0). Below 1 is better; `good` states whether the bound is met.
+
+    `other` is a second ratio for comparison.
+    """
 
     name: str
     value: float
@@ -27,7 +30,7 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Ratios:
-    """A diagram of ratios; `words` name the figures and the others, for the legend."""
+    """A diagram of ratios. `words` contains the text of the legend for the figures and for the other ratios."""
 
     title: str
     label: str
@@ -35,7 +38,7 @@ class Ratios:
     words: tuple[str, str]
 
     def svg(self) -> str:
-        """The diagram as an <svg> element."""
+        """Return the diagram as an <svg> element."""
         lo, hi = self._decades()
         top, across = 26, (WIDTH - LEFT - RIGHT) / (hi - lo)
         bottom = top + ROW * len(self.ratios)
@@ -77,7 +80,7 @@ class Ratios:
         return "".join([*out, f"{escape(self.label)}</text></svg>"])
 
     def _decades(self) -> tuple[float, float]:
-        """Return the ends of the axis as powers of ten, with 1 inside."""
+        """Return the ends of the axis as powers of ten. The axis contains 1."""
         values = [v for r in self.ratios for v in (r.value, r.other) if v is not None and 0 < v < math.inf]
         logs = [min(max(math.log10(v), -MOST_DECADES), MOST_DECADES) for v in values] or [0.0]
         return min(-0.5, min(logs) - 0.1), max(0.5, max(logs) + 0.1)

@@ -18,7 +18,7 @@ _LEAST = 20  # characters of a terminal that tables are fitted to
 
 
 def width() -> int | None:
-    """Return the characters in a line of the terminal on stdout; None if stdout is a file or a pipe."""
+    """Return the number of characters in a line of the terminal; None if stdout is a file or a pipe."""
     if not sys.stdout.isatty():
         return None
     return max(shutil.get_terminal_size().columns, _LEAST)
@@ -27,8 +27,8 @@ def width() -> int | None:
 def table(head: Sequence[str], rows: Sequence[Sequence[Any]], keys: int = 1) -> str:
     """Return a text table with numbers aligned to the right.
 
-    In a terminal, a table that is too wide wraps its cells between words.  If this is not sufficient, it becomes
-    several tables with the same first columns.
+    In a terminal, the cells of a table that is too wide are wrapped between words. If this is not sufficient, the table
+    is split into several tables with the same first columns.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[Any]], keys: int = 1) -> 
     rows : sequence of sequence
         Cells; shape (rows, columns).
     keys : int
-        Number of first columns that name a row.
+        Number of the first columns, which name a row.
     """
     columns = [_Column([printable(str(row[k])) for row in (head, *rows)]) for k in range(len(head))]
     most = width()
@@ -46,7 +46,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[Any]], keys: int = 1) -> 
 
 
 class _Column:
-    """Cells of a column, the first of them its head, and the width of the column."""
+    """Cells and width of a column. The first cell is the head."""
 
     def __init__(self, cells: list[str]) -> None:
         self.cells = cells
@@ -67,7 +67,7 @@ def _total(widths: Iterable[int]) -> int:
 
 
 def _parts(columns: list[_Column], keys: int, most: int) -> list[list[_Column]]:
-    """Split columns into groups that fit between words, each with the columns that name a row."""
+    """Split columns into groups that fit the width. Each group starts with the columns that name a row."""
     first = columns[:keys]
     for c in columns:  # a word longer than the terminal, such as a path, breaks
         c.least = min(c.least, (most - _GAP * keys) // (keys + 1))
@@ -81,7 +81,7 @@ def _parts(columns: list[_Column], keys: int, most: int) -> list[list[_Column]]:
 
 
 def _fitted(columns: list[_Column], most: int) -> list[_Column]:
-    """Narrow the widest columns until all fit."""
+    """Narrow the widest columns until all columns fit."""
     fitted = [_Column(c.cells) for c in columns]
     for new, old in zip(fitted, columns, strict=True):
         new.least, new.right = old.least, old.right
@@ -113,7 +113,7 @@ def _is_number(text: str) -> bool:
 
 
 def paragraphs(text: str) -> str:
-    """Wrap sentences between words at the width of the terminal.
+    """Wrap sentences between words to the width of the terminal.
 
     Lines with aligned columns, and lines with a command that may be copied, are not changed.
     """
@@ -131,7 +131,7 @@ def _sentence(line: str, most: int) -> str:
 
 
 def loop(u: Array, y: Array, title: str, width: int = 72, height: int = 20) -> str:
-    """Draw a hysteresis loop, y over u, each of shape (n,), as text of `width` by `height` characters."""
+    """Draw y over u, each of shape (n,), as text of `width` by `height` characters."""
     import plotext as plt
 
     plt.clear_figure()

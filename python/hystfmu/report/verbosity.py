@@ -1,6 +1,6 @@
-"""Amount of output of a command: only problems with -q, also details and actions with -v.
+"""Amount of output of a command: -q prints only problems, -v also prints details and actions.
 
-The level belongs to the command that runs.  Outside of one it is `NORMAL`.
+The level belongs to the running command. Outside of a command it is `NORMAL`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _VERDICT = re.compile("|".join(rf"(?:^|(?<=  ))(?P<{c}>{words})(?=  |$)" for c, 
 
 
 def level() -> int:
-    """Return the level of the command that runs."""
+    """Return the level of the running command."""
     context = click.get_current_context(silent=True)
     return NORMAL if context is None else int(context.meta.get(_KEY, NORMAL))
 
@@ -33,9 +33,9 @@ def set_level(context: click.Context, to: int) -> None:
 
 
 def echo(text: str, err: bool = False, nl: bool = True) -> None:
-    """Print on stdout or stderr: everything that a command says, but JSON, which is ASCII, goes through here.
+    """Print text on stdout or stderr. All output of a command uses this function, except JSON, which is ASCII.
 
-    Verdicts in tables are coloured in a terminal, unless the environment variable NO_COLOR is set.
+    In a terminal, verdicts in tables are coloured unless the environment variable NO_COLOR is set.
     """
     text = printable(text, lines=True)
     if not err and not os.environ.get("NO_COLOR"):  # click removes colours from what goes to a file or a pipe
@@ -44,40 +44,40 @@ def echo(text: str, err: bool = False, nl: bool = True) -> None:
 
 
 def tell(text: str) -> None:
-    """Print tables and sentences; in a terminal, sentences are wrapped between words."""
+    """Print tables and sentences. In a terminal, sentences are wrapped between words."""
     from hystfmu.report.terminal import paragraphs
 
     echo(paragraphs(text))
 
 
 def say(text: str) -> None:
-    """Print a result, or a remark on it; nothing with -q."""
+    """Print a result, or a remark on a result. With -q, print nothing."""
     if level() > QUIET:
         tell(text)
 
 
 def detail(text: str) -> None:
-    """Print what is behind a result, with -v only."""
+    """Print the details behind a result, with -v only."""
     if level() >= VERBOSE:
         tell(text)
 
 
 def wrong(lines: Sequence[str]) -> None:
-    """Print what failed, with -q only: other levels have it among the results."""
+    """Print failures, with -q only. On other levels, the printed results already contain the failures."""
     if level() <= QUIET:
         for line in lines:
             echo(line)
 
 
 def verdict(text: str, good: bool) -> None:
-    """Print a verdict: on stdout in green, or on stderr in red; a file or a pipe gets no colour."""
+    """Print a verdict: in green on stdout, or in red on stderr. In a file or a pipe there is no colour."""
     text = printable(text, lines=True)
     click.echo(text if os.environ.get("NO_COLOR") else click.style(text, fg="green" if good else "red"), err=not good)
 
 
 @contextmanager
 def timed(what: str) -> Iterator[None]:
-    """Print on stderr how long a step took, with -v only."""
+    """Print the duration of a step on stderr, with -v only."""
     begin = time.monotonic()
     yield
     if level() >= VERBOSE:

@@ -31,7 +31,9 @@ _CHUNK = 4096  # rows
 
 @dataclass(frozen=True)
 class FmuRun:
-    """Outputs of a run by name, at the times `t` (s); `note` is the reason why it ended before the stop time."""
+    """Outputs of a run by name, at the times `t` (s). If the run ended before the stop time, `note` states the
+    reason.
+    """
 
     path: str
     t: Array
@@ -44,7 +46,7 @@ class FmuRun:
         return {"file": self.path, "rows": len(self.t), "final": final, "note": self.note}
 
     def lines(self) -> list[str]:
-        """Return lines for the terminal: least, greatest and last value of each output."""
+        """Return lines for the terminal: smallest, largest and last value of each output."""
         span = f"{self.t[0]:g} to {self.t[-1]:g} s"
         lines = [f"{self.path}: {len(self.t)} rows, {span}" + (f"; {self.note}" if self.note else "")]
         named = [(printable(name), y) for name, y in self.values.items()]
@@ -56,7 +58,7 @@ class FmuRun:
 
 @dataclass(frozen=True)
 class Task:
-    """Inputs of a run.  `signals` has a column per element of `driven`, at the times `t` (s)."""
+    """Inputs of a run. `signals` has a column for each element of `driven`, at the times `t` (s)."""
 
     foreign: Foreign
     driven: tuple[ForeignPort, ...]
@@ -77,27 +79,28 @@ def run_fmu(
     out: str | Path | None = None,
     confined: bool = True,
 ) -> FmuRun:
-    """Run an FMU of FMI 1.0, 2.0 or 3.0 by itself, in a child process.
+    """Run an FMU of FMI 1.0, 2.0 or 3.0 without a scenario, in a child process.
 
-    Co-Simulation is preferred; Model Exchange runs with an adaptive integrator whose local error is 1e-8.  Inputs are
-    set at the beginning of a step and held.  Between the rows of the file continuous inputs are interpolated; all
-    others keep the value of the last row.
+    If the FMU supports Co-Simulation, this interface is used. Otherwise Model Exchange runs with an adaptive integrator
+    whose local error is 1e-8. Inputs are set at the beginning of a step and are constant during the step. Continuous
+    inputs are interpolated between the rows of the file. All other inputs keep the value of the last row.
 
     Parameters
     ----------
     path : path
         The FMU.
     given : path, optional
-        Table with a column of time and a column for each driven input with its name (`u`, or `u_1`, `u_2` of an array).
-        Inputs without a column keep their start values.
+        Table with a column of time and a column for each driven input. A column has the name of its input (`u`, or
+        `u_1`, `u_2` for an array). Inputs without a column keep their start values.
     settings : mapping, optional
         Values of parameters by name.
     step, stop : float, optional
-        Step and stop time (s); by default those of the default experiment; the end may be the last time in the table.
+        Step and stop time (s); by default the values of the default experiment. Without a stop time there, the run ends
+        at the last time in the table.
     out : path, optional
-        File to write the outputs to.
+        File for the outputs.
     seconds, confined
-        As `Run`.
+        See `Run`.
 
     Raises
     ------
@@ -201,7 +204,10 @@ def _task(
 
 # ---- in the child ------------------------------------------------------------------------------------------------
 def _inputs(task: Task, times: Array) -> Array:
-    """Inputs at the given times: continuous ones on the line between two rows, all others as in the row before."""
+    """Return the inputs at the given times.
+
+    Continuous inputs are interpolated between two rows. All other inputs have the value of the previous row.
+    """
     columns = [p.variable for p in task.driven for _ in range(p.size)]
     found = np.empty((len(times), len(columns)))
     near = 1e-9 * task.step  # a row at a communication point counts, in spite of rounding
@@ -213,7 +219,7 @@ def _inputs(task: Task, times: Array) -> Array:
 
 
 def _steps(task: Task, file: IO[bytes]) -> dict[str, Any]:
-    """Step the FMU; write a row of outputs for each step, and return how many there are and why it ended early."""
+    """Step the FMU, write a row of outputs per step, and return the number of rows and the reason for an early end."""
     said: list[str] = []
     outputs = [(p.variable, p.size) for p in task.foreign.ports if p.kind == "output"]
     inputs = [(p.variable, p.size) for p in task.driven]

@@ -30,10 +30,10 @@ from hystfmu.scenario.system.system import System
 
 @dataclass(frozen=True)
 class Plan:
-    """One scenario: the cases that run, and its baseline (None where there is none, or without guard on a record).
+    """One scenario: the cases that run, and the baseline (None if there is none, or when recording without guard).
 
-    `strict`: a change, or a case without baseline, is a failure. Without any baseline, as for a scenario built in
-    Python or on a first run, and with overridden values, only the limits are tested, and `note` states this.
+    If `strict` is True, a change or a case without baseline is a failure. Only the limits are tested if values are
+    overridden or if there is no baseline, as for a scenario built in Python or on a first run. `note` then states this.
     """
 
     scenario: Scenario
@@ -46,7 +46,7 @@ class Plan:
 def read(
     paths: Sequence[str | Path | Scenario], overrides: Mapping[str, Any], coupling: Scheme | None
 ) -> list[Scenario]:
-    """The scenarios, with overrides and coupling of the command line on top; a folder may hold several."""
+    """Read scenarios, and apply overrides and coupling of the command line. A folder may contain several scenarios."""
     for key in overrides:
         split_end(key, "--set")
     changes = dict(overrides)
@@ -62,7 +62,7 @@ def read(
 def plan(
     scenarios: Sequence[Scenario], case: str | Sequence[str] | None, overrides: Mapping[str, Any], record: bool
 ) -> list[Plan]:
-    """Build the cases; all errors of the input are found here, by an InputError, before anything runs."""
+    """Build the cases. All errors of the input raise an InputError here, before any case runs."""
     names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
     wanted = (case,) if isinstance(case, str) else names if case is None else case
     if unknown := next((name for name in wanted if name not in names), None):
@@ -89,8 +89,10 @@ def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool, strict:
 
 
 def _without_own(scenario: Scenario, case: Case) -> Case:
-    """Return the case without absolute overrides of its own settings, so that for example a loop without feedback
-    remains one."""
+    """Return the case without absolute overrides of its own settings.
+
+    For example, a loop without feedback stays a loop without feedback.
+    """
     own = {key for c in scenario.spec.case if c.name == case.name for key in c.set}
     relative = {k for k, v in case.overrides.items() if isinstance(v, str) and v.startswith("*")}
     return replace(case, overrides={k: v for k, v in case.overrides.items() if k not in own - relative})
@@ -110,7 +112,7 @@ def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) ->
 def run_case(
     system: System, plan: Plan, run: Run, store: FmuStore, out: str | Path | None, advance: Callable[[int], None]
 ) -> tuple[Result, Record | None]:
-    """Run a case, compare it with limits and baseline; also return data for a baseline, None if a unit stopped the run.
+    """Run a case, and compare it with limits and baseline. Also return data for a baseline; None if the run stopped.
 
     All outputs go to `out` as CSV. `advance` is called with the number of rows since the last call; their sum is the
     number of rows of the case.
@@ -155,22 +157,22 @@ def run_scenarios(
     Parameters
     ----------
     paths : sequence of path or Scenario
-        Folders that hold a scenario.toml, folders of these, the files themselves, or scenarios that were read or built.
+        Folders with a scenario.toml, folders of such folders, files scenario.toml, or Scenario objects.
     run : Run, optional
-        How they run.
+        Options of the run.
     record, report_dir, overrides, confirm, case, out
-        As `hystfmu.run` (`report_dir`: its `report`, `overrides`: its `set`); a guard uses the old baseline, so a
-        larger value is recorded only after this file is deleted.
+        See `hystfmu.run`; there `report_dir` is `report`, and `overrides` is `set`. A guard uses the old baseline.
+        Therefore a larger value is recorded only after the old baseline is deleted.
 
     Returns
     -------
     list of Result
-        In the order of the files and their cases.
+        Results in the order of the files and their cases.
 
     Raises
     ------
     InputError
-        Bad scenario, model or override; before anything runs.
+        A scenario, a model or an override is invalid. The error occurs before any case runs.
     """
     run, overrides = run or Run(), dict(overrides or {})
     if record and (overrides or run.coupling):
@@ -206,7 +208,7 @@ def run_scenarios(
 
 
 def _share_done(plans: Sequence[Plan], progress: Callable[[float], None]) -> Callable[[int], None]:
-    """Report the fraction done, counted in rows."""
+    """Return a function that counts rows and reports the fraction done."""
     total, done = sum(system.n_steps + 1 for p in plans for system in p.systems), 0
 
     def advance(rows: int) -> None:
@@ -218,7 +220,7 @@ def _share_done(plans: Sequence[Plan], progress: Callable[[float], None]) -> Cal
 
 
 def _save(recorded: Sequence[tuple[Plan, dict[str, Record]]], confirm: Callable[[list[Change]], bool]) -> None:
-    """Write the new baselines, if there are any and the changes are confirmed."""
+    """Write the new baselines if the changes are confirmed."""
     found = [(p.scenario.folder, p.scenario.spec, runs) for p, runs in recorded if p.scenario.folder is not None]
     if found and confirm([c for f, spec, runs in found for c in changes(spec.name, Baseline.load(f), runs)]):
         for folder, spec, runs in found:

@@ -1,8 +1,8 @@
 """The loop around a fitted model: plants that agree with the record, comparison of controllers, a scenario with a
 verdict.
 
-A controller is taken only if it keeps its margins over the whole set of plants, and if every drawn device stays bounded
-in simulation. Otherwise the loop consists of feed-forward and inverse, and a note says so.
+A controller is used only if it meets its margins for all plants of the set, and if every drawn device stays bounded in
+simulation. Otherwise the loop consists of feed-forward and inverse, and a note states this.
 """
 
 from __future__ import annotations
@@ -42,27 +42,27 @@ SLOW = 0.02  # of the band: a bandwidth below is a slow integrator
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """A loop that has run.
+    """A simulated loop with its results.
 
     Attributes
     ----------
     device : Device
     race : Race
-        Structures with their figures, best first; empty if no feedback is allowed.
+        Comparison of structures, best first; empty if no feedback is allowed.
     contenders : tuple of Contender
-        The same structures with figures for the user.
+        The structures of `race`, with figures for the user.
     tuned : Tuned or None
-        Controller of the loop; None: feed-forward alone.
+        Controller of the loop; None for feed-forward alone.
     misfit : Misfit
     promises : tuple of Promise
-        Errors on the device, one for each reference.
+        Expected errors on the device, one for each reference.
     steps : tuple of StepResponse
-        Overshoot and settling of the references that jump.
+        Overshoot and settling time for each reference with jumps.
     results : Results
-        Of the cases of the scenario.
+        Results of the cases of the scenario.
     margins : MarginTable
     reasons : tuple of str
-        Gaps of the record, and reasons for missing feedback.
+        Properties that the record does not show, and reasons for missing feedback.
     """
 
     device: Device
@@ -78,12 +78,16 @@ class ClosedLoop:
 
     @property
     def approved(self) -> bool:
-        """True if the model follows its record, margins hold over the set, draws are bounded and requirements met."""
+        """True if the loop is approved.
+
+        The model must follow its record, the margins must hold for all plants of the set, all drawn devices must stay
+        bounded, and all requirements must be met.
+        """
         return self.results.passed and not self.margins.broken() and not self.misfitted
 
     @property
     def misfitted(self) -> tuple[str, ...]:
-        """The reason why the model does not follow its record; empty if it does."""
+        """Reason why the model does not follow its record; empty if it follows the record."""
         return tuple({p.why for p in self.promises if p.why.endswith(OTHER_KIND)})
 
     @property
@@ -93,7 +97,7 @@ class ClosedLoop:
 
     @property
     def feedback(self) -> str:
-        """``full``, ``slow`` (an integrator far below what the record shows) or ``none``."""
+        """``full``, ``slow`` or ``none``. ``slow`` is an integrator far below the band of the record."""
         if self.tuned is None:
             return "none"
         return "full" if self.tuned.bandwidth >= SLOW * self.device.band or self.device.plant.f_n else "slow"
@@ -108,27 +112,28 @@ def close(
     told: Callable[[str], None],
     shown: Callable[[str], AbstractContextManager[Callable[[float], None]]],
 ) -> ClosedLoop:
-    """Invert, tune, and run the scenario.
+    """Invert the model, tune a controller, and run the scenario of the loop.
 
     Parameters
     ----------
     model : Model
-        Fitted to `data`.
+        Model that was fitted to `data`.
     data : Dataset
     folder : Path
-        For the scenario.
+        Folder for the scenario.
     name : str
-        Of the scenario.
+        Name of the scenario.
     asked : Requirements
     told : function
         Called with a line at the end of each step.
     shown : function
-        Called with the name of a long step; returns a context with a function of the fraction done.
+        Called with the name of a long step. It returns a context manager, which yields a function for the fraction
+        done.
 
     Raises
     ------
     InputError
-        The model does not fit into a loop, a reference is not possible, or a requirement is not met.
+        The model cannot be used in a loop, a reference is not possible, or a requirement is not met.
     """
     amplifier = asked.amplifier or Amplifier()
     found = device(model, data, asked.resonance, (amplifier.low, amplifier.high))
@@ -186,7 +191,7 @@ def close(
 
 
 def _margins(into: Path) -> tuple[MarginTable, str]:
-    """Return the margins of a scenario, and the first one that is missed; empty if all are met."""
+    """Return the margins of a scenario, and a line for the first missed margin; empty if none is missed."""
     try:
         table = margin_table([into])
     except InputError as e:  # such as a case that its command drives into saturation
@@ -203,7 +208,7 @@ def _raced(found: Device, plants: PlantSet, aim: Aim, asked: Requirements) -> Ra
 
 
 def _aim(found: Device, missed: Misfit, tried: tuple[Tried, ...]) -> Aim:
-    """Return the disturbances of the loop, averaged over the references."""
+    """Return the aim of the tuning: the disturbances of the loop, averaged over the references."""
     f = np.unique(np.concatenate([t.frequency * HARMONICS for t in tried]))
     f = f[f < 0.45 / found.h]
     if found.band:
@@ -220,7 +225,7 @@ def _aim(found: Device, missed: Misfit, tried: tuple[Tried, ...]) -> Aim:
 def _said(t: Tuned) -> str:
     return (
         f"{t.structure.text}, Ki {t.Ki:g} 1/s, bandwidth {t.bandwidth:.3g} Hz, Ms {t.ms_db:.1f} dB, "
-        f"{t.set_ms_db:.1f} dB over all devices that the record leaves possible"
+        f"{t.set_ms_db:.1f} dB over all devices that agree with the record"
     )
 
 
@@ -236,7 +241,7 @@ class _Plan:
     name: str
 
     def run(self, tuned: Tuned | None, folder: Path, progress: Callable[[float], None]) -> tuple[Results, Path, str]:
-        """Run and record the scenario; the last value names a drawn device that does not stay bounded."""
+        """Run the scenario and record its results; the last returned value names a device that becomes unbounded."""
         limits: dict[str, float] = {}
         if tuned is not None:
             limits = self.bounds()
@@ -251,7 +256,7 @@ class _Plan:
         return results, into, f"case {bad[0].case}: {bad[0].failures()[0]}" if bad else ""
 
     def contenders(self, outcome: Race, plants: PlantSet, aim: Aim) -> tuple[Contender, ...]:
-        """Return the structures with errors by reference and a simulated jump."""
+        """Return the structures with an error for each reference and the response to a simulated jump."""
         rows = []
         jump = next((t for t in self.tried if t.jumps), None)
         for tuned in outcome.found:
@@ -268,7 +273,7 @@ class _Plan:
         return tuple(rows)
 
     def shaped(self, tuned: Tuned | None) -> float:
-        """Return the factor by which jumps must be shaped slower than usual to meet the required overshoot."""
+        """Return the factor by which the shaping of jumps must be slower than usual to meet the required overshoot."""
         jumps = [t for t in self.tried if t.jumps]
         for slower in SLOWER if jumps else ():
             loop = self.scenario(tuned, {}, slower)
@@ -280,7 +285,7 @@ class _Plan:
         return SLOWER[0]
 
     def too_fast(self, t: Tried, result: Result) -> str:
-        """Return a line if a reference needs a faster amplifier than the given one; otherwise an empty string."""
+        """Return a line if the given amplifier is too slow for a reference; otherwise an empty string."""
         amplifier, trace = self.asked.amplifier, result.trace
         if amplifier is None or trace is None:
             return ""
@@ -291,7 +296,7 @@ class _Plan:
         return f"{t.name}: needs a slew rate of {needs:.3g}; the amplifier has {amplifier.slew:.3g}"
 
     def bounds(self) -> dict[str, float]:
-        """Return the largest accepted error of each drawn device: feedback must not increase it much."""
+        """Return the largest allowed error of each drawn device: twice its error without feedback, plus noise."""
         loop = self.scenario(None, {})
         noise = 100 * NOISY * self.found.noise / (2 * self.tried[0].amplitude)
         return {
@@ -300,7 +305,7 @@ class _Plan:
         }
 
     def scenario(self, tuned: Tuned | None, limits: dict[str, float], slower: float = 1.0) -> Scenario:
-        """Build the scenario; references with jumps are shaped slower by the given factor."""
+        """Build the scenario. The shaping of references with jumps is slower by the factor `slower`."""
         p = self
         loop = loop_scenario(p.found, tuned, p.ahead, p.missed, p.tried, p.asked, p.name, limits, slower)
         if tuned is None:

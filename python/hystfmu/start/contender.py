@@ -1,4 +1,4 @@
-"""A compared controller structure with figures for the user: error of each reference, and step response."""
+"""A compared controller structure, with an error for each reference and a step response."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from hystfmu.start.step_response import StepResponse
 
 @dataclass(frozen=True)
 class Contender:
-    """One row of the table.
+    """One row of the comparison table.
 
     Attributes
     ----------
     tuned : Tuned
     errors : dict of str to float
-        Expected RMS error by reference, in percent of peak to peak; of references that do not jump.
+        Expected RMS error in percent of peak to peak, for each reference without jumps.
     step : StepResponse or None
-        Of the first reference that jumps, simulated with the identified device.
+        Response to the first reference with jumps, simulated with the identified device.
     """
 
     tuned: Tuned

@@ -1,8 +1,8 @@
-"""A fitted model for a loop: its hysteresis with an inverse, linear dynamics after it, and unknown properties.
+"""Parts of a fitted model for a loop: hysteresis with inverse, linear dynamics, and unknown properties.
 
-The dynamics are those that the record shows (`hystfmu.identify.evidence`), not those that a fit needed: a natural
-frequency outside the band in which input and output are coherent is a guess. Such a model counts as static, with a
-possible resonance at any frequency above the band.
+The dynamics are taken from the evidence in the record (`hystfmu.identify.evidence`), not from the fit. If a fitted
+natural frequency lies outside the band in which input and output are coherent, the record does not determine it. The
+model is then static, with a possible resonance at any frequency above the band.
 """
 
 from __future__ import annotations
@@ -52,13 +52,13 @@ class Device:
     Attributes
     ----------
     model : Model
-        Hysteresis and creep, without dynamics.
+        Model of hysteresis and creep, without dynamics.
     inverse : Model
-        Its inverse.
+        Inverse of `model`.
     plant : Plant
-        Dynamics after it, as the record shows them, without computing time.
+        Dynamics after the hysteresis, as the record shows them. Computing time is not included.
     errors : tuple of (float, float, float)
-        Standard errors of frequency (Hz), damping and share of each mode.
+        Standard errors of frequency (Hz), damping ratio and share for each mode.
     delay_error : float
         Standard error of the delay (s).
     unseen : Unseen or None
@@ -66,20 +66,20 @@ class Device:
     h : float
         Step (s).
     frequency : float
-        Frequency of references (Hz): that of the record, limited by the step.
+        Frequency of the references (Hz). It is the frequency of the record, limited by the step.
     band : float
-        Highest frequency at which input and output are coherent (Hz); 0: none.
+        Highest frequency at which input and output are coherent (Hz); 0 if there is no such frequency.
     noise : float
         RMS of the noise of the sensor.
     low, high, rest : float
-        Least and largest output that the input range reaches and keeps for the time of a run (creep may reduce the
-        range of a quick sweep), and output before the first step, in its unit of measure.
+        Smallest and largest output that the device keeps for the time of a run, and output before the first step, in
+        the unit of measure of y. Because of creep, a quick sweep may have another range.
     commands : (float, float)
         Range of the input in the record.
     falling : bool
         Whether the output decreases with the input, as for a contracting stack.
     notes : tuple of str
-        Gaps of the record.
+        Properties that the record does not show.
     """
 
     model: Model
@@ -123,16 +123,16 @@ def device(
     model : Model
         Fitted to `data`.
     data : Dataset
-        Data of the fit; their input determines the speed of references.
+        Data of the fit. Their input determines the speed of the references.
     resonance : (float, float), optional
-        Frequency (Hz) and damping ratio of a mode that the user knows.
+        Frequency (Hz) and damping ratio of a mode that the user states.
     commands : (float, float)
-        Range of the amplifier; if finite, it replaces that of the record.
+        Range of the amplifier. A finite limit replaces the limit of the record.
 
     Raises
     ------
     InputError
-        The model has further inputs, dynamics within its hysteresis, no inverse, or an output that is not lasting.
+        The model has further inputs, dynamics within its hysteresis, or no inverse, or its output does not last.
     """
     if fault := unsuited(model):
         raise InputError(f"{data.path or data.name}: {fault}")
@@ -146,7 +146,7 @@ def device(
     low, high, falling = reach(static, math.ceil(PERIODS / (frequency * data.h)))
     if not high > low:
         raise InputError(
-            f"{data.path or data.name}: A loop is made for an output that lasts. {model.key} loses it all."
+            f"{data.path or data.name}: A loop needs an output that lasts. The output of {model.key} does not."
         )
     return Device(
         static,
@@ -169,9 +169,10 @@ def device(
 
 
 def _determined(evidence: Evidence) -> tuple[Mode, ...]:
-    """Return the modes of a record; none if they do not form a plant of static gain 1.
+    """Return the modes of a record; empty if the modes do not form a plant of static gain 1.
 
-    A mode above half the sampling rate of the record appears as a broad mode below it, with a meaningless share.
+    A mode above half the sampling rate of the record appears as a broad mode below this frequency. The share of such a
+    mode is meaningless.
     """
     modes = tuple(m for m in evidence.modes if m.share_se < SHARE_KNOWN and m.f_n_se < FREQUENCY_KNOWN * m.f_n)
     return modes if SHARES[0] < sum(m.share for m in modes) < SHARES[1] else ()
@@ -180,7 +181,7 @@ def _determined(evidence: Evidence) -> tuple[Mode, ...]:
 def described_to(evidence: Evidence, plant: Plant) -> float:
     """Return the frequency up to which a plant describes the response of the record (Hz), within its coherent band.
 
-    This frequency is below a resonance that the record shows but does not determine.
+    If the record shows a resonance but does not determine it, this frequency is below the resonance.
     """
     lowest, highest = evidence.band
     ratio = evidence.gain / np.abs(
@@ -196,7 +197,7 @@ def described_to(evidence: Evidence, plant: Plant) -> float:
 
 
 def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str]]:
-    """Return the dynamics that the record shows, and a line for each gap."""
+    """Return the dynamics that the record shows, and a line for each property that it does not show."""
     modes = _determined(evidence)
     plant = Plant(
         tuple(m.f_n for m in modes),
@@ -208,9 +209,9 @@ def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str
     top = described_to(evidence, plant)
     if modes:
         return plant, errors, [f"nothing is known of the device above {top:.4g} Hz"]
-    seen = "the record does not show at any frequency how fast the device answers"
+    seen = "the record does not show the speed of the device at any frequency"
     if top:
-        seen = f"the record shows no resonance up to {top:.4g} Hz, and nothing above"
+        seen = f"the record shows no resonance up to {top:.4g} Hz, and gives no information above this frequency"
         if top < evidence.band[1]:
             seen = f"above {top:.4g} Hz no mode that the record determines describes its response"
     fitted = [n for n in (split(model) or Parts(model, ())).tail if n.type == DYNAMICS]
@@ -218,9 +219,9 @@ def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str
 
 
 def _behind_hold(model: Model, evidence: Evidence) -> float:
-    """Return the delay after a held command (s), without the half step of the hold itself.
+    """Return the delay of the device after a held command (s), without the half step of the hold.
 
-    If the record does not show the delay, that of the fit is used.
+    If the record does not show the delay, the delay of the fit is used.
     """
     if not np.isfinite(evidence.delay_se):
         return float(model.fit.get("delay", 0.0))
@@ -228,16 +229,16 @@ def _behind_hold(model: Model, evidence: Evidence) -> float:
 
 
 def _within(model: Model, commands: tuple[float, float]) -> Model:
-    """Return the model for another range of its input."""
+    """Return the model with another range of its input."""
     lo, hi = input_range(model, "A loop must have the input range of its model")
     low, high = (b if math.isfinite(b) else a for a, b in zip((lo, hi), commands, strict=True))
     if not low < high:
-        raise InputError(f"The range of the amplifier must overlap that of the record, {lo:g} to {hi:g}. Got none.")
+        raise InputError(f"The range of the amplifier must overlap {lo:g} to {hi:g}, the range of the record.")
     return Model.of(replace(model, provenance={**model.provenance, "span_u": [low, high]}))
 
 
 def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[float, float] | None) -> Unseen | None:
-    """Return the resonance that the record did not excite, or the one that the user states."""
+    """Return the resonance that the user states, else the resonance that the record did not excite."""
     share = max(UNSEEN_SHARE, plant.rest) if plant.f_n else 1.0  # a rest is a mode above the band
     if resonance is not None:
         f, zeta = resonance
@@ -248,16 +249,16 @@ def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[fl
 
 
 def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) -> Model:
-    """Return the model of a device that runs `FINE` times in a step of the controller.
+    """Return the model of a device, which runs `FINE` times per step of the controller.
 
-    Delay, hysteresis, an additive input ``d``, dynamics. The model error acts in front of the dynamics, because a
-    lightly damped mode amplifies harmonics of the model error.
+    The model consists of delay, hysteresis, an additive input ``d``, and dynamics. The model error ``d`` acts in front
+    of the dynamics, because a lightly damped mode amplifies harmonics of the model error.
 
     Parameters
     ----------
     found : Device
     plant : Plant, optional
-        Other dynamics; by default those of the device.  Its delay contains no time for computing.
+        Dynamics; by default the dynamics of the device. The delay of the plant does not include computing time.
     gain : float
         Noise of the output around its rest value.
     """
@@ -289,7 +290,7 @@ def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) ->
 
 
 def at_rest(model: Model) -> Model:
-    """Return a model without its dynamics and delays: their static gains."""
+    """Return a model whose dynamics and delays are replaced by static gains."""
     g = model.graph
     for n in (split(model) or Parts(model, ())).tail:
         if n.type in (DYNAMICS, "delay"):
@@ -299,9 +300,9 @@ def at_rest(model: Model) -> Model:
 
 
 def reach(model: Model, rows: int) -> tuple[float, float, bool]:
-    """Return the least and the largest lasting output of a sweep, and whether the output decreases with the input.
+    """Return smallest and largest lasting output of a sweep, and whether the output decreases with the input.
 
-    An output is lasting if it remains for some `rows` at an end of the range of the input.
+    An output is lasting if it remains for `rows` steps while the input is at an end of its range.
     """
     sweep = np.concatenate([np.linspace(a, b, 2000) for a, b in ((1, -1), (-1, 1))])
     y = model.predict(over_range(model, sweep))
@@ -310,7 +311,7 @@ def reach(model: Model, rows: int) -> tuple[float, float, bool]:
 
 
 def unsuited(model: Model) -> str:
-    """Return the reason why a model cannot be used in the loop; empty if it can."""
+    """Return the reason why a model cannot be used in a loop; empty if the model can be used."""
     if names := beside(model.graph):
         return f"A loop is made for a model of one input. Got {', '.join(names)} beside it: use hystfmu fit."
     front = (split(model) or Parts(model, ())).front
@@ -321,9 +322,9 @@ def unsuited(model: Model) -> str:
 
 
 def reference_frequency(data: Dataset) -> float:
-    """Return half the mean rate of the large reversals of the input, at least `SAMPLES` steps a period.
+    """Return half the mean rate of the large reversals of the input; a period has at least `SAMPLES` steps.
 
-    Small reversals do not count: a superposed chirp does not show the wanted speed of full strokes.
+    Small reversals are ignored, because a superposed chirp does not show the wanted speed of full strokes.
     """
     size = LARGE * float(np.ptp(data.u))
     turns = [len(turning_points(data.u[rows], size)) for rows in data.records]
@@ -333,7 +334,7 @@ def reference_frequency(data: Dataset) -> float:
 
 
 def moving(u: Array, size: float) -> slice:
-    """Return the rows between the first and the last change of the input by at least a size."""
+    """Return the rows between the first and the last change of the input by at least `size`."""
     far = np.flatnonzero(np.abs(u - u[0]) > size)
     back = np.flatnonzero(np.abs(u - u[-1]) > size)
     return slice(far[0], back[-1] + 1) if len(far) and len(back) and back[-1] >= far[0] else slice(0, len(u))

@@ -1,4 +1,4 @@
-"""The study of a loop of `start`: devices drawn around the fitted model, and the share of them within the limits."""
+"""Study of a loop of `start`: it draws devices around the fitted model, and computes the share within the limits."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ DRAWS = 200
 
 
 def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
-    """Write a study file; return whether the model has parameters that can be drawn.
+    """Write a study file, and return whether the model has parameters that can be drawn.
 
     Parameters
     ----------
     path : Path
-        Path of the file, beside the folder of the scenario.
+        Path of the file, in the parent folder of the scenario.
     loop : ClosedLoop
-        The limit of a drawn device is the largest one of the draws of the scenario.
+        Loop. The limit of each drawn device is the largest limit of the drawn devices in the scenario.
     scenario : str
         Name of the folder of the scenario.
     name : str
-        Of the device.
+        Name of the device.
     """
     parameters = drawn(loop.device)
     limits = [r.system.case.metrics["tracking"].limit for r in loop.results if r.case not in loop.references]
@@ -37,7 +37,7 @@ def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
     case = loop.promises[0].name
     content = {
         "name": f"{name}_devices",
-        "text": "What share of the devices stays bounded, if they differ from the model by what is drawn?",
+        "text": "What share of the devices stays bounded if gain, dynamics and loop width are drawn around the model?",
         "scenario": scenario,
         "cases": [case],
         "method": "random",
@@ -51,8 +51,9 @@ def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
 
 
 def drawn(found: Device) -> dict[str, dict[str, Any]]:
-    """Return the drawn parameters with their ranges: gain, natural frequency and damping, width of the loops, as far as
-    the model has such parameters.
+    """Return the drawn parameters with their ranges.
+
+    These are gain, natural frequency, damping and width of the loops, if the model has such parameters.
     """
     graph = found.model.graph
     ranges: dict[str, dict[str, Any]] = {}

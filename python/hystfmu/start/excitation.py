@@ -1,9 +1,16 @@
-"""The next measurement: an input that shows what a record does not: memory, other speeds, creep and dynamics.
+"""Input for the next measurement. It shows properties that a record does not show.
 
-The parts stay in the range of the record and below its greatest speed: a full loop; nested half cosines, which are
-minor loops of all sizes and levels at all speeds down to a fifth; a rest; tones from half the frequency of a loop to
-eight times it; a sweep of small amplitude to the last frequency that is asked for.  Levels and phases are drawn, and of
-some draws that one is taken which tells most of the model (`hystfmu.start.information`).
+These properties are memory, other speeds, creep and dynamics. The input stays in the range of the record and below the
+greatest speed of the record. It consists of these parts:
+
+- a full loop,
+- nested half cosines: minor loops of all sizes and levels, at all speeds down to a fifth of the greatest speed,
+- a rest,
+- tones from half the frequency of a loop to eight times this frequency,
+- a sweep of small amplitude up to the required frequency.
+
+Levels and phases are random. Several inputs are drawn, and the input with the most information about the model is used
+(`hystfmu.start.information`).
 """
 
 from __future__ import annotations
@@ -48,8 +55,8 @@ def write_excitation(
     Returns
     -------
     str
-        A line about the file: last frequency of the sweep, number of rows, duration and rate; and a remark if the rate
-        is higher than that of the record because of the sweep.
+        A line with last frequency of the sweep, number of rows, duration and rate. If the sweep needs a higher rate
+        than the rate of the record, the line states this.
     """
     u, h = excitation(data, frequency, up_to, model)
     unit = f" [{data.unit_u}]" if data.unit_u else ""
@@ -59,9 +66,7 @@ def write_excitation(
     line = f"sweep up to {highest:.4g} Hz, {len(u)} rows, {len(u) * h:.4g} s at {1 / h:.6g} Hz"
     if h == data.h:
         return f"{line}; fit it together with this record"
-    return (
-        f"{line}: the record has {1 / data.h:.6g} Hz, of which {1 / (ROWS * data.h):.4g} Hz are the most that it shows"
-    )
+    return f"{line}: the record has {1 / data.h:.6g} Hz and shows frequencies up to {1 / (ROWS * data.h):.4g} Hz only"
 
 
 def excitation(
@@ -74,19 +79,19 @@ def excitation(
     data : Dataset
         Previous measurement.
     frequency : float
-        Of a full loop (Hz) at the speed of the record.
+        Frequency of a full loop (Hz) at the speed of the record.
     up_to : float, optional
         Last frequency of the sweep (Hz): at least twice the highest frequency of interest.
     model : Model, optional
-        Of one input, fitted to the record; what it does not know decides between draws.
+        Model with one input, fitted to the record. It selects the drawn input with the most information.
 
     Returns
     -------
     u : array, shape (n,)
-        In the unit of measure of u. It starts and ends at the first input of the record. It is faster than the record
-        if it would otherwise have more than `MOST_ROWS` rows.
+        Input in the unit of measure of u. It starts and ends at the first input of the record. If the input would
+        otherwise have more than `MOST_ROWS` rows, it is faster than the record.
     h : float
-        Step (s): that of the record, or an integer fraction of it with `ROWS` rows per period of `up_to`.
+        Step (s): the step of the record, or an integer fraction of this step with `ROWS` rows per period of `up_to`.
 
     Raises
     ------
@@ -113,12 +118,12 @@ def excitation(
 
 
 def _rows(cycle: float, last: float) -> float:
-    """Return about how many rows an input has."""
+    """Return the approximate number of rows of an input."""
     return (1 + REST) * (REVERSALS + CYCLES + 3) * cycle + PERIODS * WIDEST / last
 
 
 def _path(start: float, cycle: float, speed: float, last: float, seed: int) -> Array:
-    """Return a path in [-1, 1] from `start` back to it.
+    """Return a path in [-1, 1] that starts and ends at `start`.
 
     Parameters
     ----------
@@ -143,7 +148,7 @@ def _path(start: float, cycle: float, speed: float, last: float, seed: int) -> A
 
 
 def _nested(first: float, speed: float, rng: np.random.Generator) -> Array:
-    """Return half cosines from `first` to 0 between levels drawn from the last one to an end of the range."""
+    """Return half cosines from `first` to 0; each level is drawn between the last level and an end of the range."""
     levels = [first]
     for k in range(REVERSALS):
         levels.append(float(rng.uniform(levels[-1], 1.0) if k % 2 else rng.uniform(-1.0, levels[-1])))
@@ -157,7 +162,7 @@ def _nested(first: float, speed: float, rng: np.random.Generator) -> Array:
 
 
 def _tones(cycle: float, speed: float, rng: np.random.Generator) -> Array:
-    """Return tones that rise from 0 and fall back to it, as large as range and speed allow."""
+    """Return tones that start and end at 0, with the largest amplitude that range and speed allow."""
     n = round(CYCLES * cycle)
     f = np.geomspace(0.5 / cycle, min(FAST / cycle, FASTEST), TONES)
     k = np.arange(n)
@@ -167,7 +172,7 @@ def _tones(cycle: float, speed: float, rng: np.random.Generator) -> Array:
 
 
 def _sweep(first: float, last: float, speed: float) -> Array:
-    """Return a sine whose frequency (per row) increases exponentially, no faster than `speed`."""
+    """Return a sine whose frequency (per row) increases exponentially; its steps are at most `speed`."""
     first = max(first, last / WIDEST)
     if first >= last:
         return np.zeros(0)

@@ -1,10 +1,10 @@
-"""Information of a new input about the parameters of a model, beside the record that it was fitted to.
+"""Information of a new input about the parameters of a model, in addition to the record of the fit.
 
-The output is moved by every element of its parameters in turn.  With J the derivatives by relative changes, on the
-record and on the new input, and sigma the error of the fit, the information is log det(I + J'J / sigma^2): each
-direction of the parameters counts by the factor by which its uncertainty falls, from one of 100 % (D-optimal design;
-Pukelsheim, Optimal Design of Experiments, 1993).  Directions that the record has determined gain little.  A model of
-many parameters counts by its states: the share of them without a near one in the record.
+J contains the derivatives of the output with respect to relative changes of each parameter, on the record and on the
+new input. sigma is the error of the fit. The information is log det(I + J'J / sigma^2). Thus each direction of the
+parameters contributes the factor by which its uncertainty decreases from 100 % (D-optimal design; Pukelsheim, Optimal
+Design of Experiments, 1993). A direction that the record determines contributes little. For a model with many
+parameters, the information is the share of its states on the new input that have no near state in the record.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LEAST_NOISE = 1e-4  # of the span: a fit without noise
 
 
 def information(model: Model, data: Dataset, u: Array, h: float) -> float:
-    """Return what an input u (m,) with the step h (s) tells of a model, beside the data that it was fitted to."""
+    """Return the information of an input u (m,) with the step h (s), in addition to the data of the fit."""
     values = {
         f"{model.graph.nodes[p.node].name}.{p.var.name}": np.asarray(p.start, dtype=np.float64)
         for p in model.graph.ports

@@ -1,8 +1,8 @@
-"""The scenario of a device: reference, feed-forward, controller, inverse, limits, delay, plant; its cases.
+"""The scenario of a device and its cases: reference, feed-forward, controller, inverse, limits, delay and plant.
 
 The feedback acts in front of the inverse, u = H^-1(v + C(z) (r - y)), where v is the feed-forward of the dynamics. The
-plant runs `FINE` times in a step. It contains the model error of the record, as tones, and the noise of the sensor;
-drawn devices represent the uncertainty of the record.
+plant runs `FINE` times per step. Tones represent the model error of the record, and a noise source represents the noise
+of the sensor. Drawn devices represent the uncertainty of the record.
 """
 
 from __future__ import annotations
@@ -52,10 +52,12 @@ class Draw:
 
 
 def draws(found: Device) -> tuple[Draw, ...]:
-    """Return the devices that are simulated in addition to the identified one: corners, delays, an unexcited
-    resonance."""
+    """Return the devices that are simulated in addition to the identified device.
+
+    These devices have corner values of gain and modes, additional delay, or a resonance that the record did not excite.
+    """
     p = found.plant
-    made = [Draw("two_steps", "one step of delay that the design does not know of", p, 1.0, 1)]
+    made = [Draw("two_steps", "one step of delay more than in the design", p, 1.0, 1)]
     for k, side in ((1 + GAIN, "up"), (1 - GAIN, "down")):
         if not p.f_n:
             made.append(Draw(side, f"gain {100 * (k - 1):+.0f} %", p, k, 1))
@@ -88,37 +90,42 @@ def loop_scenario(
     limits: Mapping[str, float],
     slower: float = 1.0,
 ) -> Scenario:
-    """Build the scenario.
+    """Build the scenario of a loop.
 
     Parameters
     ----------
     found : Device
     tuned : Tuned or None
-        Controller; None: feed-forward alone.
+        Controller; None for feed-forward alone.
     ahead : Preview
         Feed-forward of the dynamics.
     missed : Misfit
     tried : sequence of Tried
-        References, each a case; the first one is also used for the draws.
+        References. Each reference is a case; the drawn devices follow the first reference.
     asked : Requirements
     name : str
-        Of the scenario.
+        Name of the scenario.
     limits : mapping
-        Largest RMS error (percent of the stroke) of cases, by name.
+        Largest allowed RMS error (percent of the stroke), by name of the case.
     slower : float
-        Factor by which references with jumps are shaped slower than usual.
+        Factor by which the shaping of references with jumps is slower than usual.
 
     Returns
     -------
     Scenario
-        Not run yet.
+        The scenario; it has not run yet.
     """
     first = tried[0]
     title = f"{tuned.structure.text} in front of the inverse" if tuned else "feed-forward and inverse, no feedback"
     loop = Scenario(name, step=found.h, stop=float(f"{first.stop:.12g}"), text=f"{name}: {title}", ripple=FINE)
     loop.add("plant", plant_model(found), fine=True, text="the identified device; d: what the model misses")
     lead = ahead.lead * found.h
-    loop.add("reference", _leading(first.block, lead), fine=True, text="wanted output, and the same some steps ahead")
+    loop.add(
+        "reference",
+        _leading(first.block, lead),
+        fine=True,
+        text="wanted output now, and some steps ahead",
+    )
     loop.add(
         "misfit",
         missed.tones(first.frequency, 1, first.strength),
@@ -169,7 +176,7 @@ def _cases(
     limits: Mapping[str, float],
     slower: float,
 ) -> None:
-    """Add cases for the references, for the draws, and for comparison without parts of the loop."""
+    """Add cases for the references and for the drawn devices, and cases without parts of the loop for comparison."""
 
     def limit(name: str) -> dict[str, float] | None:
         return {"tracking": limits[name]} if name in limits else None
@@ -202,7 +209,7 @@ def _cases(
 
 
 def controller(found: Device, tuned: Tuned | None) -> Graph:
-    """Return the controller: inputs y_d, y, u_ff, output u; without a controller the output is the feed-forward."""
+    """Return the controller with inputs y_d, y, u_ff and output u. If `tuned` is None, the output is u_ff."""
     over = BEYOND * (found.high - found.low)
     limits = found.low - over, found.high + over
     if tuned is not None:
@@ -219,7 +226,7 @@ def command_of(asked: Requirements) -> str:
 
 
 def shaping(found: Device, slower: float = 1.0) -> Node:
-    """Return the filter of a reference with jumps: critically damped, slower than the known dynamics of the device."""
+    """Return the critically damped filter of a reference with jumps, slower than the known dynamics of the device."""
     known = [f / SHAPING for f in found.plant.f_n] + [found.band / SHAPING] * (found.band > 0 and not found.plant.f_n)
     f = min([*known, 1 / (FASTEST * found.h)])
     f = max(f, 2 * found.frequency) / slower
@@ -231,7 +238,7 @@ def shaping(found: Device, slower: float = 1.0) -> Node:
 def _feedforward(ahead: Preview, rest: float) -> Graph:
     """Return the block with the weights of the last samples, after the filter of the zeros.
 
-    Samples before the first one are `rest`.
+    Samples before the first sample are `rest`.
     """
     dims = {"n_u": len(ahead.taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
     taps = Node("taps", "polynomial_narx", dims, {"theta": [*ahead.taps.tolist(), 0.0]})
@@ -242,13 +249,13 @@ def _feedforward(ahead: Preview, rest: float) -> Graph:
 
 
 def _leading(block: blocks.Reference, lead: float) -> blocks.Reference:
-    """Return a reference with its preview."""
+    """Return a reference with a preview of `lead` (s)."""
     given: dict[str, Any] = {**block.node.dims, **block.node.values, "lead": float(f"{lead:.12g}")}
     return blocks.Reference(**given)
 
 
 def _late(found: Device, n: int) -> blocks.Delay:
-    """Delay the command by n steps; before the first command the device is at rest."""
+    """Return a delay of the command by n steps. Before the first command the device is at rest."""
     return blocks.Delay(n=n, y0=float(found.model.graph.inputs[0].start))
 
 

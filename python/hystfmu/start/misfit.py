@@ -1,7 +1,8 @@
-"""Error of a model as tones that a loop can run with; the promised error of a loop includes them.
+"""Error of a model as tones for the simulation of a loop. The expected error of a loop includes these tones.
 
-The residual of a record has a spectrum. Frequencies are relative to the cycle rate of the record, because errors of the
-hysteresis occur at the same harmonics of a slower or faster reference. White noise of the sensor is subtracted.
+The residual of a record has a spectrum. Its frequencies are stated relative to the cycle rate of the record, because
+errors of the hysteresis are at fixed harmonics of a slower or faster reference. The white noise of the sensor is
+subtracted.
 """
 
 from __future__ import annotations
@@ -29,12 +30,12 @@ LEAST_SHARE = 1e-4  # of the power of the residual: a tone
 
 @dataclass(frozen=True)
 class Misfit:
-    """Powers of the residual in bands of harmonics of a cycle; the edges of the bands are `EDGES`.
+    """Power of the residual in bands of harmonics of a cycle. `EDGES` are the edges of the bands.
 
     Attributes
     ----------
     power : array, shape (len(EDGES) - 1,)
-        In the unit of measure of y squared, in front of the dynamics.
+        Power in front of the dynamics, in the square of the unit of measure of y.
     plant : Plant
         Dynamics.
     h : float
@@ -47,14 +48,14 @@ class Misfit:
 
     @property
     def rms(self) -> float:
-        """RMS in front of the dynamics."""
+        """RMS of the residual in front of the dynamics."""
         return float(np.sqrt(self.power.sum()))
 
     def lines(self, frequency: float) -> tuple[Array, Array]:
-        """Return a tone for each band: frequencies (Hz) and powers, for references of a frequency (Hz).
+        """Return frequency (Hz) and power of a tone for each band, for a reference of the given frequency (Hz).
 
-        After the dynamics, each tone has the power of all harmonics of its band, because a harmonic may excite a
-        lightly damped mode although the tone does not.
+        The power of each tone after the dynamics equals the power of all harmonics of its band. A harmonic may excite a
+        lightly damped mode that the tone does not excite.
         """
         f, power = [], []
         for (low, high), n, p in zip(pairwise(EDGES), HARMONICS, self.power, strict=True):
@@ -67,9 +68,10 @@ class Misfit:
         return np.array(f), np.array(power)
 
     def tones(self, frequency: float, seed: int, strength: float = 1.0) -> blocks.Reference:
-        """Return a source with these tones for references of a frequency (Hz); phases are drawn.
+        """Return a source with the tones of `lines`, for references of a frequency (Hz). Phases are random.
 
-        The model error is proportional to the strokes: `strength` is their size relative to those of the record.
+        The model error is proportional to the stroke. `strength` is the size of the strokes relative to the strokes of
+        the record.
         """
         f, power = self.lines(frequency)
         a = strength * np.sqrt(2 * power)
@@ -85,20 +87,20 @@ class Misfit:
 
 
 def misfit(model: Model, data: Dataset, cycle: float, noise: float, plant: Plant) -> Misfit:
-    """Compute the powers.
+    """Compute the power of the residual in each band.
 
     Parameters
     ----------
     model : Model
-        The whole model, as fitted.
+        The fitted model with all its parts.
     data : Dataset
-        Its record.
+        Record of the fit.
     cycle : float
         Rate of the cycles of the record (Hz).
     noise : float
         RMS of the white noise of the sensor.
     plant : Plant
-        Dynamics; the misfit is computed in front of them.
+        Dynamics. The misfit is computed in front of the dynamics.
     """
     e = data.y - free_run(model, data)
     ratio = float(model.fit.get("validation_percent", 0.0)) / max(float(model.fit.get("rms_percent", 1.0)), 1e-12)

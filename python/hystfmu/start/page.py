@@ -1,6 +1,6 @@
-"""The page of `hystfmu start`: verdict, the device before and after, errors, explorer, controller.
+"""The page of `hystfmu start`: verdict, device before and after, errors, explorer and controller.
 
-Or the reason for no loop.
+If there is no loop, the page states the reason.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ def write_page(
     Parameters
     ----------
     folder : Path
-        To write into.
+        Folder of the page.
     name : str
-        Of the device.
+        Name of the device.
     model : Model
     data : Dataset
-        Of the fit.
+        Data of the fit.
     loop : ClosedLoop or str
         The loop, or the reason why there is none.
     told : dict
@@ -49,7 +49,7 @@ def write_page(
     Returns
     -------
     Path
-        Of the page.
+        Path of the page.
     """
     if isinstance(loop, str):
         path = folder / "report.html"
@@ -60,7 +60,7 @@ def write_page(
 
 
 def reference_table(told: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """Return head and rows of the errors, as page and terminal show them."""
+    """Return head and rows of the table of errors, for page and terminal."""
     head = [
         "reference",
         "rate, Hz",
@@ -84,13 +84,13 @@ def reference_table(told: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
 
 
 def race_table(loop: ClosedLoop, page: bool = True) -> tuple[list[str], list[list[str]]]:
-    """Return head and rows of the structures, best first.
+    """Return head and rows of the table of structures, best first.
 
     Parameters
     ----------
     loop : ClosedLoop
     page : bool
-        Add the chosen values of each structure, and a row for each structure that was left out.
+        Whether to add the chosen values of each structure, and a row for each structure that was left out.
     """
     names = list(loop.contenders[0].errors) if loop.contenders else []
     head = ["structure", *(f"{n}, RMS %" for n in names), "bandwidth, Hz", "Ms, dB", "Ms of all, dB"]
@@ -122,7 +122,7 @@ def race_table(loop: ClosedLoop, page: bool = True) -> tuple[list[str], list[lis
 
 
 def _verdict(loop: ClosedLoop, data: Dataset, told: dict[str, Any]) -> tuple[Section, Section]:
-    """State the verdict, draw the device behind a gain and in the loop, then list the errors."""
+    """Return two sections: the verdict with plots of the device behind a gain and in the loop, and the errors."""
     shown = {"before: a gain alone": "neither", "after: the loop": loop.promises[0].name}
     unit = f" ({data.unit_y})" if data.unit_y else ""
     plots, under = [], []
@@ -150,9 +150,9 @@ def _controller(loop: ClosedLoop, notes: list[str]) -> Section:
     text = "No feedback: feed-forward and inverse."
     if loop.tuned is not None:
         text = (
-            f"{loop.tuned.structure.text} inside the inverse. Each structure is tuned for the least expected error "
-            "among the gains with Ms of at most the limit for the identified device, and of at most 12 dB for every "
-            "device that the record leaves possible. The simplest structure within 5 % of the least error wins."
+            f"{loop.tuned.structure.text} in front of the inverse. Each structure is tuned for the least expected "
+            "error. Ms must not exceed the limit for the identified device, and 12 dB for every device that agrees "
+            "with the record. The simplest structure within 5 % of the least error is selected."
         )
     steps = [[s.name, percent(s.overshoot), f"{s.settling:.3g}"] for s in loop.steps]
     tables = [Table(*race_table(loop))] if loop.race.found or loop.race.refused else []

@@ -1,9 +1,9 @@
 """The expected error of a loop on the device itself, or the statement that it is not known.
 
-A run of the scenario contains the model error of the record and the noise of its sensor. The uncertainty of modes and
-delay is added: the feed-forward leaves an error for every tone of the reference, which the feedback reduces. A record
-with only one kind of signal gives no information about others, and a model that does not follow its record gives none
-about the device.
+A run of the scenario contains the model error of the record and the noise of the sensor. The expected error also
+includes the uncertainty of modes and delay. Because of this uncertainty, the feed-forward causes an error for every
+tone of the reference; the feedback reduces this error. A record with only one kind of signal gives no information about
+other signals. A model that does not follow its record gives no information about the device.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ SLIGHT = 0.2  # percent of the span: an error that is never far, such as on rows
 
 @dataclass(frozen=True)
 class Promise:
-    """Error of one reference.
+    """Expected error for one reference.
 
     Attributes
     ----------
     name, shape : str
     frequency, amplitude, offset : float
-        Of the reference, Hz and the unit of measure of y.
+        Frequency (Hz), amplitude and offset of the reference (unit of measure of y).
     model_percent : float
-        RMS error of the run, in percent of peak to peak of the reference: the identified device with its model error.
+        RMS error of the identified device with its model error in the run, in percent of peak to peak of the reference.
     rms_percent, bound_percent : float or None
-        Expected on the device, and a bound; None: not known.
+        Expected RMS error on the device, and a bound of this error; None if not known.
     why : str
-        Reason why it is not known.
+        Reason why the error is not known.
     """
 
     name: str
@@ -73,7 +73,7 @@ def promises(
     data: Dataset,
     model: Model,
 ) -> tuple[Promise, ...]:
-    """Return the errors of all references."""
+    """Return the expected errors for all references."""
     made = []
     values = {r.case: v.value for r in results for v in r.verdicts if v.metric == "tracking"}
     for t in tried:
@@ -87,7 +87,7 @@ def promises(
 
 
 def expected_percent(found: Device, plants: PlantSet, aim: Aim, missed: Misfit, tuned: Tuned, t: Tried) -> float:
-    """Return the error of a structure without a run: remaining misfit, uncertainty and noise."""
+    """Estimate the error of a structure without a run, from remaining misfit, uncertainty and noise."""
     f, power = missed.lines(t.frequency)
     G = np.abs(plants.plants[0].response(np.exp(2j * np.pi * f * found.h), found.h))
     power = (t.strength * G * _sensitivity(found, plants, tuned, f)) ** 2 * power
@@ -111,13 +111,13 @@ def unknown(found: Device, t: Tried, data: Dataset, model: Model) -> str:
 
 
 def misfitted(model: Model, noise: float) -> str:
-    """Return how a model does not follow its record; empty if it does.
+    """Return the reason why a model does not follow its record; empty if it follows the record.
 
     Parameters
     ----------
     model : Model
     noise : float
-        RMS of the noise of the record, percent of the span.
+        RMS of the noise of the record in percent of the span.
     """
     fit = model.fit
     error = max(float(fit.get(k, 0.0)) for k in ("rms_percent", "validation_percent", "held_out_rms_percent"))

@@ -1,4 +1,4 @@
-"""References for the test of a loop: shape, rate, size, and their tones."""
+"""References for the test of a loop: shape, rate, size and tones."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ DEFAULT = tuple(Wanted(shape) for shape in ("sine", "nested", "triangle", "step"
 
 @dataclass(frozen=True)
 class Tried:
-    """A reference as a block of the scenario, with the scale of its errors.
+    """A reference as a block of the scenario.
 
     Attributes
     ----------
     name, shape : str
     frequency, amplitude, offset : float
-        Hz, and the unit of measure of y.
+        Frequency (Hz), amplitude and offset (unit of measure of y).
     block : Reference
     stop, after : float
-        End of the run, and first time that counts (s).
+        End of the run (s), and first time at which errors are evaluated (s).
     jumps : bool
-        Whether it jumps, so that the loop shapes it.
+        Whether the reference jumps. The loop shapes a reference with jumps.
     strength : float
-        Size of its strokes relative to a sine of the same amplitude.
+        Size of the strokes relative to a sine with this amplitude.
     """
 
     name: str
@@ -62,7 +62,7 @@ class Tried:
         return self.shape in ("sine", "triangle")
 
     def powers(self, f: Array) -> Array:
-        """Return the power of its harmonics, each at the nearest of the frequencies f (Hz), shape (k,)."""
+        """Return the power of the harmonics at the frequencies f (Hz), shape (k,), each at the nearest frequency."""
         n = np.arange(1, MOST_TONES, 2)
         a = 0.5 / n**2.0  # half cosines between random levels, or shaped steps
         if self.shape == "triangle":
@@ -75,12 +75,12 @@ class Tried:
 
 
 def references(found: Device, wanted: Sequence[Wanted]) -> tuple[Tried, ...]:
-    """Return the references for the test of a loop; by default `DEFAULT` at the rate of the record.
+    """Return the references for the test of a loop. The default is `DEFAULT` at the rate of the record.
 
     Raises
     ------
     InputError
-        A reference that is faster than the step of the record allows, or outside the range of the output.
+        A reference is too fast for the step of the record, or outside the range of the output.
     """
     made: list[Tried] = []
     for w in wanted or DEFAULT:
@@ -91,13 +91,13 @@ def references(found: Device, wanted: Sequence[Wanted]) -> tuple[Tried, ...]:
 
 
 def _tried(found: Device, wanted: Wanted) -> Tried:
-    """Scale a reference to the range of the output, starting at rest."""
+    """Scale a reference to the range of the output. The reference starts at rest."""
     f, h = wanted.frequency or found.frequency, found.h
     amplitude, offset = STROKE * (found.high - found.low) / 2, (found.high + found.low) / 2
     if wanted.shape == "file":
         return _from_file(found, wanted.file)
     if wanted.shape in JUMPS:
-        # the first level leads from rest, maybe at an end of the range, into the middle of it
+        # the first level leads from rest, which may be an end of the range, to the middle of the range
         ends = (-STEP, STEP) if wanted.shape == "step" else LEVELS
         levels = [offset + amplitude * v for v in ends]
         T = _rows(1 / f, h) * h
@@ -129,7 +129,7 @@ def _tried(found: Device, wanted: Wanted) -> Tried:
 
 
 def _strength(block: blocks.Reference, amplitude: float, stop: float, h: float) -> float:
-    """Return the size of the strokes of nested reversals relative to a sine of the same amplitude."""
+    """Return the size of the strokes of nested reversals relative to a sine with this amplitude."""
     r = Graph.single(block.node).run(np.zeros((_rows(stop, h), 0)), h)[:, 0]
     return min(float(np.std(r)) / (amplitude / math.sqrt(2)), 1.0)
 
@@ -139,7 +139,7 @@ def _rows(seconds: float, h: float) -> int:
 
 
 def _from_file(found: Device, file: str) -> Tried:
-    """Read the columns t and r of a CSV file, and interpolate its values at the steps of the loop."""
+    """Read the columns t and r of a CSV file, and interpolate r at the steps of the loop."""
     read = hy.read(file, input="r", output="r")
     t = np.arange(round((read.t[-1] - read.t[0]) / found.h) + 1) * found.h
     if len(t) > MOST_ROWS:
@@ -147,7 +147,7 @@ def _from_file(found: Device, file: str) -> Tried:
     r = np.interp(t, read.t - read.t[0], read.u)
     if r.min() < found.low or r.max() > found.high:
         raise InputError(
-            f"{file}: The reference must stay in [{found.low:.4g}, {found.high:.4g}], which the record reaches. "
+            f"{file}: The reference must stay in the range [{found.low:.4g}, {found.high:.4g}] of the record. "
             f"Got {r.min():.4g} to {r.max():.4g}."
         )
     block = blocks.Reference(m=len(r), shape="steps", amplitude=1.0, levels=r.tolist(), T=found.h)

@@ -1,4 +1,4 @@
-"""Requirements of a loop: options of the command line, keys of a TOML file, arguments in Python; one table."""
+"""Requirements of a loop, from options of the command line, keys of a TOML file, or arguments in Python."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ TURN = 0.1  # share of a triangle in its turn-arounds
 
 @dataclass(frozen=True)
 class Wanted:
-    """A reference that the loop is to follow.
+    """A required reference of the loop.
 
     Attributes
     ----------
     shape : str
         One of `SHAPES`, or "file".
     frequency : float
-        Hz; 0: the rate of the record. For a step and a staircase the rate of the levels.
+        Frequency in Hz; 0 for the rate of the record. For a step and a staircase it is the rate of the levels.
     file : str
-        Of the shape "file": CSV with columns t and r.
+        CSV file with columns t and r, for the shape "file".
     """
 
     shape: str
@@ -54,14 +54,14 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Amplifier:
-    """Limits of the amplifier, in the unit of the input; infinite if there is none.
+    """Limits of the amplifier in the unit of measure of the input. A missing limit is infinite.
 
     Attributes
     ----------
     slew : float
         Largest rate (unit of measure of u / s).
     low, high : float
-        Least and largest command.
+        Smallest and largest command.
     """
 
     slew: float = math.inf
@@ -72,7 +72,8 @@ class Amplifier:
     def of(cls, text: str) -> Amplifier:
         """Read ``slew=..,max=..,min=..,current=..,capacitance=..``.
 
-        A current limit (A) is a slew rate only with the capacitance (F) of the actuator: dU/dt = I / C.
+        A current limit I (A) limits the slew rate: dU/dt = I / C. Therefore it needs the capacitance C (F) of the
+        actuator.
         """
         values: dict[str, float] = {}
         for part in text.split(","):
@@ -92,8 +93,8 @@ class Amplifier:
         if "current" in values:
             if "capacitance" not in values:
                 raise InputError(
-                    "The 'current' of the amplifier must come with the 'capacitance' of the actuator (F): together "
-                    "they limit the slew rate. Got none."
+                    "The 'current' of the amplifier must come with the 'capacitance' of the actuator (F), because both "
+                    "determine the slew rate. Got no capacitance."
                 )
             slew = min(slew, values["current"] / values["capacitance"])
         low, high = values.get("min", -math.inf), values.get("max", math.inf)
@@ -104,28 +105,28 @@ class Amplifier:
 
 @dataclass(frozen=True)
 class Requirements:
-    """Requirements of a loop; None: no requirement.
+    """Requirements of a loop; None means no requirement.
 
     Attributes
     ----------
     error : float or None
         Largest RMS error in percent of peak to peak of a reference.
     controller : str or None
-        Structure, a key of `hystfmu.design.structures.STRUCTURES`, or "none".
+        Structure of the controller: a key of `hystfmu.design.structures.STRUCTURES`, or "none".
     bandwidth : float or None
-        Least frequency at which the sensitivity reaches -3 dB (Hz).
+        Required bandwidth: smallest allowed frequency at which the sensitivity reaches -3 dB (Hz).
     ms : float
-        Largest peak of the sensitivity of the identified plant (dB).
+        Largest allowed peak of the sensitivity of the identified plant (dB).
     settling : float or None
-        Longest time until a step stays within 2 % (s).
+        Longest allowed settling time of a step, to within 2 % (s).
     overshoot : float or None
-        Largest overshoot of a step in percent; without it, jumps are shaped for `OVERSHOOT`.
+        Largest allowed overshoot of a step in percent. If None, the shaping of jumps is for `OVERSHOOT`.
     reference : tuple of Wanted
-        Empty: sine, nested reversals, triangle and a step at the rate of the record.
+        References. If empty, they are sine, nested reversals, triangle and a step at the rate of the record.
     delay : int
         Steps between a measurement and its command.
     resonance : (float, float) or None
-        A known resonance, Hz and damping ratio, instead of one at an unknown frequency.
+        Frequency (Hz) and damping ratio of a known resonance. It replaces the resonance at an unknown frequency.
     amplifier : Amplifier or None
     """
 
@@ -142,7 +143,10 @@ class Requirements:
 
     @property
     def wanted(self) -> tuple[Wanted, ...]:
-        """References, with an additional one if a requirement needs its kind."""
+        """References.
+
+        If a requirement on steps or on the error has no matching reference, a step or a sine is added.
+        """
         kinds = {w.shape in JUMPS for w in self.reference}
         missing = []
         if self.reference and (self.settling or self.overshoot) and True not in kinds:
@@ -152,7 +156,7 @@ class Requirements:
         return (*self.reference, *missing)
 
     def __post_init__(self) -> None:
-        """Refuse contradictory or impossible values."""
+        """Raise an InputError for contradictory or impossible values."""
         for key in (f.name for f in fields(self)):
             value = getattr(self, key)
             number = key in ("error", "bandwidth", "ms", "settling", "overshoot")
@@ -183,12 +187,12 @@ class Requirements:
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Requirements:
-        """Build from options of the command line or keys of a TOML file; None and empty values are ignored.
+        """Build requirements from options of the command line or keys of a TOML file; empty values are ignored.
 
         Raises
         ------
         InputError
-            An unknown key, or a value out of range.
+            A key is unknown, or a value is out of range.
         """
         values: dict[str, Any] = {}
         known = {f.name for f in fields(cls)}

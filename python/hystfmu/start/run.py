@@ -43,7 +43,7 @@ class Started:
     loop : ClosedLoop or str
         The loop with the inverse of the model, or the reason why there is none.
     verdict : dict
-        As verdict.json, see `hystfmu.start.verdict.SCHEMA`.
+        Content of verdict.json, see `hystfmu.start.verdict.SCHEMA`.
     files : dict of str to (Path, str)
         Each file or folder, with the command that makes it.
     notes : list of str
@@ -77,18 +77,18 @@ def start(
     told: Callable[[str], None] = lambda line: None,
     shown: Callable[[str], AbstractContextManager[Callable[[float], None]]] = _unseen,
 ) -> Started:
-    """Make everything from one record.
+    """Make model, inverse, loop, FMUs and report from one record.
 
     Parameters
     ----------
     data : Dataset
-        With a measured output.
+        Record with a measured output.
     folder : Path
-        To write into.
+        Folder of all files.
     asked : Requirements
         Requirements of the loop.
     key : str
-        Kind of model; ``"auto"`` chooses among those that have an inverse.
+        Kind of model. ``"auto"`` selects a kind that has an inverse.
     seed : int
         Seed of the fit.
     source : sequence of str
@@ -96,12 +96,13 @@ def start(
     told : function
         Called with a line at the end of each step.
     shown : function
-        Called with the name of a long step; returns a context with a function of the fraction done.
+        Called with the name of a long step. It returns a context manager, which yields a function for the fraction
+        done.
 
     Raises
     ------
     InputError
-        The data have covariates, no kind of model represents them, the named kind is unknown, or the folder cannot be
+        The data have covariates, no kind of model represents the data, the kind is unknown, or the folder cannot be
         written.
     """
     if data.covariates:
@@ -160,15 +161,17 @@ def _of_a_loop(folder: Path, name: str) -> list[Path]:
 
 
 def _measure_next(path: Path, data: Dataset, asked: Requirements, model: Model) -> str:
-    """Write the input that would show the missing properties, up to at least the highest frequency of the record."""
+    """Write the input for the next measurement, up to at least the highest frequency of the record."""
     top = float(model.fit["evidence"]["band"][1])
     up_to = max(CARRIED / data.h, FASTER * (asked.bandwidth or 0.0), SEEN * top)
     return f"measure next: {write_excitation(path, data, reference_frequency(data), up_to, model)}"
 
 
 def _model(data: Dataset, key: Any, seed: int, progress: Callable[[float], None]) -> tuple[Model, str, list[str]]:
-    """Return the best model that fits into a loop, the reason if there is none, and a line if it is not the best of
-    all."""
+    """Return the best model for a loop, the reason if there is none, and notes.
+
+    A note states that another model has a smaller error but cannot be used in a loop.
+    """
     try:
         best = hy.fit(data, key, seed=seed, progress=progress, purpose="inverse")
     except InputError as e:
@@ -194,7 +197,7 @@ def _value(text: str) -> Any:
 
 
 def _fit_words(model: Model, key: str, seed: int, purpose: str) -> list[str]:
-    """Return the options of `hystfmu fit` that give the model."""
+    """Return the options of `hystfmu fit` that produce the model."""
     options = model.provenance.get("options", {}) if key == "auto" and "auto" not in model.provenance else {}
     words = ["--for", purpose] if key == "auto" and not options else ["--model", model.key]
     words += [w for k, v in options.items() for w in ("--set", f"{k}={v}")]
@@ -209,7 +212,7 @@ def _fitted(model: Model) -> str:
 
 
 def _files_of_model(folder: Path, name: str, model: Model, fitting: Sequence[str]) -> dict[str, tuple[Path, str]]:
-    """Write the FMU of the model; return its files with their commands."""
+    """Write the FMU of the model, and return the files of the model with their commands."""
     file = folder / f"{name}.model.toml"
     made = model.export(folder / f"{name}.fmu")
     return {
@@ -219,7 +222,7 @@ def _files_of_model(folder: Path, name: str, model: Model, fitting: Sequence[str
 
 
 def _files_of_loop(folder: Path, name: str, model: Model, loop: ClosedLoop) -> dict[str, tuple[Path, str]]:
-    """Write the inverse, its FMU and a study; return the files of the loop with their commands."""
+    """Write the inverse, the FMU of the inverse and a study, and return the files of the loop with their commands."""
     file, back, into = folder / f"{name}.model.toml", folder / f"{name}_inverse.model.toml", folder / "loop"
     inverse = model.inverse()
     inverse.save(back)

@@ -1,4 +1,4 @@
-"""Overshoot and settling of a reference that jumps, from a run."""
+"""Overshoot and settling time for a reference with jumps, from a run."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ WITHIN = 0.02  # of a step: settled
 
 @dataclass(frozen=True)
 class StepResponse:
-    """The worst step of a reference.
+    """Overshoot and settling time of the worst step of a reference.
 
     Attributes
     ----------
     name : str
-        Of the reference.
+        Name of the reference.
     overshoot : float
-        Beyond the new level, in percent of the step.
+        Overshoot beyond the new level, in percent of the step.
     settling : float
-        Time until the output stays within 2 % of the step (s); infinite if it does not before the next one.
+        Time until the output stays within 2 % of the step (s). It is infinite if the output does not settle before the
+        next step.
     """
 
     name: str
@@ -32,14 +33,14 @@ class StepResponse:
 
 
 def step_response(tried: Tried, result: Result) -> StepResponse:
-    """Measure a run.
+    """Measure overshoot and settling time in a run.
 
     Parameters
     ----------
     tried : Tried
         The reference.
     result : Result
-        Of its case.
+        Result of the case of this reference.
     """
     trace = result.trace
     if trace is None:

@@ -1,4 +1,4 @@
-"""The verdict of `hystfmu start`: one object for terminal, page, verdict.json and exit status."""
+"""The verdict of `hystfmu start`, for terminal, page, verdict.json and exit status."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SCHEMA: dict[str, Any] = {
     "required": ["approved", "feedback", "controller", "step", "reasons", "references"],
     "additionalProperties": False,
     "properties": {
-        "approved": {"type": "boolean", "description": "the exit status is 0 exactly where this is true"},
+        "approved": {"type": "boolean", "description": "true if and only if the exit status is 0"},
         "feedback": {"enum": ["full", "slow", "none"], "description": "slow: an integrator far below the band"},
         "controller": {"type": "string", "description": "structure of the controller; none: feed-forward alone"},
         "step": {"type": ["number", "null"], "description": "step of the loop (s); null: no loop"},
@@ -41,10 +41,10 @@ SCHEMA: dict[str, Any] = {
                         "type": ["number", "null"],
                         "description": "RMS error expected on the device, percent of peak to peak; null: not known",
                     },
-                    "bound_percent": {"type": ["number", "null"], "description": "bound of it; null: not known"},
+                    "bound_percent": {"type": ["number", "null"], "description": "bound of the error; null: not known"},
                     "model_percent": {
                         "type": ["number", "null"],
-                        "description": "RMS error with the fitted model as the device, its misfit and noise included",
+                        "description": "RMS error with the fitted model as the device, including misfit and noise",
                     },
                     "reason": {"type": "string", "description": "why the error on the device is not known"},
                 },
@@ -104,7 +104,7 @@ def sentence(told: dict[str, Any]) -> str:
 
 
 def percent(value: float | None) -> str:
-    """Return an error in percent with three digits, or that it is not known."""
+    """Return an error in percent with three digits as text; for None the text "not known"."""
     return "not known" if value is None else digits.percent(value)
 
 

@@ -1,4 +1,4 @@
-"""Compare two studies on one page: shares inside the limits, distributions on common axes, draws that changed."""
+"""Compare two studies on one page: shares inside the limits, distributions, and draws with a changed verdict."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ WHICH = ("old", "new")
 PERCENTILES = (50, 95, 99)
 MOST_PAIRS, MOST_PLOTS, MOST_ROWS, MOST_DRAWN = 5, 12, 100, 300  # of bars; distributions; changed draws listed, drawn
 LONGEST = 3.0  # a distribution is drawn up to this many times its limit or its 95 % point
-UNPAIRED = "The draws of the two studies differ, so that no draw has two verdicts."
+UNPAIRED = "The draws of the two studies differ. Therefore no draw has two verdicts."
 
 
 def compare_studies(before: str | Path, after: str | Path, out: str | Path) -> list[Change]:
-    """Write a page that compares two studies, each a folder or the report.json in it.
+    """Write a page that compares two studies. Each path is the folder of a study, or the report.json in this folder.
 
-    Return shares inside the limits in percent and percentiles of the metrics that differ.  A file that is not of
-    ``hystfmu study`` is refused.
+    Return the differences of the shares inside the limits (percent) and of the percentiles of the metrics. A file that
+    ``hystfmu study`` did not write is an InputError.
     """
     for path, other in ((before, after), (after, before)):
         if is_study(path) and not is_study(other):
@@ -146,7 +146,7 @@ def _distributions(both: tuple[Read, Read]) -> list[Plot]:
 
 
 def _verdicts(both: tuple[Read, Read]) -> Section:
-    """List and draw the draws whose verdict changed."""
+    """Return a section with a table and a plot of the draws whose verdict changed."""
     a, b = both
     title = "Draws that changed their verdict"
     if not _paired(both):
@@ -169,7 +169,7 @@ def _verdicts(both: tuple[Read, Read]) -> Section:
 
 
 def _changes(both: tuple[Read, Read]) -> tuple[list[Change], list[Change]]:
-    """Return the parameters that differ, and those that do not."""
+    """Return the quantities that differ, and the quantities that are equal."""
     every = [Change("all cases", "inside the limits, %", *(100 * float(_inside(r).mean()) for r in both))]
     for pair in _pairs(both):
         title, metric = f"{both[1].facts.scenario}/{pair[0]}", label(pair[1], both[1].facts.units.get(pair[1], ""))

@@ -1,4 +1,4 @@
-"""Run a study on a Dask cluster, with the same rows as on this machine.
+"""Run a study on a Dask cluster. The rows are the same as on this machine.
 
 On a cluster with a queueing system, start the workers with dask-jobqueue (`SLURMCluster(...).scale(20)`) and pass the
 address of the scheduler.  The workers need the same version of HystFMU.
@@ -42,7 +42,7 @@ def _run(key: str, systems: list[System], run: Run, tasks: list[Task]) -> list[d
 
 
 def _scratch() -> str:
-    """Return the folder of the worker.  Dask removes what a killed worker leaves in it."""
+    """Return the folder of the worker. Dask removes the files of a killed worker from this folder."""
     from distributed import get_worker
 
     return str(get_worker().local_directory)
@@ -60,10 +60,11 @@ def _close_study(key: str) -> None:
 
 
 class DaskPool:
-    """Workers of a Dask cluster, whose scheduler has the address ``dask://HOST:PORT``.
+    """Workers of a Dask cluster. Its scheduler has the address ``dask://HOST:PORT``.
 
-    For `systems` and `run` see `Runner`; the limits are those of runs with foreign FMUs.  Other runs cannot hang, and
-    Dask limits their memory.  Refused: an invalid address, no scheduler that answers, no Dask.
+    For `systems` and `run` see `Runner`. The limits of time and memory apply to runs with foreign FMUs. Other runs
+    cannot hang, and Dask limits their memory. An InputError is raised if the address is invalid, the scheduler does not
+    answer, or Dask is not installed.
     """
 
     def __init__(self, address: str, systems: list[System], run: Run) -> None:
@@ -96,7 +97,7 @@ class DaskPool:
         """Announce the end of the tasks. The workers belong to the cluster and continue to run."""
 
     def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
-        """Yield rows as they finish.  A chunk that kills its workers is split to find the task at fault."""
+        """Yield each row when its run ends. A chunk that kills its workers is split to find the faulty task."""
         source = iter(tasks)
         lanes = 2 * max(1, len(self._client.scheduler_info()["workers"]))
         running = self._dask.as_completed([])

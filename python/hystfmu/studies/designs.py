@@ -1,6 +1,7 @@
-"""Parameters that follow from a design: a study varies the requirements of the design, not each tap or pole.
+"""Parameters that a design computes. A study then varies the requirements of the design, not each tap or pole.
 
-The result of the design for the drawn values is set in every case, equal to that of `hy.design`.
+The design is computed for the drawn values, and its result is set in every case. The result equals the result of
+`hy.design`.
 """
 
 from __future__ import annotations
@@ -26,16 +27,16 @@ from hystfmu.scenario.system.case import Case
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 PREFIX = "design."
-"""Of parameters that only the design reads."""
+"""Prefix of parameters that only the design reads."""
 
 
 class LearntLoops(pydantic.BaseModel):
-    """Loops of one case in which a repetitive part learns."""
+    """Loops of one case for the design of a repetitive controller."""
 
     model_config = STRICT
     case: Name
-    set: dict[str, str | float | list[Finite]] = Field({}, description="as `set` of a scenario, on top of the case")
-    slopes: list[Finite] = Field([1.0], min_length=1, max_length=20, description="local slopes of plant over inverse")
+    set: dict[str, str | float | list[Finite]] = Field({}, description="additional settings, as `set` of a scenario")
+    slopes: list[Finite] = Field([1.0], min_length=1, max_length=20, description="local slopes of plant and inverse")
 
 
 class RepetitiveDesign(pydantic.BaseModel):
@@ -49,16 +50,16 @@ class RepetitiveDesign(pydantic.BaseModel):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Parameters that it needs."""
+        """Parameters that the design reads."""
         return f"{PREFIX}cutoff", f"{PREFIX}gain"
 
     @property
     def cases(self) -> tuple[str, ...]:
-        """Cases that it linearises."""
+        """Cases that the design linearises."""
         return tuple(loop.case for loop in self.loops)
 
     def settings(self, cases: Mapping[str, Case], values: Mapping[str, float]) -> dict[str, Any]:
-        """Return the taps as `set` of a scenario takes them."""
+        """Return the taps in the form of `set` of a scenario."""
         for spec in self.loops if not self._opened else ():
             case = cases[spec.case]
             opened = open_loop(build(replace(case, overrides={**case.overrides, **spec.set})), (1.0, 1.0))
@@ -70,9 +71,10 @@ class RepetitiveDesign(pydantic.BaseModel):
 
 
 def behind_memory(opened: OpenedLoop, slope: float) -> Any:
-    """Return the open loop whose complementary sensitivity is the response to the corrections of a memory.
+    """Return the open loop without its memory of a period.
 
-    The loop must have one, which is omitted.
+    The complementary sensitivity of the returned loop is the response to the corrections of the memory. A loop without
+    such a memory is an InputError.
     """
     if not opened.memories:
         raise InputError(f"{opened.system.case.title}: The loop must have a memory of a period. Got none.")
@@ -113,14 +115,14 @@ class Weight(pydantic.BaseModel):
 
 
 class LoopShapingDesign(pydantic.BaseModel):
-    """The most robust controller behind a weight of drawn parameters, as transfer functions in parallel."""
+    """Most robust controller for a weight with drawn parameters, as transfer functions in parallel."""
 
     model_config = STRICT
     method: Literal["loop_shaping"]
-    case: Name = Field(description="case of the nominal plant; what it is slow by is `delay`")
+    case: Name = Field(description="case of the nominal plant; its delay is given by `delay`")
     delay: Annotated[float, Field(ge=0, le=100)] = Field(description="steps of delay and hold, as a Pade approximant")
     order: int = Field(2, ge=1, le=6, description="of the approximant")
-    ratio: Annotated[float, Field(gt=1, le=10)] = Field(1.1, description="margin given away against the optimum")
+    ratio: Annotated[float, Field(gt=1, le=10)] = Field(1.1, description="ratio of the optimal margin to the margin")
     weight: Weight
     robust: list[str] = Field(
         min_length=1, max_length=2, description="transfer functions `unit.block`: slow poles, then fast ones"
@@ -128,16 +130,16 @@ class LoopShapingDesign(pydantic.BaseModel):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Parameters that it needs."""
+        """Parameters that the design reads."""
         return tuple(self.weight.model_dump(exclude_none=True).values())
 
     @property
     def cases(self) -> tuple[str, ...]:
-        """Cases that it linearises."""
+        """Cases that the design linearises."""
         return (self.case,)
 
     def settings(self, cases: Mapping[str, Case], values: Mapping[str, float]) -> dict[str, Any]:
-        """Return the coefficients as `set` of a scenario takes them."""
+        """Return the coefficients in the form of `set` of a scenario."""
         control = python_control()
         opened = open_loop(build(cases[self.case]), (1.0, 1.0))
         G = control.ss(*opened.plant) * control.ss(control.tf(*control.pade(self.delay * opened.h, self.order)))
@@ -154,9 +156,9 @@ class LoopShapingDesign(pydantic.BaseModel):
 def in_parallel(A: Array, B: Array, C: Array, sizes: list[int]) -> list[tuple[Array, Array]]:
     """Split a strictly proper system of simple poles into transfer functions, the slow poles first.
 
-    A, B, C have the shapes (n, n), (n, 1), (1, n); `sizes` are the numbers of poles of the parts; their sum is n.
-    Return numerator and denominator of each part. For k poles they have the shapes (k,) and (k + 1,); the constant of
-    the denominator is 1.
+    A, B, C have the shapes (n, n), (n, 1), (1, n). `sizes` contains the number of poles of each part; the sum is n.
+    Return numerator and denominator of each part. For a part with k poles, the shapes are (k,) and (k + 1,). The
+    constant coefficient of the denominator is 1.
     """
     poles, V = np.linalg.eig(A)
     residues = (C @ V).ravel() * np.linalg.solve(V, B.astype(complex)).ravel()
@@ -177,7 +179,7 @@ def in_parallel(A: Array, B: Array, C: Array, sizes: list[int]) -> list[tuple[Ar
 
 
 def _pairs(poles: Array) -> list[list[int]]:
-    """Return the indices of real poles and of conjugate pairs."""
+    """Return groups of indices: one index for a real pole, two indices for a conjugate pair."""
     left, groups = list(range(len(poles))), []
     while left:
         i = left.pop(0)

@@ -1,9 +1,10 @@
 """First-order and total effects of the parameters on the metrics, from the existing runs of a study.
 
-A polynomial chaos expansion is fitted to the runs by least squares: products of polynomials that are orthonormal under
-the distribution of each parameter.  The squares of its coefficients are shares of the variance: those of one parameter
-alone are its first-order Sobol index, those of all terms with it its total index (Sudret 2008, Reliability Engineering
-& System Safety 93, 964-979).  The degree is the one with the smallest leave-one-out error.
+A polynomial chaos expansion is fitted to the runs by least squares. Its terms are products of polynomials that are
+orthonormal under the distribution of each parameter. The squares of its coefficients are shares of the variance. The
+first-order Sobol index of a parameter is the sum over the terms with this parameter alone. The total index is the sum
+over all terms with this parameter (Sudret 2008, Reliability Engineering & System Safety 93, 964-979). The expansion has
+the degree with the smallest leave-one-out error.
 """
 
 from __future__ import annotations
@@ -29,9 +30,11 @@ class Effects:
     Attributes
     ----------
     first, total : array, shape (p, m)
-        Share of the variance that a parameter explains alone, and with all its interactions; 0 to 1.
+        Share of the variance that a parameter explains alone (`first`), and with all its interactions (`total`); 0 to
+        1.
     explained : array, shape (m,)
-        Share of the variance that the expansion predicts for a run left out; below about 0.9 the indices are rough.
+        Share of the variance that the expansion predicts for a run outside the fit. Below about 0.9 the indices are
+        rough.
     """
 
     first: Array
@@ -45,7 +48,7 @@ def effects(x: Array, y: Array) -> Effects:
     Parameters
     ----------
     x : array, shape (n, p)
-        Drawn values: uniform in [0, 1], or at most 64 equally likely ones.
+        Drawn values: uniform in [0, 1], or at most 64 equally likely values.
     y : array, shape (n, m)
         Metrics.
     """
@@ -90,7 +93,10 @@ def _orthonormal(column: Array) -> Array:
 
 
 def _powers(most: list[int], degree: int) -> Array:
-    """Return the degrees of the terms in each parameter, of at most `degree` in all, shape (terms, p); first all 0."""
+    """Return the degree of each term in each parameter, shape (terms, p).
+
+    The total degree is at most `degree`. All degrees of the first term are 0.
+    """
     rows: list[tuple[int, ...]] = [()]
     for m in most:
         rows = [(*r, k) for r in rows for k in range(min(m, degree - sum(r)) + 1)]

@@ -1,4 +1,4 @@
-"""Data of a study for a comparison: summary and verdicts from report.json, rows from results.parquet."""
+"""Data of a study for a comparison: report.json contains summary and verdicts, results.parquet contains the rows."""
 
 from __future__ import annotations
 
@@ -26,7 +26,9 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Facts(pydantic.BaseModel):
-    """Data of a study in its report.json: `outcomes` has a letter of `WORDS` for every draw, in their order."""
+    """Data of a study in its report.json. `outcomes` has a letter of `WORDS` for each draw, in the order of the
+    draws.
+    """
 
     model_config = pydantic.ConfigDict(strict=True)
     name: str
@@ -42,7 +44,7 @@ class Facts(pydantic.BaseModel):
 def facts(
     study: Study, systems: Sequence[System], labels: Mapping[str, str], rows: Sequence[Row], summary: Summary
 ) -> dict[str, Any]:
-    """Return the data of a study for report.json; `labels` names the parameters with their units of measure."""
+    """Return the data of a study for report.json. `labels` contains the parameters with their units of measure."""
     letters, kinds = {word: letter for letter, word in WORDS.items()}, outcomes(study, systems, rows)
     metrics = {k: metric_unit(s, k) for s in reversed(systems) for k in s.case.metrics}
     found = Facts(
@@ -60,9 +62,10 @@ def facts(
 
 @dataclass(frozen=True)
 class Read:
-    """A study that was read: `values` of the parameters, shape (n, p), and `metrics` with a limit, each of shape (n,).
+    """Data of a study from its files.
 
-    A metric is infinite if a run failed.
+    `values` contains the parameters, shape (n, p). `metrics` contains each metric with a limit, shape (n,). A metric of
+    a failed run is infinite.
     """
 
     facts: Facts
@@ -71,7 +74,7 @@ class Read:
 
 
 def is_study(path: str | Path) -> bool:
-    """Return whether a folder or a report.json belongs to a study; False if it is not a report."""
+    """Return whether a folder or a report.json belongs to a study; False if the file is not a report."""
     try:
         content = json.loads(read_bytes(_report(path), MOST_BYTES))
     except (ValueError, RecursionError):  # whoever reads it next says what is wrong
@@ -80,9 +83,9 @@ def is_study(path: str | Path) -> bool:
 
 
 def read_study(path: str | Path) -> Read:
-    """Read a study that is to be compared: its folder, or the report.json in it.
+    """Read a study for a comparison. The path is the folder of the study, or the report.json in this folder.
 
-    A file that is missing, damaged or of another study is refused.
+    An InputError is raised if a file is missing or damaged, or belongs to another study.
     """
     file = _report(path)
     content = read_bytes(file, MOST_BYTES)
@@ -116,7 +119,7 @@ def _rows(table: Path) -> list[dict[str, Any]]:
 
 
 def _in_order(found: Facts, rows: Sequence[Mapping[str, Any]]) -> Read:
-    """Sort the rows by draw; a KeyError or ValueError means that they belong to another study."""
+    """Sort the rows by draw. A KeyError or a ValueError means that the rows belong to another study."""
     place = {v: k for k, v in enumerate(sorted({r["variation"] for r in rows}))}
     if len(place) != len(found.outcomes):
         raise ValueError

@@ -30,7 +30,7 @@ LONGEST = 3.0  # a limit this many times the worst value is not drawn: the curve
 
 
 def shares(summary: Summary) -> Bars | None:
-    """Draw the shares inside the limits with their intervals: of all limits together, then of each; None without."""
+    """Plot the share of draws inside all limits, then inside each limit, with intervals; None if there is no limit."""
     limited = sorted((s.within, f"{s.case}: {s.metric}") for s in summary.spreads if s.within is not None)
     if not limited:
         return None
@@ -47,7 +47,7 @@ def shares(summary: Summary) -> Bars | None:
 
 
 def strongest(names: Sequence[str], metric: str, found: Effects, column: int) -> Bars | None:
-    """Draw the total effects of the parameters on a metric, the largest first; None if no parameter affects it."""
+    """Plot the total effects of the parameters on a metric, the largest first; None if no parameter has an effect."""
     order = _order(found, column)
     if not order:
         return None
@@ -71,11 +71,10 @@ def all_draws(
     rows: Sequence[Row],
     objective: tuple[str, Mapping[int, float]] | None = None,
 ) -> Parallel | None:
-    """Draw all variations, or an even selection, over their parameters and the largest ratio to a limit; None for one
-    parameter.
+    """Plot all variations, or an even selection, over the parameters and the largest ratio of a metric to its limit.
 
-    `labels` names the parameters in the order of their axes; `objective`, a name with a value by variation, replaces
-    the limits if there are none.
+    Return None for a single parameter. `labels` contains the parameters in the order of their axes. If there are no
+    limits, `objective` replaces the ratio; it is a name with a value for each variation.
     """
     kinds = outcomes(study, systems, rows)
     limits = {s.case.name: study.limits(s.case) for s in systems}
@@ -104,7 +103,7 @@ def all_draws(
 
 
 def coordinate(name: str, values: Array) -> Coordinate:
-    """Return an axis of parallel coordinates from its least to its largest value."""
+    """Return an axis of parallel coordinates from the smallest to the largest of the values."""
     lo, hi = float(values.min()), float(values.max())
     return Coordinate(name, lo, hi, (values - lo) / (hi - lo) if hi > lo else np.full(len(values), 0.5))
 
@@ -119,10 +118,10 @@ def scatter(
     column: int,
     limit: float | None,
 ) -> list[Plot]:
-    """Draw a metric over the parameters with the largest effects.
+    """Plot a metric over the parameters with the largest effects.
 
-    `y_label` and `names` of the p parameters have their units of measure; x has the shape (n, p), y (n,); the metric is
-    a `column` of what was found.
+    `y_label` and the `names` of the p parameters include units of measure. x has the shape (n, p), and y has the shape
+    (n,). `column` is the column of the metric in the effects.
     """
     order = _order(found, column) or [k for k in range(len(names)) if np.ptp(x[:, k]) > 0]
     plots = []
@@ -137,7 +136,7 @@ def scatter(
 
 
 def distribution(metric: str, label: str, values: Array, limit: float | None) -> Plot:
-    """Draw the empirical distribution function, with the limit."""
+    """Plot the empirical distribution function and the limit."""
     at = np.sort(values)
     lines = [Line("share of the draws", at, 100 * np.arange(1, len(at) + 1) / len(at))]
     if limit is not None and limit < LONGEST * at[-1]:
@@ -146,7 +145,7 @@ def distribution(metric: str, label: str, values: Array, limit: float | None) ->
 
 
 def tuning(scores: Mapping[int, float], label: str) -> Plot | None:
-    """Draw the objective of the variations within the limits, and the best so far; None without any."""
+    """Plot the objective of the variations within the limits, and the best value so far; None for no variation."""
     if not scores:
         return None
     x = np.array(sorted(scores), dtype=np.float64)
@@ -160,7 +159,7 @@ HEAD = ("case", "metric", "limit", "% within", *(f"{p} %" for p in PERCENTILES),
 
 
 def outcome_html(summary: Summary | None, failed: Sequence[Row], files: Sequence[Path]) -> str:
-    """Return the answer of a study as HTML without scripts, everything escaped."""
+    """Return the answer of a study as escaped HTML without scripts."""
     parts = []
     if summary is not None:
         parts.append(f"<p>{escape(summary.sentence)}</p>")
@@ -180,9 +179,9 @@ def _or_blank(value: float | None, times: float = 1.0) -> float | str:
 
 
 def distributions(rows: Sequence[Row], summary: Summary | None) -> Figure:
-    """Draw how the metrics of the runs that succeeded are distributed: those with a limit, or all.
+    """Plot the distributions of the metrics with a limit; of all metrics if no metric has a limit.
 
-    A study without such a run is refused.
+    Only runs without failure are used. A study without such a run is an InputError.
     """
     good = [r for r in rows if r["status"] == "ok"]
     limits = {(s.case, s.metric): s.limit for s in summary.spreads} if summary is not None else {}

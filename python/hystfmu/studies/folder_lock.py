@@ -1,4 +1,4 @@
-"""Lock of a folder against a second study, in this process and in others."""
+"""Lock of a folder against a second study in this process or in another process."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _HELD: dict[int, tuple[int, int, int]] = {}  # process, device and file by handl
 
 
 def open_locked(path: Path) -> int:
-    """Open a file to read and to write, and lock it until `close_locked`.
+    """Open a file for reading and writing, and lock it until `close_locked`.
 
-    The lock belongs to this process; forked workers, which may live slightly longer, do not hold it. Such a lock does
-    not exclude the same process, and it is lost when this process closes another handle of the file; both cases are
-    handled here.
+    The lock belongs to this process. Forked workers, which may end slightly later, do not own it. The lock of the
+    system does not exclude a second study in this process, and it is lost when this process closes another handle of
+    the file. This function handles these two cases.
 
-    An InputError says that another study holds the lock, or the file cannot be written; an OSError that
-    the file system does not support locks.
+    An InputError means that another study has the lock, or that the file cannot be written. An OSError means that the
+    file system does not support locks.
     """
     check_target(path)
     refused = InputError(f"{path.parent}: another study is writing into this folder")
@@ -42,7 +42,7 @@ def open_locked(path: Path) -> int:
 
 
 def close_locked(handle: int) -> None:
-    """Close a locked file, which frees the lock."""
+    """Close a locked file and release the lock."""
     del _HELD[handle]
     os.close(handle)
 

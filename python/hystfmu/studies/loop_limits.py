@@ -23,16 +23,16 @@ RADIUS = 1 - 1e-6  # largest modulus of a pole that counts as stable: creep of 1
 
 
 class LoopLimits:
-    """The limits that the objective of a study states, for any variation."""
+    """Limits of the linearised loop in the objective of a study, computed for any variation."""
 
     def __init__(self, study: Study, spec: LoopSpec) -> None:
         self._spec = spec
         self._systems = {name: build(study.scenario_cases[name]) for name in {spec.case, *spec.corners}}
 
     def excess(self, settings: Mapping[str, Any]) -> dict[str, float]:
-        """Return the excess of a variation over each limit; a limit is met if the excess is at most 0.
+        """Return the excess of a variation over each limit. A limit is met if its excess is at most 0.
 
-        The settings ``{"unit.parameter": value}`` have the form that `set` of a scenario takes.
+        The settings ``{"unit.parameter": value}`` have the form of `set` of a scenario.
         """
         spec = self._spec
         nominal = self._opened(spec.case, settings)
@@ -52,10 +52,10 @@ class LoopLimits:
 
 
 def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float]:
-    """Return the margins of the loop of a case with other settings, opened at the input of its plant.
+    """Return the margins of the loop of a case with other settings. The loop is opened at the input of the plant.
 
-    ``Ms_db``: peak of the sensitivity for the nominal slope (dB), infinite if unstable; ``radius``: largest modulus of
-    a pole for the slopes along the path of the case.
+    ``Ms_db`` is the peak of the sensitivity for the nominal slope (dB); it is infinite for an unstable loop. ``radius``
+    is the largest modulus of a pole for the slopes along the path of the case.
     """
     fine = {k: float(settings[k]) % 1 for k in sizes(system.case) & settings.keys()}  # a loop is opened at one rate
     whole = {k: v - fine[k] if k in fine else v for k, v in settings.items()}
@@ -68,9 +68,10 @@ def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float
 
 
 def _radius(opened: OpenedLoop, slope: float, delay: float) -> float:
-    """Return the largest pole.
+    """Return the largest modulus of a pole.
 
-    For a memory of a period, the bound may exceed 1 although the loop is stable, so the loop without it counts.
+    For a loop with a memory of a period, the bound may exceed 1 although the loop is stable. Therefore the result is
+    computed for the loop without this memory.
     """
     if opened.memories and opened.stable(slope, delay):
         opened = replace(opened, memories=())

@@ -1,15 +1,16 @@
-"""Run a study in local worker processes, which may crash, hang or run out of memory without harm to the study.
+"""Run a study in local worker processes. A worker may crash, hang or exceed its memory without harm to the study.
 
-The parent watches its workers. A worker receives several tasks at once and answers in batches, because a message costs
-as much as a short run. It counts started tasks in shared memory, so that the parent knows the current one. A worker
-that dies is replaced and its task is repeated, because the process may have been killed from outside, and the table
-must not depend on this. Tasks that were finished but not yet reported are repeated too. A task that kills its worker
-twice, or exceeds the time limit, becomes a row with the reason. A worker ends when its parent has ended.
+The parent supervises its workers. A worker receives several tasks at once and answers in batches, because a message
+takes as long as a short run. The worker counts started tasks in shared memory, so that the parent knows the current
+task. If a worker dies, the parent replaces it and repeats its task. The reason is that another process may have killed
+the worker, and the table must not depend on this. The parent also repeats tasks that were finished but not yet
+reported. If a task kills its worker twice or exceeds the time limit, its row states the reason. A worker ends when its
+parent has ended.
 
-Workers of studies that only use the C core are forks: they start at once, with the imports of the parent, and only use
-functions that are safe in a fork of a process with threads. All other workers (FMUs, foreign code, platforms without a
-safe fork) are new processes. A worker with foreign code is confined, has a supervisor on Linux (`PipedChild`), and is
-not trusted: its answers are JSON, because its data must not be unpickled.
+If a study only uses the C core, its workers are forks. A fork starts at once, with the imports of the parent, and only
+uses functions that are safe in a fork of a process with threads. All other workers (FMUs, foreign code, platforms
+without a safe fork) are new processes. A worker with foreign code is confined and has a supervisor on Linux
+(`PipedChild`). The parent does not trust it: the answers are JSON, because pickled data could run code.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ def _work(pipe: Any, begun: Any, parent: int, folder: str, systems: list[System]
 
 
 def _answer(row: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
-    """Return the part of a row that the parent does not know."""
+    """Return the fields of a row that only the worker knows."""
     return row["status"], row["reason"], row["metrics"]
 
 
@@ -126,9 +127,9 @@ class _Worker:
             self.pipe.send(tasks)
 
     def take(self) -> list[dict[str, Any]]:
-        """Receive rows, and estimate from their duration how many tasks fit into twice `MOMENT`.
+        """Receive rows, and estimate from their durations the number of tasks in twice `MOMENT`.
 
-        An EOFError says that the worker ended, or sent an invalid answer.
+        An EOFError means that the worker ended or sent an invalid answer.
         """
         try:
             answers = json.loads(self.pipe.recv_bytes(MOST_ANSWER))
@@ -151,7 +152,7 @@ class _Worker:
         return rows
 
     def blamed(self) -> Task:
-        """Remove the current task from the tasks of the worker and return it."""
+        """Remove the current task of the worker from its tasks, and return this task."""
         at = min(max(self._begun.value - self.answered - 1, 0), len(self.tasks) - 1)
         task = self.tasks[at]
         del self.tasks[at]
@@ -167,13 +168,13 @@ class _Worker:
 
     @property
     def advice(self) -> str:
-        """Remedy if a worker ends before it begins."""
+        """Remedy for a worker that ends before its first task."""
         if self._supervised:
             return one_line("".join((self.process.said or ["it said nothing"])[-1:]))
         return "a script that runs a study must be a file with its main part under if __name__ == '__main__'"
 
     def kill(self) -> None:
-        """Start to end it, with all processes that foreign code in it has started."""
+        """Begin to end the worker and all processes that its foreign code started."""
         if self._supervised:
             self.process.terminate()
         else:
@@ -181,13 +182,16 @@ class _Worker:
 
 
 class _Waiting:
-    """Tasks that no worker has yet: new ones, created while others run, and returned ones."""
+    """Tasks that no worker has yet.
+
+    New tasks are created while other tasks run. Returned tasks are first in the queue.
+    """
 
     def __init__(self, source: Iterable[Task], n: int) -> None:
         self._source, self._back, self.left = iter(source), deque[Task](), n
 
     def take(self, n: int) -> list[Task]:
-        """Take the next n tasks, or the remaining ones."""
+        """Take the next n tasks, or all remaining tasks if they are fewer."""
         taken = [self._back.popleft() for _ in range(min(n, len(self._back)))]
         taken += islice(self._source, n - len(taken))
         self.left = self.left - len(taken) if len(taken) == n else 0
@@ -201,9 +205,10 @@ class _Waiting:
 
 
 class Pool:
-    """Workers on this machine, by default one for each core available to this process.
+    """Workers on this machine; by default one worker for each core that this process may use.
 
-    For `systems` and `run` see `Runner`; the limits are those of a task and of the address space of a worker.
+    For `systems` and `run` see `Runner`. The time limit applies to a task, and the memory limit to the address space of
+    a worker.
     """
 
     STARTUP = 60.0  # s: additional time for the imports of a new process
@@ -220,7 +225,7 @@ class Pool:
         self._died: set[int] = set()  # indices of tasks that killed a worker once
 
     def __enter__(self) -> Pool:
-        """Start workers that need time for their imports, while the study is being prepared."""
+        """Start the workers during the preparation of the study, because their imports take time."""
         if not _forked(*self._of_worker):
             self._workers = [_Worker(*self._of_worker) for _ in range(self._n)]
         return self
@@ -231,12 +236,12 @@ class Pool:
             w.end()
 
     def stop(self) -> None:
-        """Announce the end of the tasks: the workers end while the parent goes on."""
+        """Announce the end of the tasks. The workers end while the parent continues."""
         for w in self._workers:
             w.kill()
 
     def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
-        """Yield rows as they finish, of at most n tasks."""
+        """Yield the rows of at most n tasks, each row when its run ends."""
         waiting = _Waiting(tasks, n)
         while waiting.left or any(w.tasks for w in self._workers):
             for k in range(self._n):

@@ -28,7 +28,7 @@ MOST_PLOTS = 24
 
 
 class StudyCase:
-    """The rows of a case that ran, and its worst rows; `labels` are the parameters with their units of measure."""
+    """Finished rows of a case, and its worst rows. `labels` contains the parameters with their units of measure."""
 
     def __init__(
         self, study: Study, labels: dict[str, str], system: System, rows: Sequence[Row], worst: Sequence[Row]
@@ -49,25 +49,25 @@ class StudyCase:
         return float((self.y[:, column] <= limit).mean())
 
     def share(self) -> float:
-        """Share of the runs within the limit that the fewest runs meet."""
+        """Share of the runs that meet the strictest limit, which the fewest runs meet."""
         return self._within(self.main)
 
     def decides(self) -> Bars | None:
-        """Return the diagram of the total effects on the metric whose limit the fewest runs meet."""
+        """Return the diagram of the total effects on the metric with the strictest limit."""
         return strongest(self.names, f"{self.system.case.name}: {self.of[self.main]}", self.found, self.main)
 
     def by_effect(self, labels: dict[str, str]) -> dict[str, str]:
-        """Return the parameters, with the one that affects this metric most at the end."""
+        """Return the parameters; the last parameter has the largest effect on the metric with the strictest limit."""
         names = list(labels)
         return {names[k]: labels[names[k]] for k in np.argsort(self.found.total[:, self.main], kind="stable").tolist()}
 
     def objective(self) -> tuple[str, dict[int, float]]:
-        """Return that metric with its unit of measure, and its value by variation."""
+        """Return the metric with the strictest limit, with its unit of measure, and its value by variation."""
         name = label(self.of[self.main], metric_unit(self.system, self.of[self.main]))
         return name, dict(zip(self.variations, self.y[:, self.main].tolist(), strict=True))
 
     def section(self, summary: Summary | None, folder: Path) -> Section:
-        """Return the part of the page: scatter, distributions, and folded tables."""
+        """Return the section of this case: scatter plots, distributions, and folded tables."""
         units = [label(k, metric_unit(self.system, k)) for k in self.of]
         main, y = self.main, self.y
         limit = self.limits.get(self.of[main])
@@ -113,9 +113,9 @@ def _effects(
 
 
 def sensitivity(x: Array, y: Array) -> Array:
-    """Return Spearman's rank correlation of every column of x (n, p) with every column of y (n, m), shape (p, m).
+    """Return Spearman's rank correlation of each column of x (n, p) with each column of y (n, m), shape (p, m).
 
-    Constant columns have 0.
+    The correlation of a constant column is 0.
     """
     ranks = [_centred_ranks(a) for a in (x, y)]
     size = [np.sqrt((r**2).sum(axis=0)) for r in ranks]
@@ -139,7 +139,7 @@ DIVERGED = 1e100
 def write_report(
     study: Study, systems: Sequence[System], rows: list[Row], summary: Summary | None, folder: Path
 ) -> Path:
-    """Write report.html and report.json into `folder`; `systems` are the cases of the study."""
+    """Write report.html and report.json into `folder`. `systems` contains the cases of the study."""
     # omit diverged runs: no axis can show metrics near the largest float
     good = [r for r in rows if r["status"] == "ok" and all(abs(v) < DIVERGED for v in r["metrics"].values())]
     labels = {k: _label(study, systems, k) for k in study.parameters}
@@ -164,7 +164,7 @@ def write_report(
 
 
 def _label(study: Study, systems: Sequence[System], parameter: str) -> str:
-    """Label a parameter with its unit of measure, or as a factor."""
+    """Return the label of a parameter with its unit of measure, or with the remark that it is a factor."""
     if parameter not in study.spec.parameters:
         return label(parameter, {"f_n": "Hz"}.get(parameter.rpartition(".")[2], ""))
     if study.parameters[parameter].scale is not None:
@@ -175,7 +175,7 @@ def _label(study: Study, systems: Sequence[System], parameter: str) -> str:
 def _answer(
     study: Study, labels: dict[str, str], least: StudyCase | None, rows: list[Row], summary: Summary | None
 ) -> Section:
-    """Return the first section: the answer in a sentence, shares with intervals, decisive limits; the ranges folded."""
+    """Return the first section: answer, shares with intervals, decisive limits, and the ranges in a folded table."""
     failed = [r for r in rows if r["status"] not in ("ok", OUTSIDE)]
     left_out = sum(r["status"] == OUTSIDE for r in rows)
     tables = [
@@ -218,7 +218,7 @@ def _answer(
 
 
 def _objective(study: Study) -> str:
-    """Name what is minimised."""
+    """Return the name of the minimised quantity."""
     objective = study.spec.objective
     if objective is None:
         return ""
@@ -226,7 +226,7 @@ def _objective(study: Study) -> str:
 
 
 def best_variation(study: Study, rows: list[Row]) -> Row | None:
-    """Return a row of the variation with the smallest objective among those within the limits, or None."""
+    """Return a row of the variation with the smallest objective within the limits; None if there is none."""
     objective, scores = study.spec.objective, _scores(study, rows)
     loop = LoopLimits(study, objective.loop) if objective is not None and objective.loop else None
     first = {r["variation"]: r for r in reversed(rows)}
@@ -238,7 +238,7 @@ def best_variation(study: Study, rows: list[Row]) -> Row | None:
 
 
 def _scores(study: Study, rows: list[Row]) -> dict[int, float]:
-    """Return the objective by variation, of those whose runs succeeded within the limits."""
+    """Return the objective by variation, for variations whose runs all meet the limits."""
     objective = study.spec.objective
     if objective is None:
         return {}
@@ -259,7 +259,10 @@ def _scores(study: Study, rows: list[Row]) -> dict[int, float]:
 
 
 def spreads(summary: Summary, every: bool = False) -> str:
-    """Return the answer of a study for the terminal: its sentence, and percentiles of metrics, or of `every` one."""
+    """Return the answer of a study for the terminal: a sentence, and percentiles of the metrics.
+
+    The table contains the metrics with a limit, or every metric if `every` is True.
+    """
     shown = [s for s in summary.spreads if every or s.limit is not None]
     if not shown:
         return summary.sentence

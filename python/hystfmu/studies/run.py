@@ -1,4 +1,4 @@
-"""Run a study from its file to its table and report, from the start or from where it was interrupted."""
+"""Run a study file, and write table and report. An interrupted study resumes."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ _LIMIT_OF = {"timeout": "timeout", "memory": "memory", "killed": "memory"}  # na
 
 
 def with_limits(row: dict[str, Any], spec: StudySpec) -> dict[str, Any]:
-    """Return a row for storage: a failed row also states the limits under which it failed."""
+    """Return a row for storage. A failed row also states the limits of its run."""
     return row if row["status"] == "ok" else row | {"limits": {"timeout": spec.timeout, "memory": spec.memory}}
 
 
 def is_final(row: dict[str, Any], spec: StudySpec, retry: bool) -> bool:
-    """Return whether a stored row is valid for the present limits; with `retry` failed rows are not."""
+    """Return whether a stored row is valid for the present limits. With `retry`, failed rows are not valid."""
     if row["status"] == "ok":
         return True
     limit = _LIMIT_OF.get(row["status"], "")
@@ -52,15 +52,15 @@ class Outcome:
     Parameters
     ----------
     rows : list of dict
-        The table, ordered by index.
+        Rows of the table in the order of their index.
     table, report : Path
         Paths of results.parquet and report.html.
     ran : int
-        Number of runs made by this call; the other rows existed before.
+        Number of runs of this call. The other rows existed before.
     seconds : float
         Duration of this call (s).
     summary : Summary, optional
-        Share of the variations inside the limits; None for the method 'optuna', whose variations are no draws.
+        Share of the variations inside the limits. None for the method 'optuna', whose variations are not random.
     seed : int
         Seed of the variations.
     """
@@ -77,7 +77,7 @@ class Outcome:
         return f"Outcome({len(self.rows)} rows, {len(self.failed)} failed, {str(self.table)!r})"
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it: the answer, percentiles, failed runs, paths of table and report."""
+        """Return HTML for a notebook: the answer, percentiles, failed runs, and paths of table and report."""
         return outcome_html(self.summary, self.failed, [self.table, self.report])
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -98,12 +98,12 @@ class Outcome:
         return pandas.DataFrame(rows, index=pandas.Index([r["index"] for r in self.rows], name="index"))
 
     def plot(self) -> Figure:
-        """The distributions of the metrics, those with a limit if there are any.
+        """Plot the distributions of the metrics with a limit, or of all metrics if no metric has a limit.
 
         Returns
         -------
         Figure
-            A notebook shows it; `Figure.save` writes a file.
+            A notebook shows the figure; `Figure.save` writes a file.
 
         Raises
         ------
@@ -144,19 +144,20 @@ def run_study(
         Run failed rows again. A row that failed at a limit of time or memory always runs again if this limit is now
         higher.
     confined : bool
-        Whether foreign FMUs run without network and write into a folder of their own only, where the system can.
+        Whether foreign FMUs run without network and with write access to a private folder only, if the system supports
+        this.
     progress : callable, optional
         Called after every row with (done, total, rows per second).
 
     Returns
     -------
     Outcome
-        Rows, and the files written.
+        The rows, and the paths of the written files.
 
     Raises
     ------
     InputError
-        If the study or its scenario is invalid, the disk is full, or the cluster is missing.  Finished rows are kept.
+        The study or its scenario is invalid, the disk is full, or the cluster is not available. Finished rows are kept.
     """
     study = Study(path)
     systems = [build(c) for c in study.cases]
@@ -219,10 +220,10 @@ def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first:
 
 
 class _Missing:
-    """Iterate over the tasks without a row, each once: a sampler may propose a variation twice.
+    """Iterate over the tasks without a row. Each task occurs once, although a sampler may propose a variation twice.
 
-    Tasks are created on demand, while others run. At the end `all` contains every task, `there` is the number of tasks
-    that had a row, and `left_out` contains the tasks of the variations in `leave_out`, which do not run.
+    Each task is created on demand, while other tasks run. At the end, `all` contains every task, and `there` is the
+    number of tasks with a row. The tasks of the variations in `leave_out` do not run; `left_out` contains these tasks.
     """
 
     def __init__(self, tasks: Iterator[Task], known: Mapping[str, object]) -> None:

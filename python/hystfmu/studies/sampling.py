@@ -19,13 +19,13 @@ class Sampler(Protocol):
     """Proposes variations in batches; an adaptive sampler uses the results of the last batch."""
 
     def batches(self) -> Iterator[list[dict[str, float]]]:
-        """Yield batches of variations `{"unit.parameter": value}`, each after the last one has been run."""
+        """Yield batches of variations `{"unit.parameter": value}`. The runs of a batch end before the next batch."""
 
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
         """Report the rows (one per case) of every variation of the last batch, in the order of the batch."""
 
     def outside(self, k: int) -> str:
-        """Return the limits that variation k of the last batch breaks before it has run; if there are none, it runs."""
+        """Return the limits that variation k of the last batch breaks without a run; the variation runs if empty."""
 
     @property
     def n(self) -> int:
@@ -46,7 +46,7 @@ class Fixed:
         """Ignore the results."""
 
     def outside(self, k: int) -> str:
-        """Run every variation."""
+        """Return an empty text, so that every variation runs."""
         return ""
 
     @property
@@ -56,10 +56,10 @@ class Fixed:
 
 
 class Asked:
-    """Optuna's TPE sampler with a fixed seed and batch size: the result does not depend on the number of workers.
+    """Optuna's TPE sampler with a fixed seed and batch size. The result does not depend on the number of workers.
 
-    A resumed study proposes the same variations and finds their rows in the table, so an interruption does not change
-    the result.
+    A resumed study proposes the same variations, and finds their rows in the table. Therefore an interruption does not
+    change the result.
     """
 
     BATCH = 8
@@ -95,7 +95,7 @@ class Asked:
             yield batch
 
     def outside(self, k: int) -> str:
-        """Name the broken limits of the linearised loop, for which a simulation is not needed."""
+        """Return the broken limits of the linearised loop. They are known without a simulation."""
         return ", ".join(name for name, excess in self._excess[k].items() if excess > 0)
 
     def _ask(self, trial: Any) -> dict[str, float]:
@@ -108,7 +108,7 @@ class Asked:
         return values
 
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
-        """Report the results to Optuna: a failed case makes a failed trial, an exceeded limit an infeasible one."""
+        """Report the results to Optuna. A failed case is a failed trial; an exceeded limit is an infeasible trial."""
         for trial, cases, excess in zip(self._trials, rows, self._excess, strict=True):
             for name, value in excess.items():
                 trial.set_constraint(name, value)
@@ -125,7 +125,11 @@ class Asked:
 
 
 def sampler(study: Study) -> Sampler:
-    """Create the sampler of a study; a table with too many rows, or Optuna without Optuna, is refused."""
+    """Create the sampler of a study.
+
+    An InputError is raised if the table has too many rows, or if the method needs Optuna and Optuna is not
+    installed.
+    """
     spec = study.spec
     if spec.method == "optuna":
         return Asked(study)

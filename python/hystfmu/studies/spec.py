@@ -54,7 +54,7 @@ class SecondOrderSpec(pydantic.BaseModel):
 
 
 class ParameterSpec(pydantic.BaseModel):
-    """The values of one `unit.parameter`, given by exactly one of `range`, `scale`, `values` and `second_order`."""
+    """Values of one `unit.parameter`. Exactly one of `range`, `scale`, `values` and `second_order` is given."""
 
     model_config = STRICT
     range: Bounds | None = Field(None, description="lowest and highest value")
@@ -102,14 +102,16 @@ class ParameterSpec(pydantic.BaseModel):
         return math.log(value / lo) / math.log(hi / lo) if self.log else (value - lo) / (hi - lo)
 
     def coordinates(self, name: str) -> dict[str, ParameterSpec]:
-        """Return the independently drawn quantities by name: the parameter itself, or the quantities that it is
-        computed from."""
+        """Return the independently drawn quantities by name.
+
+        They are the parameter itself, or the quantities from which the parameter is computed.
+        """
         if self.second_order is None:
             return {name: self}
         return {f"{name}.{k}": p for k, p in self.second_order.coordinates.items()}
 
     def setting(self, value: float) -> float | str:
-        """Return the value in the form that `set` of a scenario takes."""
+        """Return the value in the form of `set` of a scenario."""
         return f"*{value!r}" if self.scale is not None else value
 
 
@@ -117,7 +119,7 @@ class LoopSpec(pydantic.BaseModel):
     """Limits of the linearised loop: peak of the sensitivity in one case, stability in the corners."""
 
     model_config = STRICT
-    case: Name = Field(description="case whose sensitivity is limited, for slope 1 of plant over inverse")
+    case: Name = Field(description="case whose sensitivity is limited, for slope 1 of plant and inverse")
     Ms_db: Annotated[float, Field(gt=0, le=60)] = Field(6.0, description="largest peak of the sensitivity (dB)")
     delay: Annotated[float, Field(ge=0, le=100)] = Field(0.0, description="steps beyond the delay of the case")
     corners: list[Name] = Field([], max_length=100, description="cases whose loops must be stable")
@@ -151,7 +153,7 @@ class ObjectiveSpec(pydantic.BaseModel):
 
 
 class StudySpec(pydantic.BaseModel):
-    """The whole study file."""
+    """Content of a study file."""
 
     model_config = STRICT
     name: Name
@@ -181,10 +183,11 @@ class StudySpec(pydantic.BaseModel):
 
 
 def read_study(file: Path) -> StudySpec:
-    """Read a study file on top of the files that it extends.
+    """Read a study file and the files that it extends.
 
-    Tables merge key by key; a parameter, and the limits of a case, replace those of the same name.  An error is one
-    line with the file, the key, the rule and the value; a chain that is too long or leaves the folder is one.
+    Tables are merged key by key. A parameter replaces the parameter of the same name; the limits of a case replace the
+    earlier limits of this case. An InputError states file, key, rule and value in one line. A chain of files that is
+    too long or leaves the folder is also an InputError.
     """
     path, layers = file, list[dict[str, Any]]()
     while len(layers) < MOST_FILES:
@@ -204,7 +207,7 @@ def read_study(file: Path) -> StudySpec:
 
 
 class Study:
-    """The study file at `path` (`*.study.toml`) with the cases of its scenario."""
+    """A study file at `path` (`*.study.toml`), with the cases of its scenario."""
 
     def __init__(self, path: str | Path) -> None:
         self.file = Path(path)
@@ -234,7 +237,7 @@ class Study:
         """Drawn parameters by `unit.parameter`, or `unit.block.f_n`."""
 
     def _known(self, key: str, names: Iterable[str], have: Iterable[str], what: str = "case") -> None:
-        """Refuse an unknown name."""
+        """Raise an InputError for an unknown name."""
         for name in (n for n in names if n not in have):
             raise InputError(f"{self.file}: {key}: no {what} {name!r}; there are {', '.join(have)}")
 
@@ -279,13 +282,13 @@ class Study:
             self._known(f"limits.{case.name}", spec.limits.get(case.name, {}), known, "metric")
 
     def limits(self, case: Case) -> dict[str, float]:
-        """Return the upper limits of the metrics of a case that make a draw good."""
+        """Return the upper limits of the metrics of a case that a good draw meets."""
         if self.spec.limits:
             return self.spec.limits.get(case.name, {})
         return {name: m.limit for name, m in case.metrics.items() if m.limit is not None}
 
     def settings(self, values: Mapping[str, float]) -> dict[str, Any]:
-        """Return the values of a variation in the form that `set` of a scenario takes."""
+        """Return the values of a variation in the form of `set` of a scenario."""
         settings: dict[str, Any] = {}
         for name, p in self.spec.parameters.items():
             if name.startswith(PREFIX):

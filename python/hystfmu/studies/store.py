@@ -1,12 +1,12 @@
 """Store the table of a study on disk.  Every finished run is stored at once and survives an interruption.
 
-A row is one line of `journal.jsonl`, appended when its run ends: CRC-32, tab, JSON.  Of two rows of a run the later one
-counts.  A lock keeps a second study out of the folder.  Full journals become Parquet parts, whose names end with their
-CRC-32, by atomic renames.  Columns and seed are kept twice.
+Each row is one line of `journal.jsonl` with CRC-32, tab and JSON. The line is appended when the run ends. If a run has
+two rows, the later row is valid. A lock prevents a second study in the folder. A full journal becomes a Parquet part by
+an atomic rename; the name of the part ends with its CRC-32. Columns and seed are stored twice.
 
-Truncated or damaged data are found at the next start: lines are moved to `damaged.jsonl`, parts are renamed, and their
-runs are repeated. The final table is `results.parquet`, sorted by row. It does not depend on time, place or order of
-the runs.
+Truncated or damaged data are found at the next start. Damaged lines are moved to `damaged.jsonl`, damaged parts are
+renamed, and their runs are repeated. The final table is `results.parquet`, sorted by row. This table does not depend on
+time, machine or order of the runs.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def _sealed(value: Any) -> bytes:
 
 
 def _unsealed(path: Path) -> Any:
-    """Return the value in a file; a ValueError means that it is damaged."""
+    """Return the value in a file. A ValueError means that the file is damaged."""
     found = json.loads(read_bytes(path))
     if not isinstance(found, dict) or not {"crc32", "value"} & set(found):
         raise InputError(f"{path}: HystFMU before 0.1 wrote this folder. Choose another one for the study.")
@@ -62,7 +62,7 @@ def _unsealed(path: Path) -> Any:
 
 
 def _sync(path: Path) -> None:
-    """Wait until a file or a folder is on the disk."""
+    """Wait until a file or a folder is written to the disk."""
     if os.name == "nt" and path.is_dir():
         return
     handle = os.open(path, os.O_RDWR if path.is_file() else os.O_RDONLY)
@@ -76,10 +76,10 @@ _MADE = ("results.parquet", "report.html", "report.json")  # at the end of a stu
 
 
 class Store:
-    """Rows of a study in a folder, which is created if it is missing and belongs to this study.
+    """Rows of a study in a folder. A missing folder is created. The folder belongs to a single study.
 
-    `parameters` and `metrics` are columns in addition to the fixed ones.  A folder that holds the table of another
-    study, is in use, is damaged beyond repair or cannot be written is refused.
+    `parameters` and `metrics` are columns in addition to the fixed columns. An InputError is raised if the folder
+    contains the table of another study, is in use, cannot be repaired, or cannot be written.
     """
 
     def __init__(self, folder: Path, parameters: Sequence[str], metrics: Sequence[str], study: str = "") -> None:
@@ -106,13 +106,13 @@ class Store:
             raise InputError(f"{folder}: {e.strerror or e}") from None
 
     def seed(self) -> int:
-        """Return the seed of this study: drawn at its first run, kept beside its table."""
+        """Return the seed of this study. It is drawn at the first run and stored in the folder."""
         return int(self._kept("seed", lambda: secrets.randbelow(2**31)))
 
     def _kept(self, name: str, first: Callable[[], Any]) -> Any:
         """Return a value that is stored in two files, or create it.
 
-        If one file is damaged, the other one replaces it.
+        If one file is damaged, it is replaced by the other file.
         """
         paths = self.folder / f"{name}.json", self.folder / f"{name}.copy.json"
         found = []
@@ -135,7 +135,7 @@ class Store:
     def _mend(self) -> None:
         """Move damaged lines of the journal to another file.
 
-        Blanks replace them, so that other lines keep their positions.
+        Blanks replace the damaged lines, so that the other lines keep their positions.
         """
         at, self._in_journal, damaged = 0, 0, list[tuple[int, bytes]]()
         for line in self._lines():
@@ -157,9 +157,9 @@ class Store:
         self._synced = time.monotonic()
 
     def append(self, row: dict[str, Any]) -> None:
-        """Add a finished run; for a failed run its `limits` are also stored.
+        """Add a finished run. For a failed run, the `limits` of the run are also stored.
 
-        An InputError says that the disk is full.  Earlier rows stay intact, and the study can be resumed.
+        An InputError means that the disk is full. Earlier rows stay intact, and the study can be resumed.
         """
         line = _line(row)
         at = os.lseek(self._journal, 0, os.SEEK_END)
@@ -184,7 +184,7 @@ class Store:
         return f"{self._in_journal} rows are safe: free some space and run the study again"
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield all rows, one for each id, in no particular order; damaged parts are renamed."""
+        """Yield one row for each id, in no particular order. Damaged parts are renamed."""
         found = {row["id"]: row for part in self._parts() for row in self._of_part(part)}
         yield from (found | {row["id"]: row for row in self._of_journal()}).values()
 
@@ -212,7 +212,7 @@ class Store:
         return sorted(self.folder.glob("part-*.parquet"))
 
     def _of_part(self, part: Path) -> list[dict[str, Any]]:
-        """Return the rows of a part; none if it is damaged."""
+        """Return the rows of a part; an empty list for a damaged part."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 

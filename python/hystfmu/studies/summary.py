@@ -1,4 +1,4 @@
-"""The answer of a study: the share of draws inside the limits, with its interval, and the failures of the others."""
+"""The answer of a study: the share of draws inside the limits with its interval, and the failures."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Spread:
-    """Distribution of one metric in one case: percentiles, worst value, limit, share of the draws within it."""
+    """Distribution of one metric in one case: percentiles, worst value, limit, and share of the draws within the
+    limit.
+    """
 
     case: str
     metric: str
@@ -44,8 +46,9 @@ class Summary:
     Parameters
     ----------
     draws, inside, unstable, failed : int
-        Numbers of draws; `unstable` and `failed` are outside. A run is unstable if its values grow without bound, if
-        its error is as large as for an output at rest, or if its linearised loop has a pole outside the unit circle.
+        Numbers of draws. Unstable and failed draws are outside the limits. A run is unstable if its values grow without
+        bound, if its error is as large as for an output at rest, or if its linearised loop has a pole outside the unit
+        circle.
     interval : (float, float) or None
         95 % interval of the share after Clopper and Pearson; None for a grid, whose points are not random.
     spreads : tuple of Spread
@@ -78,8 +81,8 @@ class Summary:
 def interval(inside: int, draws: int) -> tuple[float, float]:
     """Return the 95 % interval of a share after Clopper and Pearson (1934), Biometrika 26, 404-413.
 
-    It covers the true share with a probability of at least 95 % for independent draws; for more evenly spread points it
-    is conservative.
+    For independent draws, the interval contains the true share with a probability of at least 95 %. For more evenly
+    spread points, the interval is conservative.
     """
     tail = (1 - CONFIDENCE) / 2
     lo = betaincinv(inside, draws - inside + 1, tail) if inside else 0.0
@@ -106,7 +109,7 @@ def summarise(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> S
 
 
 def outcomes(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> dict[int, str]:
-    """Return by variation whether it is inside the limits of all cases, outside, unstable, or failed."""
+    """Return the outcome of each variation: inside the limits of all cases, outside, unstable, or failed."""
     of_case = {s.case.name: s for s in systems}
     limits = {name: study.limits(s.case) for name, s in of_case.items()}
     draws: dict[int, list[Row]] = {}
@@ -125,8 +128,11 @@ def outcomes(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> di
 
 
 def is_unstable(system: System, row: Row) -> bool:
-    """Return whether a run diverged, lost its reference, or has a linearised loop with a pole outside the unit
-    circle."""
+    """Return whether a run is unstable.
+
+    A run is unstable if it diverged, lost its reference, or has a linearised loop with a pole outside the unit
+    circle.
+    """
     if row["status"] == "stopped":
         return True
     lost = {name: LOST[m.kind] for name, m in system.case.metrics.items() if m.kind in LOST}
@@ -135,16 +141,20 @@ def is_unstable(system: System, row: Row) -> bool:
 
 
 def worst_rows(rows: Sequence[Row], case: str, limits: Mapping[str, float]) -> list[Row]:
-    """Return the rows of a case, worst first: failed runs, then by the largest ratio of a metric to its limit.
+    """Return the rows of a case, the worst row first.
 
-    Without limits the first metric is used.
+    Failed runs come first. The other rows are sorted by the largest ratio of a metric to its limit, or by the first
+    metric if there are no limits.
     """
     mine = [r for r in rows if r["case"] == case]
     return sorted(mine, key=lambda r: (-excess(r, limits), r["index"]))
 
 
 def excess(row: Row, limits: Mapping[str, float]) -> float:
-    """Return the largest ratio of a metric to its limit, without limits the first metric; infinite for a failed run."""
+    """Return the largest ratio of a metric to its limit; infinite for a failed run.
+
+    If there are no limits, return the first metric.
+    """
     if row["status"] != "ok":
         return math.inf
     if not limits:
@@ -179,7 +189,7 @@ def command(study: Study, row: Row) -> str:
 
 
 def save_settings(study: Study, row: Row, folder: Path) -> Path:
-    """Write the settings of a row to a file that `hystfmu run --set @FILE` reads; return its path."""
+    """Write the settings of a row to a file for `hystfmu run --set @FILE`, and return the path of the file."""
     from hystfmu.base.files import write_text
 
     path = folder / "worst" / f"{row['case']}-{row['variation']}.json"
@@ -192,7 +202,7 @@ def _settings(study: Study, row: Row) -> dict[str, Any]:
 
 
 def metric_unit(system: System, metric: str) -> str:
-    """Return the unit of measure of a metric of a case, or of its linearised loop; empty for a ratio."""
+    """Return the unit of measure of a metric of a case or of its linearised loop; empty for a ratio."""
     if metric in system.case.metrics:
         return unit_of_metric(system, system.case.metrics[metric])
     return "dB" if metric.endswith("_db") else ""

@@ -1,4 +1,4 @@
-"""One run of a study: a case with a variation, its id, and its row in the table."""
+"""One run of a study: a case with a variation, the id of the run, and its row in the table."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from hystfmu.scenario.system.unit_graph import sizes
 from hystfmu.studies.loop_limits import loop_metrics
 
 OUTSIDE = "outside"
-"""Status of a run that was left out: its variation breaks a limit of the linearised loop."""
+"""Status of an omitted run, whose variation breaks a limit of the linearised loop."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """A case and a variation; `index` is the row of the table, `settings` has the form of `set` of a scenario."""
+    """A case with a variation. `index` is the row of the table; `settings` has the form of `set` of a scenario."""
 
     index: int
     variation: int
@@ -35,13 +35,14 @@ class Task:
     values: dict[str, float]
     settings: dict[str, Any]
     margins: bool = False
-    """True if the loop is linearised too."""
+    """True if the loop is also linearised."""
 
 
 def fingerprint(system: System) -> str:
-    """Hash everything that the results of a case depend on: units, values, wiring, time grid, metrics, version.
+    """Return a hash of all data that determine the results of a case.
 
-    Two studies share a row only if this hash and the variation agree.
+    These are units, values, connections, time grid, metrics and version. Two studies share a row only if this hash and
+    the variation agree.
     """
     case = system.case
     content = {
@@ -56,13 +57,13 @@ def fingerprint(system: System) -> str:
 
 
 def identity(of_case: str, settings: dict[str, Any], margins: bool = False) -> str:
-    """Return the id of a run, which is the same on every machine."""
+    """Return the id of a run. The id is the same on every machine."""
     content = [of_case, settings, *(["margins"] if margins else [])]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
 
 
 def row_of(task: Task, case: str, status: str, reason: str, metrics: dict[str, float] | None = None) -> dict[str, Any]:
-    """Return the row of a task; `reason` says why it has no metrics."""
+    """Return the row of a task. `reason` states why the row has no metrics."""
     row = {"index": task.index, "variation": task.variation, "id": task.id, "case": case, "values": task.values}
     return {**row, "metrics": metrics or {}, "status": status, "reason": reason}
 
@@ -72,10 +73,10 @@ def _varied(system: System, settings: dict[str, Any]) -> System:
 
 
 class Runner:
-    """Run tasks in one process and reuse prepared systems, the cases of the study, in order.
+    """Run tasks in one process, and reuse prepared systems. `systems` contains the cases of the study in order.
 
-    FMUs are unpacked in `folder`, by default the temporary one. With `apart`, a run with foreign FMUs has a child
-    process of its own; otherwise the caller must supervise and confine this one.
+    FMUs are unpacked in `folder`, by default the folder for temporary files. With `apart`, each run with foreign FMUs
+    has its own child process. Without `apart`, the caller must supervise and confine this process.
     """
 
     def __init__(self, systems: list[System], run: Run, folder: str | None = None, apart: bool = False) -> None:
@@ -84,7 +85,7 @@ class Runner:
         self._store: FmuStore | None = None
 
     def __call__(self, task: Task) -> dict[str, Any]:
-        """Run a task and return its row; a failed run is a row with its reason."""
+        """Run a task and return its row. The row of a failed run states the reason."""
         case = self._systems[task.case].case.name
         try:
             return row_of(task, case, "ok", "", self._metrics(task))
@@ -119,7 +120,7 @@ class Runner:
         return found | (loop_metrics(system, task.settings) if task.margins else {})
 
     def _prepared(self, task: Task) -> Native:
-        """Return the case in the C core with the settings of a task; each delay length needs its own system."""
+        """Return the case in the C core with the settings of a task. Each delay length needs its own system."""
         system = self._systems[task.case]
         structure = {k: v for k, v in task.settings.items() if k in sizes(system.case)}
         key = (task.case, *sorted(structure.items()))

@@ -1,1 +1,1 @@
-"""Part of a loop that runs on the target: its controller alone, as one graph and as one FMU."""
+"""The controller of a loop for a target, as one graph and as one FMU."""

@@ -1,9 +1,9 @@
 """The control side of a loop: the units from reference and measured output to the command.
 
-The plant is the unit that the first metric with `against` is about. Its actuator side consists of the upstream units up
-to the last one that belongs to the plant: a unit at the rate of the plant, a converter, a delay for computing time, or
-an amplifier. Its sensor side consists of the downstream units that read only the plant and noise. The units that lead
-to the command are the controller.
+The plant is the unit whose output the first metric with `against` evaluates. The actuator side of the plant consists of
+the units upstream of the plant that belong to it: units at the rate of the plant, converters, delays for computing
+time, and amplifiers. The sensor side consists of the downstream units that read only the plant and noise. The
+controller consists of the units upstream of the command.
 """
 
 from __future__ import annotations
@@ -23,11 +23,12 @@ NOISE = {"noise", "disturbance"}
 
 @dataclass(frozen=True)
 class ControlSide:
-    """The units of a controller in the order of the scenario, as places, and its boundary.
+    """The indices of the units of a controller in the order of the scenario, and the boundary of the controller.
 
-    `command` and `measured` are places of values (None without feedback), `actuated` the units between command and
-    plant, the plant first, `sensed` the plant and the units that measure it. `early`: the controller precedes the
-    plant, so that it reads the measured output of the last step.
+    `command` and `measured` are indices of values; `measured` is None without feedback. `actuated` contains the units
+    between command and plant, the plant first. `sensed` contains the plant and the units that measure its output. If
+    `early` is True, the controller precedes the plant in the order, so that it reads the measured output of the
+    previous step.
     """
 
     units: tuple[int, ...]
@@ -44,8 +45,8 @@ def control_side(system: System) -> ControlSide:
     Raises
     ------
     InputError
-        No metric names the plant, no or several commands or measured outputs, units of different rates, a foreign FMU
-        or a unit at the rate of the plant within the controller, a coupling without order.
+        No metric names the plant, or the number of commands or measured outputs is not one. Units of the controller
+        have different rates, or a unit is a foreign FMU or runs at the rate of the plant. The coupling has no order.
     """
     case = system.case
     if case.coupling.scheme != "gauss_seidel":
@@ -95,7 +96,9 @@ class _Sides:
         return self.system.parts[k].period < self.system.case.ripple
 
     def _drivers(self, k: int) -> list[int]:
-        """Return the values that a unit reads, except noise; values of sources only if there are no others."""
+        """Return the values that a unit reads, except noise. Values of sources are omitted if there are other
+        values.
+        """
         read = {n.source for n in self.into[k]}
         driven = sorted(s for s in read if self.owner[s] not in self.sources)
         return driven or sorted(s for s in read if not is_noise(self.system.parts[self.owner[s]]))
@@ -170,7 +173,7 @@ class _Sides:
 
 
 def types(part: Part) -> set[str]:
-    """Types of the blocks of a unit; none of a foreign FMU."""
+    """Return the types of the blocks of a unit; empty for a foreign FMU."""
     return {n.type for n in part.graph.nodes} if isinstance(part.graph, Graph) else set()
 
 
@@ -187,7 +190,7 @@ def is_noise(part: Part) -> bool:
 
 
 def acts_on_plant(part: Part) -> bool:
-    """Return whether a unit at the rate of the controller represents hardware: converter, computing time, amplifier."""
+    """Return whether a unit at the rate of the controller is hardware: converter, computing time or amplifier."""
     found = types(part)
     return bool(found) and (found <= LATE or "amplifier" in found)
 

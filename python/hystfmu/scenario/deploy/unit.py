@@ -1,8 +1,8 @@
 """The controller of a loop as one graph with the ports r, y and u, as an FMU, and as C files for a target.
 
-Inputs are the outputs of sources and the measured output that the controller reads: `r`, `r_ahead`, `r_dot`, `r_ddot`
-of the reference, `y`, and `unit_output` of any other source. `u_present` starts a hand-over, see `bumpless_transfer`;
-without it, the output equals the command in the scenario bit by bit.
+The inputs are the measured output `y` and the outputs of sources that the controller reads. These are `r`, `r_ahead`,
+`r_dot`, `r_ddot` of the reference, and `unit_output` of any other source. `u_present` starts a hand-over, see
+`bumpless_transfer`. Without `u_present`, the output equals the command in the scenario bit by bit.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ class Controller:
     Attributes
     ----------
     model : Model
-        Its graph, with the step at which it is called.
+        Graph of the controller, with the step at which the controller is called.
     case : Case
     signals : dict of str to str
         For each port the corresponding output of the scenario, `unit.output`.
     units : tuple of str
-        Units of the scenario inside of it.
+        Units of the scenario inside the controller.
     left_out : tuple of str
-        Units of the scenario outside of it.
+        Units of the scenario outside the controller.
     """
 
     model: Model
@@ -60,7 +60,7 @@ def controller(case: Case) -> Controller:
     Raises
     ------
     InputError
-        As `control_side`; units that form an algebraic loop within one graph.
+        See `control_side`; or the units form an algebraic loop within one graph.
     """
     system = build(case)
     side = control_side(system)
@@ -88,7 +88,7 @@ def _late(system: System, side: ControlSide) -> float:
 
 @dataclass(frozen=True)
 class _Source:
-    """An input of the controller: its name, unit of measure, text, and the output of the scenario behind it."""
+    """An input of the controller: name, unit of measure, text, and the corresponding output of the scenario."""
 
     name: str
     unit: str
@@ -121,21 +121,21 @@ def _graph(system: System, side: ControlSide, step: float) -> tuple[Graph, dict[
 
 
 def _start(graph: Graph, end: str) -> float:
-    """Return the value of an input of a block that nothing is connected to."""
+    """Return the value of an unconnected input of a block."""
     block, _, variable = end.partition(".")
     rows = {v.name: v for v in graph.node(block).block.of("input")}
     return rows[variable.partition("[")[0]].start
 
 
 def _plant_unit(system: System, side: ControlSide) -> str:
-    """Return the unit of measure of the input of the plant, if it has one."""
+    """Return the unit of measure of the input of the plant, if it is stated."""
     last = system.parts[side.actuated[-1]]
     link = next(n for n in system.links if n.to == side.actuated[-1] and n.source == side.command)
     return unit_of(system, f"{last.name}.{last.inputs[link.input]}")
 
 
 def _sources(system: System, side: ControlSide) -> dict[int, _Source]:
-    """Return the inputs of the controller by the indices of their values, r and y first."""
+    """Return the inputs of the controller by the indices of their values. r and y are first."""
     read = sorted({n.source for n in boundary(system, side)})
     owner, names = {place: system.parts[k] for place, k in system.owners.items()}, system.names
     tracked = next(m for m in system.case.metrics.values() if m.against is not None)
@@ -165,7 +165,7 @@ def _sources(system: System, side: ControlSide) -> dict[int, _Source]:
 
 
 def _reference(system: System, against: str | None, read: list[Part]) -> Part | None:
-    """Return the source of the reference: the unit that the metric names, or the first one behind a filter of it."""
+    """Return the source of the reference: the unit that the metric names, else a reference that is read."""
     named = next(p for p in system.parts if against is not None and against.startswith(f"{p.name}."))
     if is_source(named):
         return named
@@ -173,7 +173,7 @@ def _reference(system: System, against: str | None, read: list[Part]) -> Part | 
 
 
 def _lead(part: Part, output: str) -> float:
-    """Return how far an output of a reference block looks ahead (s)."""
+    """Return the preview time of an output of a reference block (s)."""
     if types(part) != {"reference"} or output == "r":
         return 0.0
     return float(part.own.nodes[0].value("lead")[0])
@@ -187,9 +187,9 @@ def _reference_text(name: str, lead: float, end: str) -> str:
 
 
 def _with_handover(graph: Graph, output: str, measure: str, seconds: float, home: dict[str, str]) -> Graph:
-    """Insert the hand-over after the command, or in front of a unit that only limits it; its readers are reconnected.
+    """Insert the hand-over after the command, or in front of a unit that only limits the command.
 
-    `home` names the unit of each block.
+    The units that read the command are reconnected. `home` contains the unit of each block.
     """
     command = next(o.source for o in graph.outputs if o.name == output)
     end = _before_limits(graph, command, home)
@@ -209,9 +209,9 @@ def _block(end: str) -> str:
 
 
 def _before_limits(graph: Graph, command: str, home: dict[str, str]) -> str:
-    """Return the source of a unit that only limits the command, if it precedes this unit.
+    """Return the signal in front of a unit that only limits the command.
 
-    Otherwise the command itself.
+    If there is no such unit, or if it precedes its source in the order, return the command.
     """
     node, order = graph.node(_block(command)), [n.name for n in graph.nodes]
     alone = list(home.values()).count(home[node.name]) == 1 and node.type == "scaling" and node.sizes["u"] == 1
@@ -238,7 +238,7 @@ def _shorter(graph: Graph, parts: list[Part]) -> Graph:
 
 @dataclass(frozen=True)
 class Written:
-    """A controller that was written to `path`."""
+    """A controller in the file `path`."""
 
     path: Path
     controller: Controller
@@ -254,8 +254,8 @@ def write_controller(
 ) -> Written:
     """Write the controller of a case as an FMU, which an importer calls at each sample.
 
-    The other arguments are those of `Model.export`. Raise an InputError if the controller cannot be separated from the
-    case, or the file cannot be written.
+    For the other arguments see `Model.export`. An InputError is raised if the controller cannot be separated from the
+    case, or if the file cannot be written.
     """
     from hystfmu.fmu.write.export import export_fmu
 
@@ -266,8 +266,9 @@ def write_controller(
 def write_target(case: Case, folder: str | Path, name: str | None = None) -> tuple[list[Path], Controller]:
     """Write the controller of a case as a header and one C file, without FMI and without allocation.
 
-    `name`, by default that of the scenario, is that of the files and begins every public symbol.  Raise an InputError
-    if the controller cannot be separated from the case, the name is not valid in C, or a file cannot be written.
+    `name` is the name of the files and the prefix of every public symbol. The default is the name of the scenario. An
+    InputError is raised if the controller cannot be separated from the case, the name is not valid in C, or a file
+    cannot be written.
     """
     from hystfmu.fmu.write.sources import target_files
 

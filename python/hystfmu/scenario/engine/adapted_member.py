@@ -1,6 +1,6 @@
-"""A foreign FMU that cannot be called directly: other types of variables, Model Exchange only, FMI 1.0.
+"""Foreign FMUs that the master cannot call directly: other types of variables, Model Exchange only, FMI 1.0.
 
-The master in C calls it through the same three functions as any other FMU.
+The master in C calls these FMUs through the same three functions as any other FMU.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def fmu_member(
     store: FmuStore | None,
     clock: C.c_double,
 ) -> SteppedMember:
-    """Return the member for an FMU: called directly if possible."""
+    """Return the member for an FMU. The master calls the FMU directly if possible."""
     if isinstance(part.graph, Foreign) and not part.graph.direct:
         return AdaptedMember(system, part, part.graph, sources, values, clock)
     return FmuMember(system, part, sources, values, store, clock)
@@ -75,7 +75,7 @@ class AdaptedMember(SteppedMember):
         return [(self._variables[name], len(names)) for name, names in wanted]
 
     def _status(self, call: Callable[[], object]) -> int:
-        """Make a call; a finding becomes the last message of the FMU."""
+        """Make a call. A finding becomes the last message of the FMU."""
         try:
             call()
         except Exception as e:  # nothing may escape into the master in C

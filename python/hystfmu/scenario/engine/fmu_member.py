@@ -1,7 +1,7 @@
-"""An FMU as a member of a run: exported and unpacked once, called through fmpy, its final states hashed.
+"""An FMU as a member of a run. It is exported and unpacked once, and called through fmpy.
 
-An output buffer of a member is a window into the values of the system, an input costs one copy, and the functions of
-the binary are called without a wrapper in between.
+An output buffer of a member is a part of the values of the system. An input needs one copy. The functions of the binary
+are called without a wrapper. Final states can be hashed.
 """
 
 from __future__ import annotations
@@ -44,7 +44,10 @@ def state_hash(graph: Graph, saved: Array, skip: int = 0) -> str:
 
 
 class FmuStore:
-    """Exported and unpacked FMUs in a temporary folder (`within`: where) that is removed at the end of the `with`."""
+    """Exported and unpacked FMUs in a temporary folder, which is removed at the end of the `with` block.
+
+    The temporary folder is in the folder `within`.
+    """
 
     def __init__(self, within: str | None = None) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="hystfmu_run_", dir=within))
@@ -61,7 +64,7 @@ class FmuStore:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def get(self, graph: Graph, fmi: Literal[2, 3]) -> tuple[Path, Any]:
-        """Folder and model description of the graph as an FMU; exported on first use.
+        """Return folder and model description of the FMU of a graph. The FMU is exported on first use.
 
         The FMU has no sample time, because the scenario controls its steps and divides them at discontinuities.
         """
@@ -89,7 +92,7 @@ def _references(values: Sequence[int]) -> C.Array[C.c_uint32]:
 
 
 def _callbacks(log: Callable[..., None]) -> Any:
-    """FMI 2.0 callbacks that hand log messages to `log`."""
+    """Return FMI 2.0 callbacks that pass log messages to `log`."""
     from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
     callbacks = fmi2CallbackFunctions()
@@ -104,13 +107,13 @@ def _size(values: C.Array[Any]) -> Any:
 
 
 def _not_ended(step: Callable[[], int], end: C.c_bool, early: C.c_bool) -> int:
-    """Make a step; an FMU that ends the simulation is not stepped on."""
+    """Make a step. An FMU that ended the simulation makes no further step."""
     status = step()
     return status if status > 1 or not (end.value or early.value) else _ERROR
 
 
 class FmuMember(SteppedMember):
-    """One FMU, called through fmpy's loaded library with buffers that live as long as the run."""
+    """One FMU, called through the library that fmpy loaded. Its buffers exist during the whole run."""
 
     def __init__(
         self,
@@ -183,7 +186,7 @@ class FmuMember(SteppedMember):
         self._call(part, put, do, get)
 
     def _apply(self, foreign: Foreign) -> None:
-        """Give the FMU the values that the scenario has for its parameters; structural ones in Configuration Mode."""
+        """Set the parameters of the FMU to the values in the scenario; structural parameters in Configuration Mode."""
         variables = {v.name: v for v in foreign.description.modelVariables}
         groups: dict[bool, dict[str, Any]] = {True: {}, False: {}}
         for name, value in foreign.settings.items():
@@ -262,7 +265,7 @@ class FmuMember(SteppedMember):
         self._fmu.setFMUState(self._state)
 
     def state_hash(self) -> str:
-        """Return the hash of the present states; foreign FMUs have none."""
+        """Return the hash of the present states. Foreign FMUs have no hash."""
         assert not isinstance(self._graph, Foreign)
         self.save()
         serialize = self._fmu.serializeFMUstate if self._fmi == 2 else self._fmu.serializeFMUState

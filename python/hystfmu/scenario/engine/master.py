@@ -1,8 +1,8 @@
 """Run a case: the master loop over FMUs by fmpy, or the whole loop in the C core.
 
-Both engines step the same grid with the same coupling and the same values, so their results have the same bits, which
-tests compare.  The FMUs are the reference.  The matrix of Newton's method and its updates are those of
-`fmu_build/master/newton.c`, and tangents pass through the units as in `master.c`.
+The two engines use the same grid, the same coupling and the same values. Therefore their results have the same bits;
+tests compare them. The FMUs are the reference. The matrix of Newton's method and its updates are the same as in
+`fmu_build/master/newton.c`. Tangents pass through the units as in `master.c`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ from hystfmu.scenario.system.system import System
 
 
 class Newton:
-    """Newton steps of the guess in one step of the units that are due; `values` are all of the system."""
+    """Newton's method for the guess in one step of the units that are due. `values` contains all values of the
+    system.
+    """
 
     def __init__(self, system: System, due: Sequence[Member], values: Array) -> None:
         self._values, self._early = values, system.early()
@@ -47,7 +49,7 @@ class Newton:
     def start(self, begin: Array, guess: Array) -> bool:
         """Factor the matrix after the first sweep from `begin` with `guess`.
 
-        Returns False if a tangent is not finite or the loop gain is one.
+        Return False if a tangent is not finite or the loop gain is one.
         """
         for c, steps in enumerate(self._steps):
             d, read = np.zeros_like(self._values), begin.copy()
@@ -62,7 +64,7 @@ class Newton:
 
     @staticmethod
     def _follow(m: Member, inside: FmuMember | None, own: slice, begin: Array, read: Array, d: Array) -> bool:
-        """Write the tangent of a unit's outputs into `d`, on the branch on which its inputs moved."""
+        """Write the tangent of the outputs of a unit into `d`, for the branch on which the inputs moved."""
         du = [float(d[j]) if j >= 0 else 0.0 for j in m.sources]
         along = 0.0
         for j, v in zip(m.sources, du, strict=True):
@@ -95,9 +97,9 @@ ENGINES: tuple[Engine, ...] = get_args(Engine)
 
 
 def chunks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Iterator[Trace]:
-    """Run a case in this process in chunks of rows, foreign FMUs included; a temporary store by default.
+    """Run a case, including foreign FMUs, in this process in chunks of rows. The default store is temporary.
 
-    A unit that refuses an input or a step is Stopped, and so are sweeps of an iterative coupling that do not agree.
+    Stopped is raised if a unit refuses an input or a step, or if the sweeps of an iterative coupling do not converge.
     """
     if engine not in ENGINES:
         raise InputError(f"engine: must be one of {', '.join(ENGINES)}. Got {engine!r} instead.")
@@ -192,7 +194,7 @@ def _loop(
 
 
 def _coupling(system: System, values: Array, sweeps: Sweeps) -> Callable[[Sequence[Member]], Callable[[float], None]]:
-    """Function that advances the units that are due together by one fine step, which ends at the given time."""
+    """Return a function that advances the units that are due by one fine step, which ends at the given time."""
     spec = system.case.coupling
     early = system.early()
 
@@ -256,10 +258,10 @@ def _coupling(system: System, values: Array, sweeps: Sweeps) -> Callable[[Sequen
 
 
 def _relaxation(last: float, before: Array, now: Array) -> float:
-    """Factor of the residual in the next guess: Aitken's relaxation of a vector (Irons & Tuck 1969).
+    """Return the factor of the residual in the next guess: Aitken's relaxation of a vector (Irons & Tuck 1969).
 
-    For one value it is the secant method, so that a loop of any gain but one converges. The order of the sums is fixed,
-    so that the C core gives the same bits.
+    For one value this is the secant method, which converges for any loop gain except one. The order of the sums is
+    fixed, so that the C core gives the same bits.
     """
     along = square = 0.0
     for a, b in zip(before.tolist(), now.tolist(), strict=True):

@@ -1,7 +1,7 @@
 """Common parts of the FMUs in a run: sources of inputs, substeps, first-order hold, order of calls.
 
-The hold lays a line through the last two values of a source.  It interpolates where the source precedes the reader in
-the order, and extrapolates where it follows.
+The hold is a line through the last two values of a source. The line interpolates if the source precedes the reader in
+the order, and extrapolates if the source follows the reader.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from hystfmu.scenario.system.system import Link, Part, System
 
 
 def weights(system: System, links: Sequence[Link]) -> list[float]:
-    """Return the position of the newest value of each source within the reader's step: 1 at its end, 0 at its
-    beginning.
+    """Return the position of the newest value of each source within the step of the reader: 1 at the end, 0 at the
+    start.
 
-    If a source steps more often and follows in the order, its value is one of its own steps old.
+    If a source steps more often and follows in the order, its value is old by one step of the source.
     """
     late = [system.maker(link).period / system.parts[link.to].period for link in links]
     return [1.0 if system.fresh(link) else 1.0 - part for link, part in zip(links, late, strict=True)]
 
 
 class Lines:
-    """The first-order hold of one unit, which reads the values at `sources`; `ahead` as `weights` gives it."""
+    """The first-order hold of one unit, which reads the values at `sources`. `ahead` is the result of `weights`."""
 
     def __init__(
         self, sources: Sequence[int], ahead: Sequence[float], substeps: int, values: C.Array[C.c_double]
@@ -68,7 +68,7 @@ class Lines:
 
 
 class Member(Protocol):
-    """A unit as the master sees it.  It reads and writes the values of the system."""
+    """Interface of a unit for the master. The unit reads and writes the values of the system."""
 
     period: int
     """Number of fine steps between two calls."""
@@ -108,7 +108,7 @@ class Member(Protocol):
         """Restore the state that was saved last."""
 
     def close(self) -> None:
-        """Free what the unit holds."""
+        """Free the resources of the unit."""
 
 
 def whole_turn(member: Member) -> int:
@@ -140,10 +140,10 @@ def _nothing() -> int:
 
 @dataclass(frozen=True)
 class Calls:
-    """Function pointers of an FMU: set, step, get; save and restore where states are needed; tangent in a loop.
+    """Function pointers of an FMU: set, step, get, and if needed save, restore and tangent.
 
-    `source` gives for every element of its inputs the index of the value that it reads; -1: it keeps the value in
-    `inputs`.
+    `source` contains, for every element of the inputs, the index of the value that this element reads. With -1 the
+    element keeps the value in `inputs`.
     """
 
     fmi3: bool
@@ -160,8 +160,8 @@ class Calls:
 class SteppedMember(ABC):
     """An FMU with its inputs and outputs; a subclass defines the calls.
 
-    `y` is the part of the values of the system that receives its outputs; `linked` are the inputs that are set in every
-    step, `fixed` those that are set once.
+    `y` is the part of the values of the system for the outputs of the FMU. `linked` contains the inputs that are set in
+    every step. `fixed` contains the inputs that are set once.
     """
 
     def __init__(
@@ -201,7 +201,7 @@ class SteppedMember(ABC):
         self._rollback = system.case.coupling.scheme == "iterative"  # states before the present point are restored
 
     def _call(self, part: Part, put: Callable[[], int], do: Callable[[], int], get: Callable[[], int]) -> None:
-        """Register the calls that set the inputs, make a step and get the outputs; a status above 1 is a failure."""
+        """Register the calls that set the inputs, make a step and get the outputs. A status above 1 is a failure."""
         self._put, self._do = put if len(self._u) else _nothing, do
         self._get = get if part.outputs else _nothing
         self.turn: Sequence[Callable[[], int]] = [partial(whole_turn, self)]
@@ -272,11 +272,11 @@ class SteppedMember(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Free what the FMU holds."""
+        """Free the resources of the FMU."""
 
     @abstractmethod
     def calls(self) -> Calls:
-        """Return what the master in C needs to call this FMU."""
+        """Return the function pointers and data for the master in C."""
 
     @abstractmethod
     def free_state(self, state: int) -> None:

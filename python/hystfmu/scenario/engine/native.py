@@ -1,7 +1,7 @@
-"""Running a case wholly in the C core: the master loop of `fmu_build/master`, without a call into Python per step.
+"""Run a whole case in the C core by the master loop of `fmu_build/master`, without calls of Python in a step.
 
-With Gauss-Seidel coupling, neighbours in the order that have the same rate become one graph; otherwise every unit is
-one. The interpreter lock is released during a run, so threads can run cases in parallel.
+With Gauss-Seidel coupling, neighbours in the order with the same rate become one graph. With other couplings, every
+unit is a graph. The interpreter lock is released during a run, so that threads can run cases in parallel.
 """
 
 from __future__ import annotations
@@ -76,9 +76,10 @@ def _run() -> Any:
 
 
 class Native:
-    """A case that is ready to run in C, any number of times; it records the outputs `columns`, all by default.
+    """A case that can run in C any number of times. It records the outputs `columns`, by default all outputs.
 
-    `cut` separates units whose steps can be divided from the others; by default if a run has divided steps.
+    `cut` separates units whose steps can be divided from the other units. By default it is True if a run has divided
+    steps.
     """
 
     def __init__(self, system: System, columns: Sequence[str] | None = None, cut: bool = False) -> None:
@@ -97,10 +98,11 @@ class Native:
         self._columns = np.array([system.columns[c] for c in self._names], dtype=np.int64)
 
     def set(self, values: Mapping[str, Any]) -> None:
-        """Parameters for the next runs, ``{"unit.parameter": value}``, instead of those of the last call.
+        """Set the parameters of the next runs, ``{"unit.parameter": value}``. They replace the parameters of the last
+        call.
 
-        All others are those of the scenario.  Values are what its `set` takes; ``"*1.2"`` scales.  An unknown unit or
-        parameter and a value out of range are refused.
+        All other parameters have the values in the scenario. Values have the form of `set` of a scenario; ``"*1.2"`` is
+        a factor. An unknown unit, an unknown parameter or a value out of range is an InputError.
         """
         for m in self._members.values():
             m.executor.defaults()
@@ -128,7 +130,7 @@ class Native:
         return False
 
     def _slot(self, key: str) -> tuple[Executor, int, list[float]]:
-        """Place of a parameter: executor, reference of its first element, values in the scenario."""
+        """Return executor, reference of the first element, and values in the scenario for a parameter."""
         if key not in self._slots:
             unit, name = split_end(key, "set")
             if unit not in self._graphs:
@@ -140,7 +142,7 @@ class Native:
         return self._slots[key]
 
     def _present(self, part: Part, node: Node, name: str) -> Array:
-        """Present values of a parameter of a block."""
+        """Return the present values of a parameter of a block."""
         end = (f"{part.name}_{node.name}", name)
         (member,) = (m for m in self._members.values() if end in m.parameters)
         first = member.parameters[end]
@@ -151,7 +153,7 @@ class Native:
         return Trace.joined(self.chunks(), self._system.n_steps + 1)
 
     def chunks(self) -> Iterator[Trace]:
-        """From t = 0 to the end, in chunks of rows; more events than allowed are an InputError."""
+        """Run from t = 0 to the end in chunks of rows. An InputError is raised if there are too many events."""
         system = self._system
         cut = cuts(system, self._present)
         if len(cut[0]) and not self._cut:

@@ -1,4 +1,4 @@
-"""Units as the master in C takes them: graphs of the core, and foreign FMUs behind their function pointers."""
+"""Units for the master in C: graphs of the core, and foreign FMUs with their function pointers."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Unit(C.Structure):
 
 
 class GraphUnit:
-    """Units in one graph: their calls, and the indices of their inputs and outputs."""
+    """Units in one graph, with the calls, and the indices of inputs and outputs."""
 
     def __init__(self, system: System, parts: tuple[int, ...]) -> None:
         first = system.parts[parts[0]]
@@ -90,7 +90,7 @@ class GraphUnit:
         values[self.first : self.first + len(self.vr_out)] = [self.executor.get(r) for r in self.vr_out.tolist()]
 
     def raw(self, values: C.Array[C.c_double]) -> tuple[Unit, list[Any]]:
-        """For C, with the arrays that must live as long as it runs; all units are initialised."""
+        """Return the structure for C, and the arrays that must exist during the run. All units are initialised."""
         at = np.zeros(len(self.vr_in) + len(self.vr_out), dtype=np.uint64)
         saved = self.executor.state
         keep: list[Any] = [at, saved, self.vr_in, self.vr_out, self.source]
@@ -129,20 +129,20 @@ class GraphUnit:
         return found
 
     def forget(self, unit: Unit) -> None:
-        """Nothing to free after a run."""
+        """Free nothing after a run."""
 
     def why(self) -> str:
         """Last error of the core."""
         return self.executor.error()
 
     def close(self) -> None:
-        """Nothing to free: the next run takes the same graph."""
+        """Free nothing, because the next run uses the same graph."""
 
 
 def _straight(unit: Unit, source: list[int], ahead: list[float], values: C.Array[C.c_double]) -> list[Array]:
-    """Give a unit inputs on straight lines, which start with the present values.
+    """Set inputs on straight lines for a unit. The lines start with the present values.
 
-    Return the arrays that must be kept.
+    Return the arrays that must exist during the run.
     """
     now = [values[j] if j >= 0 else 0.0 for j in source]
     line, weight = np.array(5 * now), np.array(ahead)
@@ -151,7 +151,7 @@ def _straight(unit: Unit, source: list[int], ahead: list[float], values: C.Array
 
 
 class ForeignUnit:
-    """A foreign FMU: fmpy makes and initialises a new instance, the master calls its functions."""
+    """A foreign FMU. fmpy makes and initialises a new instance; the master calls the functions of this instance."""
 
     def __init__(self, system: System, part: int, values: C.Array[C.c_double]) -> None:
         p = system.parts[part]
@@ -169,7 +169,7 @@ class ForeignUnit:
         self._member.start(0.0)
 
     def raw(self, values: C.Array[C.c_double]) -> tuple[Unit, list[Any]]:
-        """For C, with the arrays that must live as long as it runs; all units are initialised."""
+        """Return the structure for C, and the arrays that must exist during the run. All units are initialised."""
         call = self._member.calls()
         u, source = np.array(call.inputs), np.array(call.source, dtype=np.int64)
         names = ("set", "step", "get", "save", "restore")

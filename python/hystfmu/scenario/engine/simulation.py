@@ -31,28 +31,29 @@ MOST_ENDED, MOST_WORDS = 2**16, 1000  # bytes, characters
 TASK, ENDED, VALUES = "task", "ended.json", "values"
 _PROGRAM = f"import sys; from {__name__} import main; main(sys.argv[1])"
 Work = Callable[[Any, IO[bytes]], dict[str, Any]]
-"""Work of a child: it takes its task and the file for values, and returns what else there is to tell."""
+"""Function that a child runs. Its arguments are the task and the file for values; it returns all other results."""
 
 
 def silent(fraction: float) -> None:
-    """Take the fraction done, and show nothing."""
+    """Ignore the fraction done."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """Options of a run of cases, handed down as one thing.
+    """Options of a run of cases.
 
     Attributes
     ----------
     engine : {"fmpy", "native"}
-        "fmpy" simulates FMUs of the units (the reference), "native" the whole loop in the C core.  Both give the same
-        bits.
+        "fmpy" simulates FMUs of the units (the reference). "native" runs the whole loop in the C core. Both engines
+        give the same bits.
     coupling : {"gauss_seidel", "jacobi", "iterative"}, optional
-        Scheme for all cases instead of their own.
+        Coupling scheme for all cases; it replaces the schemes of the cases.
     seconds, gigabytes : float
-        Limits of time (s) and memory (GB) of a case with foreign FMUs, which run in a child process.
+        Limits of time (s) and memory (GB) of a case with foreign FMUs. Such a case runs in a child process.
     confined : bool
-        Whether that process has no network and writes into a folder of its own only, where the system can.
+        Whether the child process runs without network and with write access to a private folder only, if the system
+        supports this.
     progress : function
         Called with the ``fraction`` done, 0..1.
     """
@@ -66,18 +67,18 @@ class Run:
 
 
 def chunks(system: System, run: Run, store: FmuStore | None = None) -> Iterator[Trace]:
-    """Run a case in chunks of consecutive rows, in memory that does not grow with its length.
+    """Run a case in chunks of consecutive rows. The memory does not grow with the length of the case.
 
     Parameters
     ----------
     system, run, store
-        As of `simulate`.
+        See `simulate`.
     """
     return chunks_isolated(system, run) if system.foreign else chunks_here(system, run.engine, store)
 
 
 def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = None, run: Run | None = None) -> Trace:
-    """Run a case from t = 0 to its end; FMUs are unpacked in `store`, a temporary one by default.
+    """Run a case from t = 0 to its end. FMUs are unpacked in `store`; the default store is temporary.
 
     Parameters
     ----------
@@ -90,10 +91,10 @@ def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = N
     Raises
     ------
     InputError
-        More values than a trace may hold.
+        The run has more values than a trace may contain.
     Stopped
-        A unit refused an input or a step, the sweeps of an iterative coupling do not agree, or the child process died
-        or exceeded a limit.
+        A unit refused an input or a step, the sweeps of an iterative coupling did not converge, or the child process
+        died or exceeded a limit.
     """
     return Trace.joined(chunks(system, run or Run(engine), store), system.n_steps + 1)
 
@@ -114,10 +115,11 @@ def box_of(systems: Sequence[System], folder: str) -> Box:
 def child(
     work: Work, task: object, run: Run, foreign: Sequence[Foreign], names: str
 ) -> Iterator[tuple[dict[str, Any], IO[bytes]]]:
-    """Do work in a child process; yield what it tells at its end, and the file with its values.
+    """Do work in a child process. Yield the results at its end, and the file with its values.
 
-    The work is a function of a module of this package.  It reads the folders of the `foreign` FMUs, called `names` in
-    messages.  Stopped: the work stops or fails, or leaves what is no result; the child dies or exceeds a limit.
+    The work is a function of a module of this package. It reads the folders of the `foreign` FMUs; messages use `names`
+    for them. Stopped is raised if the work stops, fails or has no valid result, or if the child dies or exceeds a
+    limit.
     """
     with tempfile.TemporaryDirectory(prefix="hystfmu-foreign-") as folder:
         (Path(folder) / TASK).write_bytes(pickle.dumps((work, task, run.gigabytes)))
@@ -139,7 +141,7 @@ def child(
 
 
 def main(folder: str) -> None:
-    """In the child: do the work and write the result into the folder."""
+    """Do the work in the child process, and write the result into the folder."""
     work, task, gigabytes = pickle.loads((Path(folder) / TASK).read_bytes())  # our own parent wrote it
     limit_memory(gigabytes)
     ended: dict[str, Any] = {"stopped": None, "status": "stopped"}
@@ -162,7 +164,7 @@ def _case(task: tuple[System, Engine], file: IO[bytes]) -> dict[str, Any]:
 
 
 def chunks_isolated(system: System, run: Run) -> Iterator[Trace]:
-    """Return the chunks of a run in a child process, after it has ended without failure; raise as `simulate`."""
+    """Run in a child process, and return the chunks after the run ended without failure; for errors see `simulate`."""
     foreign = [p.graph for p in system.foreign if isinstance(p.graph, Foreign)]
     names = ", ".join(p.name for p in system.foreign)
     with child(_case, (system, run.engine), run, foreign, names) as (ended, f):

@@ -1,1 +1,1 @@
-"""Parts of the linearised loop of a case: dynamics of its plant, slopes along its path, delays by simulation."""
+"""Linearised loop of a case: dynamics of the plant, slopes along the path, and delays by simulation."""

@@ -16,7 +16,10 @@ TINY = 1e-9  # of a step: such a part of one is none
 
 
 def ramp_of(dynamics: Sequence[Node], step: float) -> float:
-    """Return the ramp time of a new command for dynamics in series (s): their step if they ramp up to it, or 0."""
+    """Return the ramp time of a new command for dynamics in series (s).
+
+    It is the step of the dynamics if their command rises on a ramp, otherwise 0.
+    """
     if not dynamics:
         return 0.0
     first = dynamics[0]
@@ -33,24 +36,24 @@ def held(plant: StateSpace, h: float, delay: float, ramp: float = 0.0) -> StateS
     Parameters
     ----------
     plant : (A, B, C, D), shapes (n, n), (n, 1), (1, n), (1, 1)
-        One input and one output; time in s.  Without states it is a gain D.
+        Plant with one input and one output. The time is in s. A plant without states is a gain D.
     h : float
         Step (s).
     delay : float
-        Delay in steps, also a fraction.
+        Delay in steps; fractions are allowed.
     ramp : float
-        Time (s), at most h, in which the command rises from its last value to the new one on a line.
+        Time (s), at most h, in which the command changes linearly from its last value to the new value.
 
     Returns
     -------
     (A, B, C, D), shapes (n + q, n + q), (n + q, 1), (1, n + q), (1, 1)
-        States of the plant, then the q past commands that still act. Direct feed-through reads the command at the end
-        of a step, before the command of the same sample: a past command.
+        The states are the states of the plant, then the q delayed commands. Direct feed-through reads the command at
+        the end of a step. This is a past command, because the command of the same sample follows later.
 
     Raises
     ------
     InputError
-        Overflow in a step.
+        A value overflows in a step.
     """
     return _held(tuple((m.shape, np.ascontiguousarray(m).tobytes()) for m in plant), h, delay, ramp)
 
@@ -84,9 +87,9 @@ def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: f
 
 
 def _lines(part: float, ramp: float) -> Iterator[tuple[float, Array, Array]]:
-    """Yield the straight lines of the command in a step: length, and weights of three commands at its two ends.
+    """Yield the straight lines of the command in a step: length, and weights of three commands at the two ends.
 
-    A new command arrives after a part of the step and rises during a ramp, possibly into the next step; both times are
+    A new command arrives after a part of the step. The ramp to this command may end in the next step. The two times are
     fractions of a step.
     """
     new, last, older = np.eye(3)
@@ -100,8 +103,8 @@ def _lines(part: float, ramp: float) -> Iterator[tuple[float, Array, Array]]:
 
 
 def _over(A: Array, B: Array, t: float) -> tuple[Array, Array, Array]:
-    """Return e^(A t), and the effects of an input of 1, and of one that rises from 0 to 1, during the time t."""
-    # here, so that a process for a foreign FMU does not wait for it
+    """Return e^(A t), the effect of an input of 1, and the effect of an input from 0 to 1, all for the time t."""
+    # imported here, so that a process for a foreign FMU does not wait for the import
     from scipy.linalg import expm
 
     n = len(A)

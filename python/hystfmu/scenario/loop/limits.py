@@ -1,8 +1,8 @@
-"""Limits of the linearised loop that a scenario states, and their verdicts; the figures beside the result of a case.
+"""Limits of the linearised loop of a scenario with verdicts, and figures of the loop of a case.
 
-The figures are computed once for all cases with the same loop. Only `hystfmu margins` computes the sector of slopes,
-because it needs another run. A loop without an inverse needs this run for its gain, and has no figures if the run is
-long.
+The figures are computed once for all cases with the same loop. The sector of slopes needs another run, so only `hystfmu
+margins` computes it. A loop without an inverse needs this run for its gain. If the run is long, such a loop has no
+figures.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def loop_figures(system: System) -> LoopFigures | None:
 
 @dataclass(frozen=True)
 class _Loop:
-    """A loop that equals another one with the same key."""
+    """A loop that equals any other loop with the same key."""
 
     key: tuple[object, ...]
     opened: OpenedLoop = field(compare=False)
@@ -53,10 +53,10 @@ def _figures(loop: _Loop) -> LoopFigures:
 
 @dataclass(frozen=True)
 class LoopVerdict:
-    """One limit of a loop, the key `limit` of a scenario, and the case or the corners where it holds.
+    """Verdict on one limit of a loop, with the key `limit` of the scenario and the case or the corners of this limit.
 
-    `value` is that of the loop, None if it is unstable, `bound` the required one; `expected`: the scenario states
-    that the loop is unstable there.
+    `value` is the value of the loop, or None if the loop is unstable. `bound` is the required value. If `expected` is
+    True, the scenario states that this loop is unstable.
     """
 
     scenario: str
@@ -76,7 +76,7 @@ class LoopVerdict:
 
     @property
     def word(self) -> str:
-        """Verdict in a word."""
+        """Verdict as one word."""
         if self.expected:
             return "expected"
         return "ok" if self.within else "BROKEN"
@@ -89,7 +89,10 @@ class LoopVerdict:
 
 
 def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop | InputError]:
-    """Return the loop of each case, or the reason why it has none; no case runs if the scenario states its slopes."""
+    """Return the loop of each case, or the reason why the case has no loop.
+
+    No case runs if the scenario states the slopes.
+    """
     spec = scenario.spec.margins
     slopes = None if spec is None or spec.slopes is None else (spec.slopes[0], spec.slopes[1])
     found: dict[str, OpenedLoop | InputError] = {}
@@ -102,9 +105,9 @@ def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop | InputError]:
 
 
 def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError]) -> list[LoopVerdict]:
-    """Compare the loops of a scenario, by case, or the reason why a case has none, with its limits.
+    """Compare the loops of a scenario with its limits. For each case, the argument has a loop or the reason for none.
 
-    A limit for a case without a loop is refused.
+    A limit for a case without a loop is an InputError.
     """
     spec = scenario.spec.margins
     if spec is None:
@@ -145,10 +148,11 @@ def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError
 def stability_of(
     scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError], lost: Collection[str]
 ) -> list[LoopVerdict]:
-    """Return a verdict for each case whose loop is unstable at its own delay: broken, unless the scenario expects this.
+    """Return a verdict for each case whose loop is unstable at its own delay.
 
-    `lost` are the cases whose loop is unstable for the nominal slope, or for one along their path.  A case that is
-    expected to be unstable and is stable, or does not exist, is refused.
+    The verdict is broken unless the scenario expects an unstable loop. `lost` contains the cases whose loop is unstable
+    for the nominal slope or for a slope along the path. If a case is expected to be unstable but is stable or does not
+    exist, an InputError is raised.
     """
     name, expected = scenario.spec.name, scenario.spec.margins.expected_unstable if scenario.spec.margins else []
     known = {c.name for c in scenario.cases}

@@ -1,8 +1,8 @@
 """An opened loop: its response, poles and margins for any slope and delay.
 
-The loop is L(z) = -slope K(z) G(z): K is the exact tangent of all units except the plant. G is the dynamics of the
-plant with static gain 1, exact for a held or ramped command with any delay, also a fraction of a step. A memory of one
-period enters K by its frequency response.
+The loop is L(z) = -slope K(z) G(z). K is the exact tangent of all units except the plant. G is the dynamics of the
+plant with static gain 1. G is exact for a held or ramped command with any delay, including fractions of a step. For a
+memory of one period, K contains its frequency response.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ NO_SLOPE = 1e-3  # of the largest slope: a smaller one is none
 class OpenedLoop:
     """The loop of a case, opened at the input of its plant or at a named signal.
 
-    The controller, at the step h, is all units except the plant; an output reads the input of the same step. Its first
-    input is the output of the plant, its first output the command; then come corrections and errors of the memories.
-    `slopes` are the least and largest local slope of the plant over its inverse along the path of the case;
-    `hysteresis` names the models of both, and `at` the signal at which the loop is opened, by default the input of the
-    plant.
+    The controller with the step h consists of all units except the plant. An output reads the input of the same step.
+    The first input of the controller is the output of the plant; the other inputs are the corrections of the memories.
+    The first output is the command; the other outputs are the errors of the memories. `slopes` contains the smallest
+    and the largest local slope of plant and inverse along the path of the case. `hysteresis` contains the names of the
+    models of plant and inverse. `at` is the signal at which the loop is opened, by default the input of the plant.
     """
 
     system: System
@@ -59,10 +59,10 @@ class OpenedLoop:
 
     @functools.cached_property
     def nominal(self) -> float:
-        """Slope for which margins hold: 1, unless the loop has no inverse and the plant never has this slope.
+        """Slope for which the margins hold. It is 1, unless the loop has no inverse and the plant never has this slope.
 
-        Then the slope of the plant, for example in um/V, is part of the loop gain, and margins hold for its largest
-        value.
+        In this case, the slope of the plant, for example in um/V, is a part of the loop gain, and the margins hold for
+        the largest slope.
         """
         if self.inverted:
             return 1.0
@@ -71,15 +71,15 @@ class OpenedLoop:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Key of the data that determine the margins: equal loops have equal keys."""
+        """Key of the data that determine the margins. Equal loops have equal keys."""
         matrices = tuple((m.shape, m.tobytes()) for m in (*self.controller, *self.plant))
         laws = tuple((m.n, m.q.tobytes(), m.l.tobytes(), m.lifted) for m in self.memories)
         return self.h, self.ramp, self.hysteresis, f"{self.nominal:.3g}", self.side.delay, self.at, matrices, laws
 
     def open_loop(self, slope: float, delay: float) -> Any:
-        """Return L(z) at the input of the plant as a state space of python-control, for a slope of plant over inverse.
+        """Return L(z) at the input of the plant as a state space of python-control, for a slope of plant and inverse.
 
-        The delay is in steps beyond that of the case.
+        `delay` is the additional delay in steps, compared with the case.
         """
         control = python_control()
         A, B, C, D = self.controller
@@ -87,11 +87,11 @@ class OpenedLoop:
         return -slope * K * control.ss(*self.held(delay), self.h)
 
     def held(self, delay: float) -> StateSpace:
-        """Return G(z) for a delay in steps beyond that of the case."""
+        """Return G(z) for an additional delay in steps, compared with the case."""
         return held(self.plant, self.h, self.side.delay + delay, self.ramp)
 
     def margins(self, slope: float | None = None, delay: float = 0.0) -> Margins:
-        """Return the margins for one slope, by default `nominal`, and a delay in steps beyond those of the case."""
+        """Return the margins for one slope, by default `nominal`, and an additional delay in steps."""
         slope = self.nominal if slope is None else slope
         return margins_of(*self._resolved(slope, delay), self.h, lambda gain: self._stable_with(gain, slope, delay))
 
@@ -110,7 +110,7 @@ class OpenedLoop:
         return replace(self, controller=close(system, (*NO_STATES, np.array([[gain]]))), broken=None, at="")
 
     def _resolved(self, slope: float, delay: float) -> tuple[Callable[[Array], Complex], Array, Complex]:
-        """Return L as a function of angles, the grid with angles around each narrow resonance, and L there."""
+        """Return L as a function of angles, a grid with angles around each narrow resonance, and L on this grid."""
 
         def L(angles: Array) -> Complex:
             return self.response_at(angles, slope, delay)
@@ -171,7 +171,7 @@ class OpenedLoop:
         return np.asarray(-(K[:, 1, 1] + K[:, 1, 0] * G * K[:, 0, 1] / (1 - K[:, 0, 0] * G)))
 
     def radius(self, slope: float, delay: float) -> float:
-        """Return the largest modulus of a pole of the closed loop; it is stable below 1.
+        """Return the largest modulus of a pole of the closed loop. Below 1 the loop is stable.
 
         With a memory of n steps, the bound factor^(1/n) represents the additional poles.
         """
@@ -205,8 +205,8 @@ class OpenedLoop:
     def learnt(self, angles: Array, slope: float | None = None, delay: float = 0.0) -> Complex:
         """Return the response at angles omega h from a correction to the reduction of the error, shape (m,).
 
-        The memory itself, which the loop must have, is not included: it multiplies errors by abs(Q - L T) per period,
-        where T is this response.
+        The loop must have a memory; the response does not include it. With T this response, the memory multiplies
+        errors by abs(Q - L T) per period.
         """
         if not self.memories:
             raise InputError(f"{self.system.case.title}: The loop must have a memory of a period. Got none.")
@@ -215,7 +215,9 @@ class OpenedLoop:
         return -_error(response_of(self.controller, z), slope * response_of(self.held(delay), z)[:, 0, 0])
 
     def worst_peak_db(self, delay: float = 0.0) -> float:
-        """Return the largest peak of the sensitivity over the sector of slopes (dB); infinite if one is unstable."""
+        """Return the largest peak of the sensitivity over the sector of slopes (dB); infinite if a slope is
+        unstable.
+        """
         if not self.stable_at(delay):
             return np.inf
         return max(self._peak_db(float(slope), delay) for slope in np.linspace(*self.slopes, SLOPES))
@@ -235,7 +237,7 @@ class OpenedLoop:
         return all(self.stable(slope, delay) for slope in found)
 
     def stable_to(self, delays: Sequence[float] = DELAYS) -> float:
-        """Return the largest of these delays up to which every slope of the sector is stable; NaN if none."""
+        """Return the largest of these delays up to which every slope of the sector is stable; NaN if there is none."""
         found = np.nan
         for delay in sorted(delays):
             if not self.stable_at(delay):
@@ -244,7 +246,7 @@ class OpenedLoop:
         return float(found)
 
     def noise_gain(self, slope: float | None = None, delay: float = 0.0) -> float:
-        """Return the RMS of the command for white noise of RMS 1 at the sensor; infinite if unstable."""
+        """Return the RMS of the command for white noise of RMS 1 at the sensor; infinite for an unstable loop."""
         slope = self.nominal if slope is None else slope
         if not self.stable(slope, delay):
             return np.inf
@@ -266,12 +268,12 @@ class OpenedLoop:
 
 
 def _error(K: Complex, G: Complex) -> Complex:
-    """Return the response from the correction of a memory to its error, in the loop of K and G without it."""
+    """Return the response from the correction of a memory to its error, in the loop of K and G without this memory."""
     return np.asarray(K[:, -1, -1] + K[:, -1, 0] * G * K[:, 0, -1] / (1 - K[:, 0, 0] * G))
 
 
 def _covariance(M: Array, N: Array) -> Array:
-    """Return the solution X of X = M X M' + N N' for a stable M, by doubling, which keeps X positive."""
+    """Return the solution X of X = M X M' + N N' for a stable M. The doubling algorithm keeps X positive."""
     X, P = N @ N.T, M
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(DOUBLINGS):

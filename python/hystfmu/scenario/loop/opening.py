@@ -1,7 +1,7 @@
 """Open the loop of a case at the input of its plant or at a named signal.
 
-The units of the loop are linear, except for the hysteresis of the plant and its inverse. Together these have local
-slopes around 1 that depend on the path; a run of the case gives the sector of slopes.
+The units of the loop are linear, except for the hysteresis of the plant and its inverse. The local slope of hysteresis
+and inverse in series is near 1 and depends on the path. A run of the case gives the sector of slopes.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
     system : System
         Case made ready to run.
     slopes : (float, float), optional
-        Sector of local slopes of the plant over its inverse; by default the case is run to find it.
+        Sector of local slopes of plant and inverse. By default a run of the case determines the sector.
     at : str
         Signal `unit.output` at which the loop is opened, for all units that read it.
 
     Raises
     ------
     InputError
-        The case has no feedback, its loop has a foreign FMU, several rates, a plant without linear dynamics or units
-        that are not linear at rest, or there is no such signal.
+        The case has no feedback, or the signal does not exist. The loop has a foreign FMU, several rates, a plant
+        without linear dynamics, or units that are not linear at rest.
     """
     where = system.case.title
     plant = _plant(system)
@@ -115,7 +115,7 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
 
 
 def _linear(system: System, controller: Graph, ports: int) -> tuple[StateSpace, tuple[PeriodMemory, ...]]:
-    """Return the state space of a controller and its memories; of its inputs only the first ones belong to the loop."""
+    """Return the state space of a controller and its memories. Only the first inputs belong to the loop."""
     where = system.case.title
     controller, memories = cut_memories(controller)
     if len(memories) > 1:
@@ -131,7 +131,7 @@ def _linear(system: System, controller: Graph, ports: int) -> tuple[StateSpace, 
 def _controllers(system: System, plant: int, around: Sequence[int], between: Mapping[int, set[str]]) -> Graph:
     """Return the units of the loop except the plant as one graph.
 
-    Hysteresis and quantisers become gains of 1. Dynamics that only an inverse has remain.
+    Hysteresis and quantisers become gains of 1. Dynamics that occur only in an inverse are kept.
     """
     n = len(system.parts)
     if system.case.ripple == 1:  # one rate: the order goes round, and the plant may stand anywhere
@@ -143,7 +143,7 @@ def _controllers(system: System, plant: int, around: Sequence[int], between: Map
 def _measured(system: System, plant: int, graph: Graph) -> list[Input]:
     """Return the inputs of the controllers that read the tracked output of the plant.
 
-    Another output of the plant that depends on small signals is refused.
+    If another output of the plant depends on small signals, an InputError is raised.
     """
     tracked = system.columns[_tracked(system)]
     found = []
@@ -161,7 +161,7 @@ def _measured(system: System, plant: int, graph: Graph) -> list[Input]:
 
 @dataclass(frozen=True)
 class _Content:
-    """A graph that equals another one with the same bytes."""
+    """A graph that equals any other graph with the same bytes."""
 
     content: bytes
     graph: Graph = field(compare=False)
@@ -169,12 +169,12 @@ class _Content:
 
 @functools.lru_cache(maxsize=64)
 def _tangent(controller: _Content, h: float) -> StateSpace:
-    """Return the state space of a controller, computed once for all cases that have it."""
+    """Return the state space of a controller. It is computed once for all cases with this controller."""
     return sampled(without_limits(controller.graph), h)
 
 
 def _break(controller: Graph, graph: Graph, at: str, units: Sequence[str], where: str) -> Graph:
-    """Open a controller at a signal: its readers read a new input instead, with the same delay."""
+    """Open a controller at a signal. The units that read the signal now read a new input with the same delay."""
     unit, _, output = at.partition(".")
     source = next((o.source for o in graph.outputs if unit in units and o.name == f"{unit}_{output}"), None)
     if source is None:
@@ -216,7 +216,7 @@ def _outputs(system: System, within: Sequence[int]) -> list[str]:
 
 
 def _plant(system: System) -> int:
-    """Return the unit whose output is tracked."""
+    """Return the unit with the tracked output."""
     name = _tracked(system).partition(".")[0]
     return next(i for i, p in enumerate(system.parts) if p.name == name)
 

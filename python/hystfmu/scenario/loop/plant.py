@@ -1,4 +1,4 @@
-"""The plant of a loop: units at its rate in series, their linear dynamics, and the slopes over the inverse before them.
+"""The plant of a loop: units at its rate in series, their linear dynamics, and the slopes of plant and inverse.
 
 The slopes represent all parts with memory, including dynamics that the inverse compensates, such as creep.
 """
@@ -35,9 +35,9 @@ class PlantSide:
     Attributes
     ----------
     links : tuple of Link
-        Connection that drives each of them; the first one carries the command.
+        Connection that drives each unit. The first connection carries the command.
     delay : float
-        Delay of the command in steps, by delay units or by the order.
+        Delay of the command in steps because of delay units and of the order.
     """
 
     links: tuple[Link, ...]
@@ -50,12 +50,12 @@ class PlantSide:
 
     @property
     def units(self) -> tuple[int, ...]:
-        """Places of the units; the last one is tracked."""
+        """Indices of the units. The output of the last unit is tracked."""
         return tuple(n.to for n in self.links)
 
 
 def plant_side(system: System, plant: int, around: Sequence[int]) -> PlantSide:
-    """Find the units at the rate of the plant, which must be in series, and their delay of the command in steps."""
+    """Find the units at the rate of the plant, and the delay of the command in steps. These units must be in series."""
     case, owner = system.case, {p.name: k for k, p in enumerate(system.parts)}
     within = {plant, *around}
     fine = {k for k in within if system.parts[k].period < case.ripple} | {plant}
@@ -72,7 +72,7 @@ def plant_side(system: System, plant: int, around: Sequence[int]) -> PlantSide:
     if fine - {n.to for n in links}:
         raise InputError(f"{case.title}: The units at the rate of the plant must be in series. Got others.")
     late = sum(_delay(system, system.parts[to.to]) for to in links)
-    # a value that is read before it is made anew is a fine step old; one such place closes the loop
+    # a value that is read before its update is a fine step old; this occurs at one place in the loop
     readers = [n for n in system.links if system.maker(n) is system.parts[plant] and n.to in within - fine]
     held = sum(not system.fresh(n) for n in links) + any(not system.fresh(n) for n in readers) - 1
     return PlantSide(tuple(links), (late + max(held, 0)) / case.ripple if case.ripple > 1 else float(late))
@@ -81,7 +81,7 @@ def plant_side(system: System, plant: int, around: Sequence[int]) -> PlantSide:
 def _delay(system: System, part: Part) -> int:
     """Return the steps by which a unit delays its input.
 
-    Several delays that are not in series, for example a selection of delays, are refused.
+    Several delays that are not in series, for example a selection of delays, are an InputError.
     """
     delays = [n for n in part.own.nodes if n.type == DELAY]
     edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in part.own.wires]
@@ -94,15 +94,15 @@ def _delay(system: System, part: Part) -> int:
 
 
 def has_memory(graph: Graph) -> bool:
-    """Return whether a unit is an inverse or a model of a hysteresis, which the slope represents."""
+    """Return whether a unit is an inverse or a model of a hysteresis. The slope represents such a unit."""
     return any(n.block.family in MEMORY and n.block.rate != CONTINUOUS for n in graph.nodes)
 
 
 def lone_dynamics(system: System, side: PlantSide, between: Collection[int]) -> set[str]:
     """Return the types of the dynamics that an inverse compensates although the plant side does not have them.
 
-    They act on the command like a controller. Trap: in the sector they would appear as slopes: an inverse with creep in
-    front of a plant without creep seemed to have slopes from -6 to 10.
+    These dynamics act on the command like a controller. Trap: a sector with these dynamics contains wrong slopes. For
+    example, an inverse with creep in front of a plant without creep seemed to have slopes from -6 to 10.
     """
     return _undone(system, between) - {n.type for link in side.links for n in system.parts[link.to].own.nodes}
 
@@ -110,7 +110,7 @@ def lone_dynamics(system: System, side: PlantSide, between: Collection[int]) -> 
 def as_gain(part: Part, lone: Collection[str] = ()) -> Graph:
     """Replace the inverse of a hysteresis by a gain of 1 from its first input to its first output.
 
-    Blocks that invert `lone` dynamics remain, with a static gain of 1.
+    Blocks that invert `lone` dynamics are kept, with a static gain of 1.
     """
     n = len(part.inputs)
     kept = [m for m in part.own.nodes if m.block.inverts in lone]
@@ -144,7 +144,10 @@ def for_small_signals(graph: Graph) -> Graph:
 
 
 def without_limits(graph: Graph) -> Graph:
-    """Remove the limits of controllers and scalings: rest may lie outside them, and small signals do not reach them."""
+    """Remove the limits of controllers and scalings.
+
+    Rest may lie outside these limits, and small signals do not reach them.
+    """
     for n in graph.nodes:
         if any(key in n.values for key in LIMITS):
             graph = graph.replace(replace(n, values={k: v for k, v in n.values.items() if k not in LIMITS}))
@@ -154,9 +157,9 @@ def without_limits(graph: Graph) -> Graph:
 def dynamics(system: System, side: PlantSide, between: Collection[int]) -> tuple[StateSpace, float]:
     """Return the linear dynamics of the plant side, and the ramp time of a new command (s).
 
-    Their static gain is 1 if they have one; without any they are a gain of 1. For dynamics that ramp up to their input,
-    this is a step of their unit. Dynamics in parallel with a hysteresis, such as creep, count with the slope of the
-    hysteresis at rest.
+    The dynamics are scaled to the static gain 1 if they have a static gain. Without dynamics the result is a gain of 1.
+    The ramp time is a step of the unit if the dynamics move to their input on a ramp. For dynamics in parallel with a
+    hysteresis, such as creep, the hysteresis has its slope at rest.
     """
     undone = _undone(system, between)
     found: StateSpace = (*NO_STATES, np.ones((1, 1)))
@@ -199,12 +202,12 @@ def _with_gain_one(system: StateSpace) -> StateSpace:
 
 
 def command_of(system: System, side: PlantSide, between: Sequence[int]) -> Link:
-    """Return the connection that carries the command: into the first inverse, or without one into the plant side."""
+    """Return the connection that carries the command, to the first inverse, or to the plant if there is no inverse."""
     return next((n for n in system.links if between and n.to == between[0] and n.input == 0), side.entry)
 
 
 def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[float, float]:
-    """Run the case and return the sector of slopes of plant over inverse along its path; a case must not stop."""
+    """Run the case, and return the sector of slopes of plant and inverse along its path. The run must not stop."""
     first = command_of(system, side, between)
     column = system.names[first.source]
     try:
@@ -267,7 +270,7 @@ def _parallel(graph: Graph, way: Sequence[Node]) -> bool:
 
 
 def _ways(graph: Graph) -> tuple[list[tuple[str, str]], set[str], str]:
-    """Return the connections of blocks, those that the first input drives, and the one of the first output."""
+    """Return the connections of the blocks, the ends that the first input drives, and the end of the first output."""
     edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in graph.wires]
     return edges, {end.partition(".")[0] for end in graph.inputs[0].to}, graph.outputs[0].source.partition(".")[0]
 
@@ -286,7 +289,7 @@ def _at_rest(graph: Graph, undone: Collection[str]) -> Graph:
 
 
 def _driven(part: Part, port: int, output: int) -> Graph:
-    """Return the graph of a unit with one of its inputs and one of its outputs first; the others are constant."""
+    """Return the graph of a unit. One input and one output are first; all other inputs are constant."""
     inputs = [replace(i, start=part.constants.get(i.name, i.start)) for i in part.own.inputs]
     inputs.sort(key=lambda i: i.name != part.inputs[port])
     outputs = sorted(part.own.outputs, key=lambda o: o.name != part.outputs[output])

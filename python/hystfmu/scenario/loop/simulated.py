@@ -1,7 +1,7 @@
-"""Delay margin by simulation, for loops whose gain depends on the amplitude, which have no linear margin.
+"""Delay margin by simulation. It is for loops whose gain depends on the amplitude, which have no linear margin.
 
-A delay of whole fine steps is added after the command. Bisection finds the largest one for which the case does not
-fail. It fails if it stops, if its error grows, or if its error is far above that without the delay.
+A delay of whole fine steps is added after the command. Bisection finds the largest delay for which the case does not
+fail. The case fails if the run stops, if the error grows, or if the error is far above the error without this delay.
 """
 
 from __future__ import annotations
@@ -23,12 +23,11 @@ NAME = "further_delay"
 
 
 def simulated_delay(system: System, entry: Link, growth: float = GROWTH, far: float = FAR) -> float:
-    """Return the largest further delay for which a case does not fail, in steps, up to `MOST`; NaN if it fails without
-    one.
+    """Return the largest further delay for which a case does not fail, in steps, up to `MOST`.
 
-    `entry` brings the command to the units at the rate of the plant. The largest error may grow by the factor `growth`
-    from the first half of the window of the metric to the second, and be `far`, relative to the stroke, above that
-    without a further delay.
+    Return NaN if the case fails without further delay. `entry` is the connection of the command to the units at the
+    rate of the plant. The largest error may grow by the factor `growth` from the first to the second half of the window
+    of the metric. Relative to the stroke, the error may be `far` above the error without further delay.
     """
     ripple = system.case.ripple
     first = _errors(system)
@@ -47,7 +46,7 @@ def simulated_delay(system: System, entry: Link, growth: float = GROWTH, far: fl
 
 
 def _delayed(system: System, entry: Link, n: int) -> System:
-    """Insert a delay of n fine steps into a connection; it steps after the unit that it reads."""
+    """Insert a delay of n fine steps into a connection. The delay steps after the unit that it reads."""
     case, maker, reader = system.case, system.maker(entry), system.parts[entry.to]
     at = case.order.index(maker.name) + 1
     end = f"{reader.name}.{reader.inputs[entry.input]}"
@@ -59,7 +58,7 @@ def _delayed(system: System, entry: Link, n: int) -> System:
 
 
 def _errors(system: System) -> tuple[float, float] | None:
-    """Return the largest error in both halves of the window of the metric, of the stroke; None if the case stops."""
+    """Return the largest error, relative to the stroke, in each half of the window of the metric; None after a stop."""
     metric = next(m for m in system.case.metrics.values() if m.against is not None)
     ends = [metric.signal, str(metric.against)]
     try:

@@ -1,4 +1,4 @@
-"""Table of the margins of scenarios: one row for each different loop, with the cases that have it."""
+"""Table of the margins of scenarios. Each different loop has a row with the cases of this loop."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ FALLING = (
     "within 0.5 % of the stroke above that without further delay"
 )
 
-CONDITIONAL = "conditionally stable, lost where the gain falls by the margin down"
+CONDITIONAL = "conditionally stable, and unstable if the gain decreases by more than 'gain down'"
 
 
 @dataclass(frozen=True)
@@ -56,15 +56,16 @@ class LoopRow:
     slopes : (float, float)
         Sector of local slopes of plant over inverse along the paths of these cases.
     margins : dict
-        ``stable``, and for the nominal slope of the loop without further delay: ``Ms_db`` (``Ms_worst_db`` is the
-        largest of the sector), ``gain_db``, the upper gain margin, ``gain_low_db``, the lower gain margin (-inf if
-        there is no limit), ``conditionally_stable``, whether the lower margin is finite, ``phase_deg``,
-        ``delay_steps``, ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white noise of RMS 1 at the sensor),
-        ``learning`` (factor from period to period of a memory); with one step of delay: ``Ms_1_db``, and at the largest
-        slope ``Ms_1_largest_db``; ``stable_to_steps``, the largest delay up to which the whole sector is stable;
-        ``simulated_delay_steps``, only where the gain depends on the amplitude, at most 4. Missing values are None.
+        ``stable`` and the following figures. A missing value is None. These figures hold for the nominal slope without
+        further delay: ``Ms_db``, ``gain_db`` (upper gain margin), ``gain_low_db`` (lower gain margin, -inf if there is
+        no limit), ``conditionally_stable`` (whether the lower margin is finite), ``phase_deg``, ``delay_steps``,
+        ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white noise of RMS 1 at the sensor), and ``learning``
+        (factor of a memory from period to period). ``Ms_worst_db`` is the largest peak over the sector. ``Ms_1_db`` is
+        the peak with one further step of delay, and ``Ms_1_largest_db`` is this peak at the largest slope.
+        ``stable_to_steps`` is the largest delay up to which the whole sector is stable. ``simulated_delay_steps``
+        exists only if the gain depends on the amplitude; it is at most 4.
     at_delay : tuple of dict
-        The first figures for each of `DELAYS`, ``further_steps``, with ``sector_stable``.
+        The figures for the nominal slope at each of `DELAYS`, with ``further_steps`` and ``sector_stable``.
     """
 
     scenario: str
@@ -75,7 +76,7 @@ class LoopRow:
 
     @property
     def stable(self) -> bool:
-        """True if the loop is stable at its own delay, for the nominal slope and all those of its sector."""
+        """True if the loop is stable at its own delay, for the nominal slope and all slopes of its sector."""
         return bool(self.margins["stable"]) and self.margins["Ms_worst_db"] is not None
 
     @property
@@ -113,7 +114,7 @@ def _text(x: float | None, optional: bool = False) -> str:
 
 @dataclass(frozen=True)
 class MarginTable:
-    """Margins of scenarios, a line for every case that has none, and a verdict for each limit of a scenario."""
+    """Margins of scenarios, a line for every case without margins, and a verdict for each limit of a scenario."""
 
     rows: list[LoopRow]
     refused: list[str]
@@ -123,7 +124,7 @@ class MarginTable:
         return self.text()
 
     def text(self, delays: bool = False) -> str:
-        """Format the table for a terminal, with a row for each delay of a loop or one, verdicts and reasons."""
+        """Format the table for a terminal, with verdicts and reasons. A loop has one row, or a row for each delay."""
         lines: list[str] = []
         if self.rows and delays:
             keys = [k for k in AT_DELAY if k not in OPTIONAL or any(r.margins[k] is not None for r in self.rows)]
@@ -146,7 +147,7 @@ class MarginTable:
         return [v.line() for v in self.verdicts if not v.within]
 
     def summary(self) -> dict[str, Any]:
-        """Return the table for machines; a margin that nothing limits is None, because JSON has no infinity."""
+        """Return the table as JSON types. A margin without limit is None, because JSON has no infinity."""
         verdicts = [vars(v) | {"within": v.within} for v in self.verdicts]
         loops = [
             vars(r) | {"margins": _finite(r.margins), "at_delay": [_finite(f) for f in r.at_delay]} for r in self.rows
@@ -189,7 +190,7 @@ def margin_table(
     at : str
         Signal `unit.output` at which the loops are opened; by default the input of the plant.
     delays : bool
-        Also the margins with each of `DELAYS`.
+        Whether to compute also the margins for each of `DELAYS`.
     """
     plans = plan(read(paths, {}, None), case, {}, record=True)
     systems = [(p, s) for p in plans for s in p.systems]
@@ -220,7 +221,7 @@ def margin_table(
 
 
 def _unstable(group: Sequence[OpenedLoop]) -> Sequence[OpenedLoop]:
-    """Return those of some equal loops that are unstable on their own path; all if only their joint sector is."""
+    """Return the equal loops that are unstable on their own path; all loops if only the joint sector is unstable."""
     return [o for o in group if not (o.margins().stable and o.stable_at(0.0))] or group
 
 
