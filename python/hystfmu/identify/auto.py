@@ -230,8 +230,7 @@ def _warnings(best: Trial, seen: Excitation) -> list[str]:
 def refusal(
     where: str, only_invertible: bool, race: Race, seen: Excitation, faults: Mapping[str, str] | None = None
 ) -> InputError:
-    """Return the error that refuses the record `where`; it lists the faults and the errors of the candidates.
-    """
+    """Return the error that refuses the record `where`; it lists the faults and the errors of the candidates."""
     faults, also = faults or {}, " and have a useful inverse" if only_invertible else ""
     rule = f"A kind of model must follow the data to {REFUSED:g} % of the span{also}"
     ranked = sorted(race.trials.values(), key=race.excess)

@@ -63,8 +63,7 @@ def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """Return three sets of rows, thinned evenly to at most `most`: counted, fitted, and validation rows.
-    """
+    """Return three sets of rows, thinned evenly to at most `most`: counted, fitted, and validation rows."""
     held = np.zeros(data.train.stop, dtype=bool)
     for which in range(EVERY - 1, 0, -1):  # the data may hold out a fold themselves
         held[data.train] = validation_rows(data.u[data.train], which)

@@ -74,8 +74,7 @@ class Dynamics:
 
     @property
     def told(self) -> dict[str, Any]:
-        """Entries of `Model.fit`; ``modes`` lists frequency (Hz), damping ratio and share of further modes.
-        """
+        """Entries of `Model.fit`; ``modes`` lists frequency (Hz), damping ratio and share of further modes."""
         further = {"modes": [list(mode) for mode in self.beside]} if self.beside else {}
         return {"f_n": self.f_n, "zeta": self.zeta, "delay": self.delay, **further}
 
@@ -89,8 +88,10 @@ class Dynamics:
         return np.array([np.log(self.f_n), np.log(self.zeta), self.delay / h])
 
     def nodes(self, h: float, hold: str) -> list[Node]:
-        """Return a chain of blocks for the step h (s): ``g0`` (transfer_function), and ``delay`` if it has a whole
-        sample."""
+        """Return a chain of blocks for the step h (s).
+
+        The chain has ``g0`` (transfer_function), and ``delay`` if the delay has whole samples.
+        """
         whole = math.floor(self.delay / h + LEAST_REST)
         b, a = polynomials(self, max(self.delay - whole * h, 0.0) if self.delay / h - whole > LEAST_REST else 0.0)
         g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})

@@ -124,8 +124,7 @@ class Objective:
         return y, dy
 
     def columns(self, p: Array) -> tuple[Array, Array]:
-        """Return the output without the linear part, (rows,), and the contribution of each weight of 1, (rows,
-        weights).
+        """Return the output without linear part, (rows,), and the output of each weight of 1, (rows, weights).
 
         Values that the core refuses, or an output that is not finite, raise an InputError.
         """
@@ -196,8 +195,7 @@ class Objective:
         ]
 
     def turns(self, p: Array, weights: Array) -> list[dict[str, Array]]:
-        """Return the derivatives of the values by each coordinate; steps stay inside the bounds and the structure of p.
-        """
+        """Return the derivatives of the values by each coordinate; steps keep the bounds and the structure of p."""
         c, graph, here = self.coordinates, self.structure(p), self.values(p, weights)
         found: list[dict[str, Array]] = []
         for k, unit in enumerate(np.eye(len(p))):

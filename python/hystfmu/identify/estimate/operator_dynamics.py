@@ -162,8 +162,7 @@ class _Chains:
         return self.made[key]
 
     def finished(self, graph: Graph) -> Graph:
-        """Return the graph with the delay after the dynamics; the delay starts with the steady output of the dynamics.
-        """
+        """Return the graph with the delay after the dynamics; the delay starts with their steady output."""
         delays = [n for n in graph.nodes if n.name == "delay"]
         scaling, *operator, total, g0, readout = (n for n in graph.nodes if n.name != "delay")
         if not delays:

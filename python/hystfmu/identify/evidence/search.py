@@ -92,8 +92,7 @@ def _real(x: Complex) -> Array:
 
 
 def modes(seen: Seen) -> tuple[str, Fitted] | None:
-    """Return the hold and the fit with the number of modes that the data support; None if the record shows no
-    response."""
+    """Return the hold and the fit with the supported number of modes; None if the record shows no response."""
     at = np.flatnonzero(seen.response.seen)
     if len(at) < 3:
         return None
@@ -141,8 +140,10 @@ def _branch(
 
 
 def _highest(r: Response) -> float:
-    """Return the highest frequency (Hz) up to which at least half of the points of each third of an octave are
-    coherent."""
+    """Return the highest frequency (Hz) of the coherent band.
+
+    Up to this frequency, at least half of the points of each third of an octave are coherent.
+    """
     seen = r.seen
     for k in range(len(seen) - 1, -1, -1):
         near = (r.f <= r.f[k]) & (r.f >= r.f[k] / 2 ** (1 / 3))

@@ -125,8 +125,7 @@ def density_of(seen: Seen, e: Array) -> float:
 
 
 def static_gain(r: Response, found: Fitted | None) -> float:
-    """Return the static gain of a fit; without a fit, the median gain of the lowest third of coherent points.
-    """
+    """Return the static gain of a fit; without a fit, the median gain of the lowest third of coherent points."""
     if found is not None and found.structure.modes:
         return abs(float(found.gain.sum())) or 1.0
     seen = np.flatnonzero(r.seen)

@@ -66,8 +66,9 @@ class Excitation:
 
 
 def gaps(u: Array, y: Array, turns: Array) -> Array:
-    """Return the gap of y for every extremum that u (n,) returns to: y at the return, interpolated, minus y there
-    before.
+    """Return the gap of y for every extremum that u (n,) returns to.
+
+    The gap is y at the return, interpolated, minus y at the extremum.
 
     Before the return, u must stay inside the branch that led to the extremum; smaller loops are allowed.
     """

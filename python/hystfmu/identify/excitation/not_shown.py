@@ -53,8 +53,7 @@ def kinds_not_shown(data: Dataset) -> tuple[str, ...]:
 
 
 def new_states(data: Dataset, u: Array, first: int = 0) -> float:
-    """Return the share of the states of another input u (n,) without a near state in the record, from a given row on.
-    """
+    """Return the share of the states of another input u (n,), from a row on, that have no near state in the record."""
     from scipy.spatial import cKDTree
 
     span = float(np.ptp(data.u[data.train]))

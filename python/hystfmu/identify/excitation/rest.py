@@ -107,8 +107,7 @@ def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
 
 
 def _error(data: Dataset, u0: float, bends: int = BENDS) -> float:
-    """Return the RMS error of plays that start at rest at u0, with a cubic bend after the plays (unit of measure of y).
-    """
+    """Return the RMS error of plays that start at rest at u0, followed by a cubic bend (unit of measure of y)."""
     rows = np.arange(len(data.u))[data.counted]
     rows = rows[:: max(1, len(rows) // ROWS)]
     columns = np.column_stack([data.u, plays(data.u, thresholds(data.u[data.train], PLAYS), u0)])[rows]

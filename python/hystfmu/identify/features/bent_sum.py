@@ -93,8 +93,7 @@ class Following:
         return self.value(v, of_q, of_c, g)
 
     def started(self, y: Array, rows: NDArray[np.intp]) -> Array:
-        """Return free columns (rows, ...) that represent offset and gain in a fit without a bend; y has shape (rows,).
-        """
+        """Return free columns (rows, ...) for offset and gain in a fit without a bend; y has shape (rows,)."""
         used = self.theta[rows][:, [level != "none" for level in self.levels]] if self.levels else np.zeros((len(y), 0))
         return np.hstack([np.ones((len(y), 1)), used, used * y[:, None]])
 
@@ -152,9 +151,7 @@ class Problem:
     penalties: tuple[tuple[float, Array | None], ...] = ()
 
     def solved(self, linear: Array, target: Array, free: Array) -> tuple[Array, Array]:
-        """Return the non-negative weights of columns, of which the first p belong to the operator, and the free
-        weights.
-        """
+        """Return the non-negative weights of columns, the operator's p weights first, and the free weights."""
         if not self.penalties:
             return nonnegative(linear, target, free)
         n = self.columns.shape[1]
@@ -262,8 +259,7 @@ def _newton(p: Problem, s: BentSum) -> BentSum:
 
 
 def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array, Array]:
-    """Return the derivatives of the output at `s` by w and k, the derivatives by free variables, and the common target.
-    """
+    """Return the derivatives of the output at `s`, by w and k, then by free variables, and the common target."""
     return _after(p, s, _before(p, s))
 
 

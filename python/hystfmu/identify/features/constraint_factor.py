@@ -98,8 +98,7 @@ class StackCoordinates:
 
 
 def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoordinates:
-    """Find the branches of an input x (n,) from rest at x0; `memory` is "dominant" (return-point) or "last" extremum.
-    """
+    """Find the branches of an input x (n,) from rest at x0; `memory` is "dominant" (return-point) or "last"."""
     n = len(x)
     start, weight, d = np.full(n, -1), np.zeros(n), np.zeros(n)
     extrema: list[int] = []
