@@ -66,5 +66,5 @@ def turning_points(u: Array, band: float) -> Array:
 
 
 def reversals(u: Array) -> Array:
-    """Return the turning points (m,) of u (n,) outside its noise: u moves back by 6 sigma plus 0.1 % of its range."""
+    """Return turning points (m,) of u (n,): u moves back by more than 6 sigma, and by more than 0.1 % of its range."""
     return turning_points(u, max(6 * noise(u), 1e-3 * float(np.ptp(u))))

@@ -120,7 +120,7 @@ class Race:
     def fitted(
         self, fold: int, key: str, options: Options, progress: Progress, share: float = 1.0
     ) -> tuple[Model, Array, list[float], float]:
-        """Fit to a share of the rows outside a fold; return model, errors in the fold, RMS of blocks and of all rows."""
+        """Fit to a share of the rows outside a fold; return model, errors in the fold, RMS of blocks, RMS of all."""
         part, rows, block = self.held(fold)
         if share < 1:
             short = beginning(part, int(share * (part.train.stop - part.train.start)))

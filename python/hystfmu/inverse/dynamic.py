@@ -177,10 +177,11 @@ def _quotient(a: Array, b: Array) -> Array:
 
 
 def wanted(model: Model, parts: Parts, share: float) -> list[Array]:
-    """Return wanted outputs up to `BAND` times the slowest natural frequency: decaying sines and two tones, with a
-    ramp.
+    """Return wanted outputs up to `BAND` times the slowest natural frequency: decaying sines and two tones.
 
-    The signals use a share of the input range of the model; `parts` is the result of `split`.
+    A ramp precedes each signal.
+
+    The signals use a share of the input range of the model. `parts` is the result of `split`.
     """
     from hystfmu.data.signals import decaying_sine, two_tones
 

@@ -25,7 +25,7 @@ class Inverses:
     """Answers to the questions of `auto` about the inverses of models."""
 
     def kind(self, model: Model) -> str:
-        """Return the first of `METHODS` for the model, else ``learned``; or the text that the output is not monotone."""
+        """Return the first of `METHODS` for the model, else ``learned``, or a text if the output is not monotone."""
         if _folded(model):
             return "none: not monotone"
         for method in METHODS:

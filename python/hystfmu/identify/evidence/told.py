@@ -22,9 +22,10 @@ OVERDAMPED = 0.5  # damping ratio from which a part below the modes is creep, an
 REST_SHAPE = 0.5  # share of a rest that may be the rise of its mode towards its resonance
 BENT = 0.5  # error of f_n over the half width of the resonance, for an error of the response there
 LEAST_F, LEAST_ZETA_SE, LEAST_SHARE, LEAST_DELAY = 1e-4, 3e-3, 2e-3, 0.05
-"""Least standard errors: relative errors of f_n and zeta, error of a share, and error of the delay in steps. Tests with
-drawn devices show errors of this size even if the noise is smaller. Their modes above the band, and inputs that are not
-ramps between rows, cause these errors.
+"""Least standard errors: relative errors of f_n and zeta, error of a share, and error of the delay in steps.
+
+Tests with drawn devices show errors of this size even if the noise allows smaller errors. Modes above the band, and
+inputs that are not ramps between rows, cause these errors.
 """
 
 
