@@ -100,7 +100,7 @@ def _end_descendants() -> None:
 
 
 def main() -> None:
-    """Run ``python -m hystfmu.base.supervisor PARENT BOX ARGUMENTS``: Python with arguments in BOX, or null for no box."""
+    """Run ``python -m hystfmu.base.supervisor PARENT BOX ARGUMENTS``: Python in a box; null means no box."""
     parent, box, arguments = int(sys.argv[1]), json.loads(sys.argv[2]), sys.argv[3:]
     supervise(parent)
     if box is not None:
