@@ -1,4 +1,4 @@
-"""The model of an implicit inverse as Modelica: a package whose function steps the blocks between its ports u and h."""
+"""Model inside an implicit inverse as Modelica: a package whose function steps the blocks from port u to port h."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Tried:
     package : str
         Name of the package.
     values, state0 : str
-        Modifiers of the block of the inverse: expressions of the record ``values``.
+        Modifiers of the block of the inverse, as expressions of the record ``values``.
     text : str
-        The package, without the mark of its file.
+        File of the package, without its first line (the mark).
     """
 
     package: str
@@ -33,23 +33,23 @@ class Tried:
 
 
 def inverses(graph: Graph) -> list[Node]:
-    """The implicit inverses of a graph."""
+    """Return the implicit inverses of a graph."""
     return [n for n in graph.nodes if n.block.trial]
 
 
 def package_of(node: Node) -> str:
-    """Name of the package of an implicit inverse."""
+    """Return the name of the package of an implicit inverse."""
     return f"{class_name(node.name)}Model"
 
 
 def wires(graph: Graph) -> list[tuple[str, str]]:
-    """The wires, without those into h of an implicit inverse: its package computes them."""
+    """Return the wires, without wires into h of an implicit inverse, whose package computes these values."""
     ends = {f"{n.name}.{n.block.tried}" for n in inverses(graph)}
     return [(a, b) for a, b in graph.wires if b.split("[")[0] not in ends]
 
 
 def hidden(graph: Graph) -> set[str]:
-    """Blocks that only the package of an implicit inverse uses."""
+    """Return the blocks that only the package of an implicit inverse uses."""
     tried = {n.name for i in inverses(graph) for n in between(graph, i)}
     needed = {o.source.split(".")[0] for o in graph.outputs} | {n.name for n in graph.nodes} - tried
     new = needed
@@ -60,12 +60,12 @@ def hidden(graph: Graph) -> set[str]:
 
 
 def between(graph: Graph, inverse: Node) -> tuple[Node, ...]:
-    """The blocks that the input h of an implicit inverse depends on.
+    """Return the blocks that the input h of an implicit inverse depends on.
 
     Raises
     ------
     InputError
-        There are none, or one of them is not static.
+        There are no such blocks, or a block is not static.
     """
     at = graph.nodes.index(inverse)
     found, new = (
@@ -82,12 +82,12 @@ def between(graph: Graph, inverse: Node) -> tuple[Node, ...]:
 
 
 def tried(graph: Graph, inverse: Node, within: str) -> Tried:
-    """The package of an implicit inverse, and the modifiers of its block.
+    """Return the package of an implicit inverse, and the modifiers of its block.
 
     Raises
     ------
     InputError
-        As `between`; the library has no static form of a block; or the model reads covariates.
+        As in `between`. Also: the library has no static form of a block, or the model reads covariates.
     """
     nodes = between(graph, inverse)
     forms = [static_form(graph, n) for n in nodes]
@@ -139,7 +139,7 @@ def _joined(parts: list[str]) -> str:
 
 
 def _source(graph: Graph, node: Node, place: int, inverse: Node, names: dict[str, str]) -> str:
-    """The source of element `place` of the inputs of a block."""
+    """Return the source of element `place` of the inputs of a block."""
     at = graph.nodes.index(node)
     for d, first, s, from_place, n in graph.links:
         if d == at and first <= place < first + n:

@@ -14,7 +14,7 @@ FREQUENCY = 50.0  # Hz of the command, at most a tenth of the resonance
 
 
 def actuator_example(a: Made, name: str, within: str, of: str) -> str:
-    """The file of an example: drive, actuator, mass and spring, over the range of the data.
+    """Return the file of an example: drive, actuator, mass and spring, over the range of the data.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def actuator_example(a: Made, name: str, within: str, of: str) -> str:
 
 
 def _drive(a: Made, frequency: float) -> str:
-    """Class, name and values of the drive: over the range of the data, or fast and strong enough for it."""
+    """Return class, name and values of the drive, which is fast and strong enough for the range of the data."""
     p = a.mechanics
     if a.form.unit == "V":
         limits = f"v_min = {number(a.low)}, v_max = {number(a.high)}, v_start = {number(a.start)}"

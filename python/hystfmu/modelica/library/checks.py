@@ -1,4 +1,4 @@
-"""The page UsersGuide.Checks: what the lint checks, by the sections of the language specification."""
+"""Page UsersGuide.Checks: rules of the lint, sorted by sections of the language specification."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _APART = {
 
 
 def page(root: Path) -> dict[str, str]:
-    """The page by its name below HystFMU; `root` is the folder of the library, beside which the table lies."""
+    """Return the page by its name below HystFMU; `root` is the folder of the library, next to the table of rules."""
     table = tomllib.loads((root.parent / "rules.toml").read_text("utf-8"))
     rows = sorted(table.items(), key=lambda row: _key(row[1]["section"]))
     lines = "\n".join(
