@@ -50,7 +50,7 @@ def limit_memory(gigabytes: float) -> None:
 
 def late(seconds: float) -> str:
     """Return the message about a child that `finish` stopped after `seconds`."""
-    return f"not finished after {seconds:g} s: a unit hangs, or allow more time"
+    return f"not finished after {seconds:g} s: a unit does not end, or needs a longer time limit"
 
 
 def _signal_name(number: int) -> str:

@@ -120,7 +120,7 @@ def choose(
     for name in order:
         key, candidate = entered[name]
         if race.explained():
-            race.reasons[name] = f"{race.best().name} leaves nothing to explain"
+            race.reasons[name] = f"{race.best().name} has no error"
             untried.append(name)
             continue
         race.first(name, key, candidate, partial(report, done / total, (done + costs[name]) / total))

@@ -71,7 +71,7 @@ def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
         return []
     return [
         f"on other signals within the trained range of u the output leaves the range of y by {beyond:.2g} times its "
-        "span: the record does not tell what the device does there"
+        "span: the record does not show the output of the device there"
     ]
 
 
@@ -131,8 +131,8 @@ def _unseen(covered: float | None) -> list[str]:
     if covered is None or covered >= POOR:
         return []
     return [
-        f"the training rows reach {covered:.0f} % of the states that other signals in the range reach: the network "
-        "has seen nothing else, and its error there is unknown"
+        f"the training rows reach {covered:.0f} % of the states that other signals in the range reach: the error "
+        "of the network in all other states is unknown"
     ]
 
 

@@ -143,7 +143,9 @@ def _declaration(model: Model, node: Node, name: str, inverse: implicit.Tried | 
 
 def _refusal(h: float) -> str:
     """Return the assertion of a block whose matrices or lags are valid for one sample period (s)."""
-    message = f"Ts must be {number(h)} s, which the dynamics and lags are for: export a model with another step"
+    message = (
+        f"Ts must be {number(h)} s, for which the dynamics and lags are computed: export a model with another step"
+    )
     return f"  assert(abs(Ts - {number(h)}) <= {number(1e-9 * h)}, {string(message)});"
 
 
@@ -171,9 +173,9 @@ def _documentation(model: Model, sampled: bool, tied: bool, kind: str, history: 
         f"<b>Source:</b> {escape(n.block.source)}.</p>"
         for n in model.graph.nodes
     )
-    rows = "what <code>hystfmu predict</code> gives row by row"
+    rows = "the rows of <code>hystfmu predict</code>"
     limits = [
-        f"at the start and every Ts from there it gives {rows}, for rows Ts apart"
+        f"at the start and then every Ts the output equals {rows}, for rows Ts apart"
         if sampled
         else f"it gives {rows}"
         if kind == SAMPLED
@@ -181,17 +183,17 @@ def _documentation(model: Model, sampled: bool, tied: bool, kind: str, history: 
         "valid within the range of the identification data",
     ]
     if tied:
-        limits.append("the dynamics and lags are for this Ts, and another is refused")
+        limits.append("the dynamics and lags are valid for this Ts only, and another Ts is refused")
     continuous = [
         n.name for n in model.graph.nodes if n.block.rate == "continuous" and n.block.tolerance == "integration"
     ]
     if continuous:
-        whose = "the accuracy is the solver's, and the unit integrates by a rule of its own"
+        whose = "the solver determines the accuracy; the unit has an integration rule of its own"
         limits.append(f"continuous ({', '.join(continuous)}): {whose}")
     deep = [f"{n.name}: {n.dims['depth']}" for n in model.graph.nodes if n.dims.get("depth", 0) > DEPTH]
     if deep:
         limits.append(
-            f"an operator remembers {DEPTH} extrema, which makes a step fast; the model file has more "
+            f"an operator stores {DEPTH} extrema, so that a step is fast; the model file has more "
             f"({', '.join(deep)}): set the depth in values"
         )
     return (

@@ -66,7 +66,7 @@ def example(model: Model, name: str, within: str, block_name: str, w: Wiring, ra
         [
             *lines,
             f'  annotation (experiment({time}), Documentation(info = "<html>',
-            "<p>Loops that shrink: an identified hysteresis shows what it remembers.</p>",
+            "<p>The loops become smaller, so that the memory of the identified hysteresis is visible.</p>",
             f'<p><b>See also:</b> <a href=\\"modelica://{within}.{block_name}\\">{block_name}</a>.</p>',
             '</html>"));',
             f"end {name};\n",

@@ -76,7 +76,7 @@ def between(graph: Graph, inverse: Node) -> tuple[Node, ...]:
         found |= new
         new = {s for d, _, s, _, _ in graph.links if d in new and s >= 0} - found - {at}
     if not found:
-        raise InputError(f"block {inverse.name!r}: nothing that hangs on its output u is wired to its input h")
+        raise InputError(f"block {inverse.name!r}: its input h must be wired to a block that depends on its output u")
     graph.executor()  # refuses what is not static, with the name of the block
     return tuple(graph.nodes[k] for k in sorted(found))
 
@@ -113,7 +113,7 @@ def tried(graph: Graph, inverse: Node, within: str) -> Tried:
     values = _joined([text for f in forms for text, _ in f.values.values()] or ["{0}"])
     state0 = _joined(["{0}", *(v for f in forms for v in f.state0)])  # the output before the first input is never read
     text = f"""within {within};
-package {package} "What hangs on {inverse.name}, as a static model"
+package {package} "Blocks between output and trial input of {inverse.name}, as a static model"
   extends HystFMU.Inverse.BaseClasses.StaticModel;
 
   redeclare function extends step "State of the model after a new input"
@@ -122,12 +122,12 @@ package {package} "What hangs on {inverse.name}, as a static model"
 {"".join(f"    {t};{chr(10)}" for t in stated)}    annotation (Documentation(info = "<html>
 <p><b>Equation:</b> {", ".join(f"{n.name}: {n.type}" for n in nodes)}, wired as in the graph.</p>
 <p><b>Source:</b> the equations of the blocks: see the ready block.</p>
-<p><b>Limitations:</b> the sizes are those of the model file.</p>
+<p><b>Limitations:</b> the sizes are fixed to the sizes of the model file.</p>
 </html>"));
   end step;
 
   annotation (Documentation(info = "<html>
-<p>What the implicit inverse tries its output on.</p>
+<p>The implicit inverse tries candidates of its output on this model.</p>
 </html>"));
 end {package};
 """
@@ -146,7 +146,7 @@ def _source(graph: Graph, node: Node, place: int, inverse: Node, names: dict[str
             if s < 0:
                 raise InputError(
                     f"The model of {inverse.name!r} must read its input alone in Modelica. Got {node.name!r}, which "
-                    "reads another one: export an FMU, or take the exact inverse."
+                    "reads another input: export an FMU, or take the exact inverse."
                 )
             source = graph.nodes[s]
             return "u" if source is inverse else f"{names[source.name]}[{from_place + place - first + 1}]"

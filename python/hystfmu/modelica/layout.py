@@ -55,13 +55,14 @@ def port_at(is_input: bool, i: int, n: int, edge: int = 110) -> Point:
 
 
 def on_component(port: Point, centre: Point, half: float = _SIZE / 2) -> Point:
-    """Return the position in the diagram of a port of an icon on a component; `half` is half the size of it."""
+    """Return the position in the diagram of a port of an icon; `half` is half the size of the component."""
     return centre[0] + port[0] * half / 100, centre[1] + port[1] * half / 100
 
 
 def line(a: Point, b: Point, color: str = "{0, 0, 127}") -> str:
-    """Return the annotation of a wire between two ports. Its ends are horizontal; a wire back passes below the
-    components.
+    """Return the annotation of a wire between two ports.
+
+    The ends of the wire are horizontal. A wire that leads back passes below the components.
     """
     (x1, y1), (x2, y2) = a, b
     if y1 == y2 and x1 < x2:

@@ -36,7 +36,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = b2 + W2 f(b1 + W1 u), f the activation.</p>
 <p><b>Source:</b> trained by hystfmu.</p>
-<p><b>Limitations:</b> the weights are constants: tools need not carry thousands of parameters.</p>
+<p><b>Limitations:</b> the weights are constants, so that tools need not handle thousands of parameters.</p>
 </html>"));
 end {function};
 """,

@@ -110,9 +110,9 @@ def _realisations(model: Model) -> dict[str, str]:
     graph = model.graph
     sampled = any(classes.is_sampled(n) for n in graph.nodes)
     found = {
-        "Model": "acts at the start and every Ts from there, as hystfmu predict"
+        "Model": "steps at the start and then every Ts, with the results of hystfmu predict"
         if sampled
-        else "acts as hystfmu predict"
+        else "gives the results of hystfmu predict"
     }
     for kind, text in CONTINUOUS.items() if sampled else ():
         why = missing(graph, kind)

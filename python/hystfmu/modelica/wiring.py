@@ -44,7 +44,10 @@ class Wiring:
         return node, next(v for v in node.block.of("input", "output") if v.name == m[2]), m[3]
 
     def end(self, end: str) -> str:
-        """An end in the block.  A vector of one element is connected by it, since the other end may be a scalar."""
+        """Return the name of an end in the block; a vector of one element is given by its element.
+
+        The other end may be a scalar.
+        """
         node, v, index = self.row(end)
         if node.name in self.sums:
             return self.parts[node.name]
@@ -114,7 +117,7 @@ class Wiring:
         )
 
     def _scale(self, p: Input | Output, end: str) -> str:
-        """Return the constant for a unit of measure; the number 1 or a factor if the component has this unit."""
+        """Return the constant for the unit of measure of a port, or its SI factor if the component has a unit."""
         own = self.row(end)[1].unit
         return number(si(p.unit)[1]) if own != "1" else unit_constant(self.ports[p.name])
 

@@ -79,7 +79,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
         best = replace(best, parts=parts, fit=f.fit(parts, f.all, best.fit))
     fitted = f.fit(parts, f.all, best.fit)
     warned = [
-        f"the covariate {name!r} does not reduce the error on validation blocks: it is no input of the model"
+        f"the covariate {name!r} does not reduce the error on validation blocks: it is not an input of the model"
         for name, level in zip(data.covariates.names, parts.levels, strict=True)
         if level == "none"
     ]

@@ -33,7 +33,7 @@ def why_not(graph: Graph) -> str:
     """Return the reason why a graph has no slot, as the end of a sentence."""
     for n in graph.nodes:
         if n.block.family != "operators" and n.type not in LINEAR and n.block.of("state"):
-            return f"the slot takes static models, and its block {n.type} has dynamics of its own"
+            return f"the slot takes only static models, but the block {n.type} has dynamics"
         if any(v.name == "memory" for v in n.block.parameters) and classes.word(n, "memory") == "last":
-            return f"memory = last of its {n.type} drifts, so that HystFMU.Actuators.Hysteresis has no class for it"
+            return f"{n.type} with memory = last drifts, so that HystFMU.Actuators.Hysteresis has no class for it"
     return "HystFMU.Actuators.Hysteresis has no class for these blocks: " + ", ".join(n.type for n in graph.nodes)

@@ -53,7 +53,7 @@ class Mode:
             return cls(None, None, "the model has no mode")
         f_n, zeta = float(found["f_n"]), float(found["zeta"])
         if "f_n_se" not in found:
-            why = f"f_n = {f_n:.4g} Hz is at a bound of its search, or the model does not say how well it is known"
+            why = f"f_n = {f_n:.4g} Hz is at a bound of its search, or the model does not state its standard error"
             return cls(None, None, why)
         error = float(found["f_n_se"]) / f_n
         if not error < KNOWN:
@@ -183,7 +183,7 @@ class _Small:
     c0: float
 
     def stiffness(self, s: complex, speed: float) -> complex:
-        """Return the force per position at the complex frequency s (1/s), with a circuit faster by a factor."""
+        """Return the force per position at the complex frequency s (1/s); the circuit is `speed` times faster."""
         resistance = self.resistance / speed
         leads = resistance * self.slope * s / (self.d * (1 + s * resistance * self.c0))
         return self.k / (1 + self.k * self.slope * self.d / (1 + s * self.tau / speed + leads))
@@ -191,7 +191,7 @@ class _Small:
     def mass(self, f_n: float, zeta: float) -> tuple[float, float, float]:
         """Return mass, damping, and the factor by which the circuit must be faster than its default.
 
-        With a slower circuit no damping of the element gives the damping ratio of the mode.
+        The factor is doubled until a damping of the element can give the damping ratio of the mode.
         """
         w = 2 * math.pi * f_n
         root = cmath.sqrt(zeta**2 - 1)

@@ -104,7 +104,7 @@ def _documentation(model: Model, a: Made, within: str, history: str) -> str:
     return (
         f"<html><p><b>Equation:</b> that of {base}; in its slot "
         f"HystFMU.Actuators.Hysteresis.{a.slot.name}.</p>{history}"
-        f"<p><b>Source:</b> a model of kind {escape(model.key)}; the rest as the limitations say.</p>"
+        f"<p><b>Source:</b> a model of kind {escape(model.key)}; the limitations state all other sources.</p>"
         f"<p><b>Limitations:</b> {'; '.join(limits)}.</p>"
         f'<p><b>Example:</b> <a href="modelica://{within}.ActuatorExample">ActuatorExample</a>.</p>'
         f'<p><b>See also:</b> <a href="modelica://{base}">{base}</a>.</p></html>'
