@@ -101,7 +101,7 @@ def unlike(node: Node, *more: Node) -> Model:
     [
         (
             lambda: chain(Node("p", "implicit_inverse")),
-            "'p': nothing that hangs on its output u is wired to its input h",
+            "'p': its input h must be wired to a block that depends on its output u",
         ),
         (
             lambda: unlike(Node("i", "zhao_tan_inverse")),

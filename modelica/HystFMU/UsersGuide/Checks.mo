@@ -3,9 +3,9 @@ within HystFMU.UsersGuide;
 package Checks "What is checked in every class"
   extends Icons.Information;
   annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
-<p>Tools differ in what they notice. <code>make modelica-strict</code> checks every class against these rules, the
+<p>Different tools detect different faults. <code>make modelica-strict</code> checks every class by these rules, the
 tests every exported package; numbers are sections of the Modelica Language Specification 3.6. Each rule has a test that
-plants the fault and sees it found.</p>
+inserts a fault and checks that the lint reports it.</p>
 <table>
 <tr><th>Section</th><th>Rule</th><th>What it asks for</th></tr>
 <tr><td>2.3</td><td>keyword</td><td>No name is a word of the language.</td></tr>

@@ -1,4 +1,4 @@
-"""Types that every room uses: arrays of float64, any shape, and the report of progress."""
+"""Types that all rooms use: arrays of float64 of any shape, and the function that reports progress."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
-"""Is called with the fraction done, 0..1."""
+"""Function that is called with the fraction done, 0..1."""
 
 
 def silent(fraction: float) -> None:

@@ -1,7 +1,7 @@
-"""One-line errors for wrong calls of the public functions: after an exception, `checked` compares arguments and
-annotations.
+"""One-line errors for wrong calls of public functions: after an exception, arguments and annotations are compared.
 
-A correct call is never checked or refused. An exception from arguments of correct types is a bug and is passed on.
+`checked` never checks or refuses a correct call. If all arguments have correct types, an exception is a bug and is
+passed on.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def _fault(function: Callable[..., Any], arguments: tuple[Any, ...], named: Mapp
 
 
 class _Names(dict[str, Any]):
-    """Names that a module imports for its type checker alone."""
+    """Names that a module imports only for its type checker."""
 
     def __missing__(self, name: str) -> Any:
         for home in _HOMES:
@@ -122,7 +122,7 @@ def _resolved(function: Callable[..., Any], annotation: Any) -> Any:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Return whether a value may be of a type; true if this is unknown."""
+    """Return whether a value may have a type; True if this is unknown."""
     origin, inside = typing.get_origin(hint), typing.get_args(hint)
     if hint is Any:
         return True
@@ -159,7 +159,7 @@ def _fits(value: Any, hint: Any) -> bool:
 
 
 def _parts(inside: tuple[Any, ...]) -> tuple[bool, list[Any]]:
-    """Tell whether a union has the types of numpy's ArrayLike, and return its other types."""
+    """Return whether a union has the types of numpy's ArrayLike, and the other types of the union."""
     if not any("_SupportsArray" in str(typing.get_origin(h)) for h in inside):
         return False, list(inside)
     like = (bool, int, float, complex, str, bytes)

@@ -1,6 +1,6 @@
-"""Child processes for foreign native code, whose crash, hang or memory growth must not reach this process.
+"""Child processes for foreign native code: its crash, hang or memory growth must not affect this process.
 
-This code may replace a result by a link to a file that it cannot read itself, or by a pipe that blocks.
+The foreign code may replace a result by a link to a file that the code itself cannot read, or by a pipe that blocks.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def limit_memory(gigabytes: float) -> None:
 
 def late(seconds: float) -> str:
     """Return the message about a child that `finish` stopped after `seconds`."""
-    return f"not finished after {seconds:g} s: a unit hangs, or allow more time"
+    return f"not finished after {seconds:g} s: a unit does not end, or needs a longer time limit"
 
 
 def _signal_name(number: int) -> str:
@@ -69,21 +69,22 @@ def tell_unconfined() -> None:
 
 
 class Child:
-    """Python with this package on its path, in a session of its own; its output goes to a file.
+    """A Python process with this package on its path, in its own session; its output goes to a file.
 
-    A pipe would stay open until all processes that the child has started end, and reading would wait for it. On Linux a
-    supervisor ends these processes with the child. Elsewhere its process group ends, on Windows the child alone.
+    A pipe would stay open until all processes that the child has started end, and reading from the pipe would wait for
+    them. On Linux a supervisor ends these processes together with the child. On other systems the process group of the
+    child is ended, and on Windows only the child.
 
     Parameters
     ----------
     *arguments : str
-        Of Python.
+        Arguments of Python.
     box : Box, optional
-        Confines the child as far as this system can, and passes only some environment variables.
+        Box that confines the child as far as this system can, and passes only some environment variables.
     keep : collection of int
-        Descriptors that stay open in it; not on Windows.
+        Descriptors that stay open in the child; not on Windows.
     told : bool
-        Whether to state, once, which protections this system lacks.
+        Whether to state once which protections this system lacks.
     """
 
     def __init__(self, *arguments: str, box: Box | None = None, keep: Collection[int] = (), told: bool = True) -> None:
@@ -110,7 +111,7 @@ class Child:
 
     @property
     def status(self) -> int:
-        """Status with which it ended; the negative number of a signal."""
+        """Exit status of the child, or the negative number of a signal."""
         return int(self._process.returncode)
 
     @property
@@ -119,7 +120,7 @@ class Child:
         return f"crashed ({_signal_name(-self.status)})" if self.status < 0 else f"ended with status {self.status}"
 
     def finish(self, seconds: float, look: Callable[[], bool] = lambda: False) -> tuple[list[str], bool]:
-        """Wait at most `seconds`, then end the child and all that it has started.
+        """Wait at most `seconds`, then end the child and all processes that it has started.
 
         Parameters
         ----------
@@ -131,9 +132,9 @@ class Child:
         Returns
         -------
         lines : list of str
-            The last 64 KiB of its output, as lines.
+            Last 64 KiB of the output of the child, as lines.
         in_time : bool
-            Whether it ended by itself.
+            Whether the child ended by itself.
         """
         end = time.monotonic() + seconds
         try:
@@ -149,17 +150,17 @@ class Child:
             return self._last_output().decode(errors="replace").strip().splitlines(), in_time
 
     def poll(self) -> int | None:
-        """Return the status if it has ended, else None. Excess output is dropped."""
+        """Return the status if the child has ended, else None. Excess output is dropped."""
         self._drop_output()
         return self._process.poll()
 
     def wait(self, seconds: float | None = None) -> None:
-        """Wait for its end, at most so long (s)."""
+        """Wait at most this time (s) for the end of the child."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(seconds)
 
     def terminate(self) -> None:
-        """Begin to end it and, on Linux, all that it has started."""
+        """Begin to end the child and, on Linux, all processes that it has started."""
         self._process.terminate()
 
     def _last_output(self) -> bytes:
@@ -198,7 +199,7 @@ _FLAGS = [getattr(os, f"O_{name}", 0) for name in ("NOFOLLOW", "NONBLOCK", "BINA
 
 
 def open_result(path: str | Path) -> BufferedReader:
-    """Open a result: a regular file with one name, not a link. The check applies to the opened file.
+    """Open a result that must be a regular file with one name, not a link. The check uses the opened file.
 
     Raises
     ------
@@ -222,7 +223,7 @@ def read_result(path: str | Path, most: int) -> bytes:
     Raises
     ------
     InputError
-        As `open_result`; the file is too large.
+        As in `open_result`, or the file is too large.
     """
     with open_result(path) as f:
         content = f.read(most + 1)

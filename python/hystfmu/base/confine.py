@@ -1,7 +1,7 @@
-"""Confine foreign native code to files that it needs, without network and other processes, on Linux.
+"""Confine foreign native code on Linux to the files that it needs, without network and other processes.
 
-Landlock and seccomp need no privileges. They do not affect files that are already open: results and output of the
-process. Neither the process nor its child processes can regain what it has given up.
+Landlock and seccomp need no privileges. They do not affect files that are already open, such as results and output of
+the process. Neither the process nor its child processes can regain the rights that the process has given up.
 
 Landlock: https://docs.kernel.org/userspace-api/landlock.html. This module imports only the standard library, because it
 runs before anything else is loaded.
@@ -67,9 +67,9 @@ class Box:
     Parameters
     ----------
     folder : str
-        Its own folder, absolute: it may write there, and nowhere else.
+        Own folder of the code, as an absolute path. The code may write only into this folder.
     read : tuple of str
-        Further files and folders that it may read.
+        Further files and folders that the code may read.
     """
 
     folder: str
@@ -77,7 +77,7 @@ class Box:
 
     @classmethod
     def of(cls, folder: str | os.PathLike[str], *read: str | os.PathLike[str]) -> Box:
-        """Make a box in which this Python runs."""
+        """Return a box in which this Python can run."""
         python = [sys.prefix, sys.base_prefix, sys.exec_prefix, os.path.realpath(sys.executable), *_packages()]
         libraries = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
         paths = dict.fromkeys(os.path.abspath(p) for p in (*python, *libraries, *read) if p)
@@ -91,14 +91,14 @@ def _packages() -> list[str]:
 
 
 def _landlock() -> int:
-    """Return the version of Landlock of the running kernel; 0 without."""
+    """Return the version of Landlock of the running kernel; 0 without Landlock."""
     if sys.platform != "linux":
         return 0
     return max(0, int(libc().syscall(_CREATE_RULESET, None, C.c_size_t(0), C.c_uint32(1))))
 
 
 def unconfined() -> str:
-    """Return the protections that this system lacks; an empty string if it has all."""
+    """Return the protections that this system lacks; an empty string if it lacks none."""
     version = _landlock()
     may = ["truncate your files" if version else "read and write your files"] if version < 3 else []
     return " and ".join(may if can_refuse() else [*may, "use the network", "act on your other processes"])
@@ -107,7 +107,8 @@ def unconfined() -> str:
 def confine(box: Box) -> None:
     """Confine this single-threaded process as far as the system can.
 
-    Its own folder becomes the current and the temporary one.  It loses capabilities and unknown variables.
+    The own folder of the process becomes its current and its temporary folder. The process loses capabilities and
+    unknown environment variables.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Exception for wrong user input, one line that states the remedy; parts of this line: near names, extras."""
+"""Exception for wrong user input. Its message is one line with the remedy, such as a similar name or an extra."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from hystfmu.base.printable import printable
 class InputError(ValueError):
     """Invalid user input.
 
-    The message is one line: file and line or key, subject, rule, value.  Example: "The 'rho' parameter of sliding_mode
-    must be a float in [0, inf). Got -1 instead."  The command line prints it and exits with status 2.
+    The message is one line: file with line or key, subject, rule, value. Example: "The 'rho' parameter of sliding_mode
+    must be a float in [0, inf). Got -1 instead." The command line prints it and exits with status 2.
 
     Examples
     --------
@@ -49,7 +49,7 @@ EXTRAS = {
 
 
 class MissingExtra(InputError):
-    """An optional package is not installed; the text names the command that installs it."""
+    """An optional package is not installed; the message names the command that installs this package."""
 
 
 @contextmanager
@@ -59,14 +59,14 @@ def extras(what: str, extra: str = "") -> Iterator[None]:
     Parameters
     ----------
     what : str
-        What needs them, for the message.
+        Name of the feature that needs the packages, for the message.
     extra : str
-        The extra to name if several install the package; default: that of `EXTRAS`.
+        Extra to name if several extras install the package; default: the extra in `EXTRAS`.
 
     Raises
     ------
     MissingExtra
-        One of `EXTRAS` is not installed.
+        A package of `EXTRAS` is not installed.
     """
     try:
         yield
@@ -83,7 +83,7 @@ _MOST_ENTRIES = 1000  # of a folder, where a name is looked for
 
 
 def meant(word: str, known: Iterable[str]) -> str:
-    """Return ``" Did you mean 'x'?"`` for the one or two names nearest to `word`; "" where none is near."""
+    """Return ``" Did you mean 'x'?"`` with one or two names similar to `word`; "" without a similar name."""
     names = list(known)
     begins = {n[: len(word) + 1]: n for n in reversed(names)} if len(word) > 2 else {}
     near = difflib.get_close_matches(word, names, 2) or [n for n in names if word and n.startswith(word)][:2]
@@ -92,7 +92,7 @@ def meant(word: str, known: Iterable[str]) -> str:
 
 
 def meant_file(path: str | Path) -> str:
-    """Return the same for a missing path, from the entries of its last existing folder."""
+    """Return ``" Did you mean 'x'?"`` for a missing path, from the entries of its last existing folder."""
     missing = Path(path)
     while not missing.parent.exists():
         missing = missing.parent

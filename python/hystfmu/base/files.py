@@ -1,4 +1,4 @@
-"""Untrusted input files: size limits, one-line errors. Writes are atomic and replace only regular files."""
+"""Untrusted input files have size limits and one-line errors. Writes are atomic and replace only regular files."""
 
 from __future__ import annotations
 
@@ -70,19 +70,20 @@ def check_source(path: str | Path) -> os.stat_result:
 def written(path: str | Path, apart: re.Pattern[bytes] | None = None) -> Iterator[IO[bytes]]:
     """Open a file for an atomic write: write a temporary file in the same folder, then rename it.
 
-    If the path is a link, the target of the link is written. A file keeps its mode; a new one follows the umask.
+    If the path is a link, the target of the link is written. An existing file keeps its mode; a new file follows the
+    umask.
 
     Parameters
     ----------
     path : str or Path
     apart : pattern, optional
-        Pattern of parts that do not count as a difference, see `hystfmu.base.replacing`.
+        Pattern of parts that are ignored in a comparison, see `hystfmu.base.replacing`.
 
     Raises
     ------
     InputError
-        The file cannot be written; it is read-only, a device, a pipe or a socket; in a command: it exists with other
-        content.
+        The file cannot be written, or is read-only, a device, a pipe or a socket. In a command also: the file exists
+        with other content.
     """
     target = Path(os.path.realpath(path))
     try:
@@ -136,7 +137,7 @@ def check_target(path: str | Path, folder: bool = False) -> int | None:
 
 
 def write_bytes(path: str | Path, content: bytes, apart: re.Pattern[bytes] | None = None) -> None:
-    """Write a file atomically; `apart` as for `written`."""
+    """Write a file atomically; `apart` as in `written`."""
     with written(path, apart) as f:
         f.write(content)
 
@@ -163,7 +164,8 @@ def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
     Raises
     ------
     InputError
-        One line with the file: it cannot be read, is too large, is not TOML or contains unprintable characters.
+        The file cannot be read, is too large, is not TOML, or contains unprintable characters. The message is one line
+        with the file.
     """
     content = read_bytes(path, most)  # outside `try`: an InputError is a ValueError, but not a syntax error
     try:
@@ -203,7 +205,7 @@ def _check_printable(table: dict[str, Any], path: str | Path) -> None:
 
 
 def check_format(data: dict[str, Any], present: int, path: str | Path, required: bool = False) -> None:
-    """Refuse a file of another format than `present`, before its keys are checked.
+    """Refuse a file whose format is not `present`, before its keys are checked.
 
     Parameters
     ----------
@@ -251,7 +253,7 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key]
 
 
 def _faults(e: pydantic.ValidationError, kind: type[M], path: str | Path | Callable[[Key], Path]) -> str:
-    """Return every fault in one line: file, key, rule, value; unknown keys first, since a missing one may follow."""
+    """Return all faults in one line (file, key, rule, value), unknown keys before missing keys."""
     errors = sorted(e.errors(include_url=False), key=lambda error: error["type"] != "extra_forbidden")
     lacking = {error["loc"] for error in errors if error["type"] == "missing"}
     parts: list[str] = []
@@ -278,12 +280,12 @@ def _faults(e: pydantic.ValidationError, kind: type[M], path: str | Path | Calla
 def write_toml(
     path: str | Path, data: dict[str, Any], heading: str = "", apart: re.Pattern[bytes] | None = None
 ) -> None:
-    """Write a dictionary as TOML, atomically; floats round-trip exactly; `apart` as for `written`.
+    """Write a dictionary as TOML, atomically; reading returns the same floats; `apart` as in `written`.
 
     Raises
     ------
     InputError
-        The file cannot be written, or a key or text is one that `load_toml` refuses.
+        The file cannot be written, or `load_toml` would refuse a key or a text.
     """
     _check_printable(data, path)
     lines = "".join(f"# {line}\n" for line in heading.splitlines())

@@ -1,6 +1,6 @@
 """A child process for foreign native code, with a pipe for calls; not on Windows.
 
-It inherits less than a child of `multiprocessing`: neither the terminal and the main module, nor the helper that
+The child inherits less than a child of `multiprocessing`. It inherits no terminal, no main module, and no helper that
 removes shared memory. It reads its task from a file.
 """
 
@@ -22,14 +22,14 @@ _TASK = "task"
 
 
 class Count:
-    """A number in a file that two processes share; its content is not trusted."""
+    """A number in a file that two processes share; the content of the file is not trusted."""
 
     def __init__(self, handle: int) -> None:
         self._handle = handle
 
     @property
     def value(self) -> int:
-        """The number; 0 if there is none."""
+        """The number; 0 if the file has no number."""
         return int.from_bytes(os.pread(self._handle, 8, 0), "little")
 
     @value.setter
@@ -43,14 +43,14 @@ class PipedChild:
     Parameters
     ----------
     target : function
-        Function of a module of this package that it runs: takes a pipe, a `Count`, the process number of its parent and
-        the arguments.
+        Function of a module of this package that the process runs. It takes a pipe, a `Count`, the process number of
+        the parent and the arguments.
     folder : str
-        Its own folder.
+        Own folder of the process.
     words : tuple
         Arguments that can be pickled.
     box : Box or None
-        Confines it.
+        Box that confines the process.
     """
 
     def __init__(self, target: Callable[..., None], folder: str, words: tuple[Any, ...], box: Box | None) -> None:
@@ -62,23 +62,23 @@ class PipedChild:
         self._child = Child("-m", "hystfmu.base.piped_child", *map(str, keep), folder, box=box, keep=keep)
         theirs.close()
         self.said: list[str] | None = None
-        """The lines of its output, at its end."""
+        """Lines at the end of the output of the process."""
 
     @property
     def exitcode(self) -> int | None:
-        """Status with which it ended, or None."""
+        """Exit status of the process, or None while it runs."""
         return self._child.poll() if self.said is None else self._child.status
 
     def terminate(self) -> None:
-        """Begin to end it with all that it has started."""
+        """Begin to end the process and all processes that it has started."""
         self._child.terminate()
 
     def join(self, seconds: float | None = None) -> None:
-        """Wait for its end."""
+        """Wait for the end of the process."""
         self._child.wait(seconds)
 
     def kill(self) -> None:
-        """End it and all that it has started."""
+        """End the process and all processes that it has started."""
         if self.said is None:
             self.said, _ = self._child.finish(0.0)
             self._file.close()

@@ -1,7 +1,7 @@
 """Printable text for terminals, XML files and pages: other characters become visible escapes.
 
-Control characters, also U+0080 to U+009F, control a terminal. Bidirectional overrides show a name as a different one.
-XML 1.0 allows few control characters, and UTF-8 no surrogates.
+Control characters, also U+0080 to U+009F, control a terminal. Bidirectional overrides display a name as a different
+name. XML 1.0 allows few control characters, and UTF-8 allows no surrogates.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def printable(text: str, lines: bool = False) -> str:
-    r"""Return text with every character that is not printable as an escape, ``\x1b`` or ``\u202e``.
+    r"""Return text in which an escape such as ``\x1b`` or ``\u202e`` replaces each unprintable character.
 
     Parameters
     ----------
@@ -30,12 +30,12 @@ def printable(text: str, lines: bool = False) -> str:
 
 
 def unprintable(text: str) -> bool:
-    """Return whether a text has a character that `printable` would replace; line ends and tabs do not count."""
+    """Return whether a text has a character that `printable` would replace, except line ends and tabs."""
     return not text.isprintable() and any(not _is_printable(c) and c not in "\n\t" for c in text)
 
 
 def escape(text: str, quote: bool = True) -> str:
-    """Return text as a part of HTML, printable and without markup; line ends stay."""
+    """Return text as a part of HTML, printable and without markup; line ends are kept."""
     return html.escape(printable(text, lines=True), quote)
 
 

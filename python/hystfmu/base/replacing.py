@@ -1,4 +1,4 @@
-"""Existing files that a command may replace: those that it wrote itself, and with --force all.
+"""Existing files that a command may replace: files that the command wrote, and with --force all files.
 
 Writing the same content again is always allowed. From Python, `save` and `export` always replace a file.
 """
@@ -28,7 +28,7 @@ class _Rule:
 
 @dataclass(frozen=True)
 class _New:
-    """A file that is written but does not have its final name yet."""
+    """A written file that does not have its final name yet."""
 
     file: Path
     target: Path
@@ -51,8 +51,10 @@ def keeping(force: bool) -> Iterator[None]:
 
 
 def own(*paths: str | Path) -> None:
-    """Allow replacement of these files, and of all files in these folders: the command wrote them, or must change
-    them."""
+    """Allow replacement of these files, and of all files in these folders.
+
+    The command wrote these files, or must change them.
+    """
     if rule := _RULE.get():
         rule.own.update(_real(p) for p in paths)
 
@@ -64,12 +66,12 @@ def may_replace(path: str | Path) -> bool:
 
 
 def refuse_existing(*paths: str | Path) -> None:
-    """Refuse, before anything runs, existing files whose content differs in each run.
+    """Refuse existing files whose content differs in each run, before the command computes anything.
 
     Raises
     ------
     InputError
-        One of them exists, and the command may not replace it.
+        One of these files exists, and the command may not replace this file.
     """
     for path in paths:
         if not may_replace(path):
@@ -83,7 +85,7 @@ def refusal(path: str | Path) -> InputError:
 
 @contextmanager
 def together() -> Iterator[None]:
-    """Rename all files that are written in this context to their final names at its end, or none of them."""
+    """Rename all files that are written in this context at its end; if the context fails, rename no file."""
     waiting: list[_New] = []
     before = _WAITING.set(waiting)
     try:
@@ -99,12 +101,12 @@ def together() -> Iterator[None]:
 
 
 def place(file: Path, target: Path, shown: str | Path, apart: re.Pattern[bytes] | None = None) -> None:
-    """Rename a written file to its final name, at once or at the end of `together`; remove it if nothing changes.
+    """Rename a written file to its final name, at once or at the end of `together`; remove an unchanged file.
 
     Parameters
     ----------
     file, target : Path
-        In one folder.
+        Written file and final name, in the same folder.
     shown : path
         The target as the user names it.
     apart : pattern, optional
@@ -113,7 +115,7 @@ def place(file: Path, target: Path, shown: str | Path, apart: re.Pattern[bytes] 
     Raises
     ------
     InputError
-        The target has other content, and the command may not replace it.
+        The target has other content, and the command may not replace the target.
     """
     new, waiting = _New(file, target, str(shown), apart), _WAITING.get()
     if waiting is not None:

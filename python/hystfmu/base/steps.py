@@ -1,7 +1,8 @@
 """Finished steps of a long command: a repeated call resumes after an interrupt.
 
-A step is identified by a hash of its inputs, its options and this package, and its files by hashes of their content.
-The record is a file in the output folder of the command. If anything differs or is damaged, the step runs again.
+A hash of its inputs, its options and this package identifies a step. Hashes of their content identify the files of a
+step. The record of finished steps is a file in the output folder of the command. If a hash differs or the record is
+damaged, the step runs again.
 """
 
 from __future__ import annotations
@@ -30,12 +31,12 @@ class Steps:
     Parameters
     ----------
     folder : Path
-        Holds the record; it need not exist yet.
+        Folder with the record. The folder need not exist yet.
 
     Attributes
     ----------
     kept : list of str
-        Names of the steps that were not repeated.
+        Names of the steps whose earlier results were used.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -53,13 +54,13 @@ class Steps:
         *of : Any
             Identification of the inputs, as values of JSON.
         removed : sequence of Path
-            Files and folders that are removed before they are made again.
+            Files and folders that are removed before the command writes them again.
 
         Raises
         ------
         InputError
-            In a command without --force: the folder contains results of other inputs, one of its files was changed, or
-            a file that the command did not make would be removed.
+            In a command without --force, the folder contains results of other inputs, a file of the folder was changed,
+            or a file that the command did not write would be removed.
         """
         record, known = self._folder / RECORD, self._known.get(_FOLDER)
         key = hashlib.sha256(json.dumps(of).encode()).hexdigest()
@@ -80,26 +81,26 @@ class Steps:
             write_text(record, json.dumps(self._known, indent=1))
 
     def made(self, paths: Sequence[Path]) -> None:
-        """Record that these files, and all in these folders, are results of the inputs of `claim`."""
+        """Record that these files, and all files in these folders, are results of the inputs of `claim`."""
         names = [file.relative_to(self._folder).as_posix() for file in _files(paths)]
         self._known[_FOLDER]["made"] = dict(zip(names, _hashes(_files(paths)), strict=True))
         write_text(self._folder / RECORD, json.dumps(self._known, indent=1))
 
     def run(self, name: str, inputs: Sequence[Any], files: Sequence[Path], make: Callable[[], Any]) -> Any:
-        """Return the value of a step; run it unless it is finished and its files are unchanged.
+        """Return the value of a step; run the step unless it is finished and its files are unchanged.
 
         Steps may run in several threads.
 
         Parameters
         ----------
         name : str
-            Of the step, unique in the folder.
+            Name of the step, unique in the folder.
         inputs : sequence
             All inputs of the step, as values of JSON.
         files : sequence of Path
-            What the step writes.
+            Files that the step writes.
         make : function
-            The step; JSON must reproduce its value exactly.
+            Function that runs the step; JSON must reproduce its value exactly.
         """
         key = hashlib.sha256(json.dumps([_package(), name, list(inputs)]).encode()).hexdigest()
         known = self._known.get(name)
@@ -122,7 +123,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _files(paths: Sequence[Path]) -> list[Path]:
-    """Return the files among the paths, and those in the folders."""
+    """Return the files among the paths, and all files in the folders among the paths."""
     inside = (sorted(p.rglob("*")) if p.is_dir() else [p] for p in paths)
     return [file for files in inside for file in files if file.is_file()]
 
@@ -133,8 +134,10 @@ def _hashes(files: Sequence[Path]) -> list[str]:
 
 @cache
 def _package() -> str:
-    """Return a hash of names, sizes and times of the files of the package, because files of one version may be
-    edited."""
+    """Return a hash of names, sizes and times of the files of the package.
+
+    The version alone is not sufficient, because files may be edited.
+    """
     found = hashlib.sha256()
     for at, folders, names in os.walk(PACKAGE):
         folders[:] = sorted(f for f in folders if f != "__pycache__")

@@ -1,8 +1,8 @@
-"""Watch over a process with foreign native code on Linux: when it ends, all its child processes end, too.
+"""Supervise a process with foreign native code on Linux: when the process ends, its child processes end, too.
 
 The supervisor is a sub-reaper: orphaned processes become its children, even if they made their own session or process
-group. So none escapes. It ends with the same status or signal as the process. It ends the process after a SIGTERM, or
-when its own parent has ended.
+group. So no process escapes. The supervisor ends with the same status or signal as the process. After a SIGTERM, or
+when its own parent has ended, the supervisor ends the process.
 
 This module imports only the standard library, because it is a separate process that must start fast.
 """
@@ -32,7 +32,7 @@ def supervise(parent: int) -> None:
     Parameters
     ----------
     parent : int
-        The process whose end ends all others.
+        Process whose end ends all other processes.
     """
     prctl = C.CDLL(None).prctl
     awaited = {signal.SIGTERM, signal.SIGCHLD}
@@ -100,7 +100,7 @@ def _end_descendants() -> None:
 
 
 def main() -> None:
-    """Run ``python -m hystfmu.base.supervisor PARENT BOX ARGUMENTS``: Python with these arguments, in a box or null."""
+    """Run ``python -m hystfmu.base.supervisor PARENT BOX ARGUMENTS``: Python in a box; null means no box."""
     parent, box, arguments = int(sys.argv[1]), json.loads(sys.argv[2]), sys.argv[3:]
     supervise(parent)
     if box is not None:

@@ -1,7 +1,7 @@
-"""System calls by name, and removal of rights: calls by seccomp(2), and capabilities of root, capabilities(7).
+"""Removal of rights: system calls by name with seccomp(2), and capabilities of root, capabilities(7).
 
-linux/filter.h, linux/seccomp.h.
-This module imports only the standard library, because it runs before anything else is loaded.
+Sources: linux/filter.h, linux/seccomp.h. This module imports only the standard library, because it runs before any
+other module is loaded.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def call(name: str, *arguments: object) -> int:
     Raises
     ------
     OSError
-        It failed.
+        The function failed.
     """
     result: int = getattr(libc(), name)(*[C.c_ulong(a) if isinstance(a, int) else a for a in arguments])
     if result < 0:
@@ -40,10 +40,10 @@ def call(name: str, *arguments: object) -> int:
 
 
 def drop_capabilities() -> None:
-    """Empty all sets of this thread.
+    """Empty all sets of capabilities of this thread.
 
-    Programs that it starts cannot regain capabilities: the bounding set is empty or cannot be changed, and the process
-    has renounced new privileges before.
+    Programs that the thread starts cannot regain capabilities. The bounding set is empty or cannot be changed, and the
+    process has already renounced new privileges.
 
     Raises
     ------
@@ -116,7 +116,7 @@ _Line = tuple[int, int, int, int]  # of a filter: code, lines to skip if true, i
 
 
 def can_refuse() -> bool:
-    """Return whether the running system has filters of calls."""
+    """Return whether the running system has filters for system calls."""
     if sys.platform != "linux" or platform.machine() not in _AUDIT or sys.maxsize < 2**32:
         return False
     return int(libc().prctl(_GET_SECCOMP, 0, 0, 0, 0)) >= 0
@@ -125,13 +125,13 @@ def can_refuse() -> bool:
 def refuse_calls(signals: bool) -> None:
     """Refuse system calls that reach services and other processes of the user.
 
-    A process may act on itself. A filter sees only process numbers: a thread counts as another process. A program of
-    another architecture has other call numbers, so it is killed.
+    A process may act on itself. A filter sees only process numbers, so it treats a thread as another process. A program
+    of another architecture has other call numbers, so the filter kills this program.
 
     Parameters
     ----------
     signals : bool
-        Whether signals to all processes but this one are refused, also to those that it starts.
+        Whether signals to all other processes are refused, also to processes that this process starts.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def refuse_calls(signals: bool) -> None:
 
 
 def _rule(number: int, *tests: list[_Line]) -> list[_Line]:
-    """Return the lines of a call, which is refused unless there are tests and all are passed."""
+    """Return the filter lines of a call; the call is refused unless there are tests and it passes all of them."""
     lines = [line for test in tests for line in test]
     lines.append((_END, 0, 0, _ALLOW if tests else _REFUSE))
     return [(_EQUAL, 0, len(lines), number), *lines]
@@ -179,6 +179,6 @@ def _not_among(argument: int, *values: int) -> list[_Line]:
 
 
 def _compared(argument: int, values: tuple[int, ...]) -> list[_Line]:
-    """Return lines that skip one more line if the lower half of an argument, the only part that counts, has a value."""
+    """Return lines that skip one more line if the lower half of an argument has a value; the upper half is ignored."""
     lines = [(_EQUAL, len(values) - k, 0, value) for k, value in enumerate(values)]
     return [(_LOAD, 0, 0, 16 + 8 * argument), *lines]

@@ -1,5 +1,6 @@
-"""Arrays of an untrusted file, as a confined process returns them: one line of JSON for all, then a line and npy data
-for each.
+"""Arrays of an untrusted file in the form in which a confined process returns them.
+
+The form is one line of JSON for all arrays, then a line and npy data for each array.
 
 The processes that parse such a file import this module; they load no other part of the package.
 """
@@ -27,13 +28,13 @@ class Found(NamedTuple):
     name : str
     shape : tuple of int
     nbytes : int
-        Size of its values.
+        Size of the values (bytes).
     read : function
-        Returns them.
+        Function that returns the values.
     unit : str
         Unit of measure that the file states.
     first : str
-        The first stamp of an array of dates and clocks, whose values are seconds since then.
+        First stamp of an array of dates and clocks, whose values are seconds since this stamp.
     """
 
     name: str
@@ -50,7 +51,7 @@ def number(name: str, value: float, unit: str = "") -> Found:
 
 
 def since_first(times: np.ndarray) -> tuple[np.ndarray, str]:
-    """Return seconds since the first of times (n,) of type datetime64, and the first as text."""
+    """Return times (n,) of type datetime64 as seconds since the first time, and the first time as text."""
     name, count = np.datetime_data(times.dtype)
     per_count = count * _SECONDS[name]
     counts = times.astype(np.int64)
@@ -63,7 +64,7 @@ def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Seq
     Parameters
     ----------
     arrays : function
-        Returns the arrays of a file from its path, and a remark; it may raise any exception.
+        Function that returns the arrays of a file from its path, and a remark. It may raise any exception.
     words : sequence of str
         Source, result (an existing file), maximum number of bytes of all values, and the name of one array, or none for
         all arrays.

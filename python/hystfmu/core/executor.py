@@ -1,4 +1,4 @@
-"""Executor of a graph in the C core: set, get, start, step, run, tangent, state; and its continuous-time form.
+"""Executor of a graph in the C core: set, get, start, step, run, tangent, state; and a continuous-time form.
 
 The continuous-time form is for a Model Exchange solver: evaluate, derivatives, commit, sample.
 """
@@ -22,7 +22,7 @@ def _message(error: RawError) -> str:
 
 
 SEED = np.dtype([("parameter", np.int64), ("column", np.int64), ("size", np.float64)])
-"""Value reference of a parameter, and by how much it changes for 1 of a column: `hyst_seed` of sensitivity.h."""
+"""Value reference of a parameter, and its change per unit of a column: `hyst_seed` of sensitivity.h."""
 
 
 class _Sensitivity(C.Structure):
@@ -107,7 +107,7 @@ class Executor:
         self._check(self._lib.hyst_graph_step(self._g, t_end, dt))
 
     def end_of_step(self, start: float, t: float, h: float) -> float:
-        """Return the end (s) of a step of `h` at `t` without rounding errors of a clock that started at `start`."""
+        """Return the end (s) of a step of `h` at `t`, without rounding errors of a clock that started at `start`."""
         return float(self._lib.hyst_graph_end_of_step(self._g, start, t, h))
 
     def run(self, u: Array, n_outputs: int, h: float, t0: float = 0.0) -> Array:
@@ -153,10 +153,10 @@ class Executor:
         h : float
             Time between rows (s).
         seeds : array of `SEED`, shape (m,)
-            In the order of columns 0, 1, ..., and within a column in the order of nodes. Columns are sorted by the
-            first node that they change; those of a node with several seeds come first.
+            Seeds in the order of columns 0, 1, ..., and within a column in the order of nodes. Columns are sorted by
+            the first node that they change. Columns with several seeds for this node come first.
         rows : array of int, shape (k,), optional
-            Rows to return, rising; default: all.
+            Rows to return, in rising order; default: all.
         step : float
             Step of finite differences, relative to a column, for blocks without stated sensitivity.
 
@@ -168,7 +168,8 @@ class Executor:
         Raises
         ------
         InputError
-            Seeds out of order or of something else than a parameter, an implicit inverse in the graph, refused values.
+            The seeds are not in order, a seed does not belong to a parameter, the graph has an implicit inverse, or the
+            core refuses a value.
         """
         u, seeds = np.ascontiguousarray(u, dtype=np.float64), np.ascontiguousarray(seeds, dtype=SEED)
         picked: NDArray[np.int64] = np.ascontiguousarray(np.arange(len(u)) if rows is None else rows, dtype=np.int64)
@@ -207,8 +208,8 @@ class Executor:
 class ContinuousExecutor(Executor):
     """An `Executor` whose continuous states belong to the caller; see `fmu_build/core/graph/continuous.h`.
 
-    Call `start` first.  Then set inputs and `x`, call `evaluate`, and read outputs and `derivatives`, as often as the
-    solver needs.  Call `commit` on each accepted step and `sample` once per sample period.
+    Call `start` first. Then set inputs and `x`, call `evaluate`, and read outputs and `derivatives`; repeat this as
+    often as the solver needs. Call `commit` on each accepted step, and `sample` once per sample period.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Binding of the C core (ctypes): the shared library and its block tables.
 
-Names and defaults of blocks are not repeated here: they come from the X-macro tables in `fmu_build/core/blocks`.
+Names and defaults of blocks come from the X-macro tables in `fmu_build/core/blocks`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _I = C.POINTER(C.c_int)
 
 
 def _fields(text: str) -> list[tuple[str, Any]]:
-    """Return the fields of a structure: name and letter of the type of each."""
+    """Return the fields of a structure; each field is given by its name and the letter of its type."""
     kinds: dict[str, type] = {"s": C.c_char_p, "i": C.c_int, "h": C.c_ushort, "d": C.c_double, "p": C.c_void_p}
     return [(name, kinds[letter]) for name, _, letter in (word.partition(":") for word in text.split())]
 
@@ -93,17 +93,17 @@ class Var:
     kind : str
         One of `KINDS`.
     size : str
-        Number of elements, as the C expression over the block's sizes.
+        Number of elements, as a C expression of the sizes of the block.
     type : str
         ``real``, ``int``, ``bool``, or the words of an enumeration joined by ``|``.
     unit : str
-        Unit of measure; "1" or empty without one.
+        Unit of measure; "1" or empty if there is none.
     follows : str
-        Input with the same unit of measure in a graph that states one; "" for none.
+        Input with the same unit of measure in a graph that states units of measure; "" if there is none.
     start, lo, hi : float
         Default and limits.
     raw : RawVar
-        The row as the core takes it.
+        Row in the form of the core.
     """
 
     name: str
@@ -144,7 +144,7 @@ class Dim:
 
 @dataclass(frozen=True)
 class BlockType:
-    """A block as its C file describes it; `hyst_told` and `hyst_rate` in hyst.h define the fields.
+    """A block with the description in its C file; `hyst_told` and `hyst_rate` in hyst.h define the fields.
 
     Attributes
     ----------
@@ -159,11 +159,11 @@ class BlockType:
     rule_error, rule_step : float
         For the tolerance class integration: relative error bound; step (s) without visible error, or 0.
     smooth : float
-        Distance from a point within which its tangent holds.
+        Distance from a point within which the tangent at this point is valid.
     trial : int
-        If not 0, the graph searches the output so that input number `trial` (from 1) equals the first input.
+        If `trial` is not 0, the graph searches the output so that input number `trial` (from 1) equals the first input.
     hold : str
-        Hold of the inputs within a step, for blocks without a parameter of that name: zoh, foh.
+        Hold of the inputs within a step, for blocks without a parameter `hold`: zoh, foh.
     """
 
     name: str
@@ -187,7 +187,7 @@ class BlockType:
 
     @property
     def inverse(self) -> str | None:
-        """Name of the block that inverts it exactly; of an inverse, the operator."""
+        """Name of the block that inverts this block exactly; for an inverse, name of the operator."""
         return next((b.name for b in block_types().values() if b.inverts == self.name), self.inverts)
 
     @property
@@ -199,7 +199,7 @@ class BlockType:
 
     @property
     def tried(self) -> str | None:
-        """Input that equals the first input after the search of the output: a wire into it does not close a loop."""
+        """Input that equals the first input after the search of the output; a wire into this input closes no loop."""
         return self.of("input")[self.trial - 1].name if self.trial else None
 
     @property
@@ -209,7 +209,7 @@ class BlockType:
 
     @property
     def class_name(self) -> str:
-        """The name in CamelCase, as Python classes, Modelica classes and FMUs use it."""
+        """Name in CamelCase, for Python classes, Modelica classes and FMUs."""
         return "".join(w.capitalize() for w in self.name.split("_"))
 
     def of(self, *kinds: str) -> tuple[Var, ...]:
@@ -227,7 +227,7 @@ class BlockType:
         return {v.name: int(self.raw.size(values, i)) for i, v in enumerate(self.vars)}
 
     def raw_dims(self, dims: Mapping[str, int]) -> C.Array[C.c_int]:
-        """Return the sizes as the C functions of the block take them."""
+        """Return the sizes in the form of the C functions of the block."""
         return (C.c_int * (len(self.dims) + 1))(*[dims[d.name] for d in self.dims])  # + 1: a block may have no size
 
 
@@ -282,7 +282,7 @@ def _var(v: RawVar) -> Var:
 
 @functools.cache
 def block_types() -> dict[str, BlockType]:
-    """Return every block of the library by name, as its C table describes it."""
+    """Return all blocks of the library by name, with the description in their C tables."""
     table = (C.POINTER(_Block) * 1000).in_dll(library(), "hyst_blocks")
     types: dict[str, BlockType] = {}
     for pointer in itertools.takewhile(bool, table):

@@ -1,4 +1,4 @@
-"""Covariates: further measured inputs beside the driving input u, such as load or temperature."""
+"""Covariates: measured inputs in addition to the driving input u, such as load or temperature."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 @dataclass(frozen=True, eq=False)
 class Covariates:
-    """Columns beside the driving input.
+    """Columns of covariates, with names and units of measure.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Covariates:
     units : tuple of str
         Units of measure; empty if none is stated.
     values : array, shape (n, m)
-        A column for each.
+        One column for each covariate.
     """
 
     names: tuple[str, ...]
@@ -50,7 +50,7 @@ class Covariates:
 
     @property
     def ranges(self) -> dict[str, list[float]]:
-        """Least and largest value of each."""
+        """Least and largest value of each covariate."""
         return {name: [float(v.min()), float(v.max())] for name, _, v in self}
 
     @classmethod
@@ -107,7 +107,7 @@ class Covariates:
         return cls(tuple(names), tuple(units), stacked)
 
     def rows(self, which: slice) -> Covariates:
-        """Return some rows."""
+        """Return the selected rows."""
         return Covariates(self.names, self.units, self.values[which])
 
     def at(self, new: Array, t: Array) -> Covariates:
@@ -128,9 +128,9 @@ def split(label: str) -> tuple[str, str]:
 
 
 def identifier(text: str, otherwise: str) -> str:
-    """Return a heading as an identifier: other characters become underscores.
+    """Return a heading as an identifier; invalid characters become underscores.
 
-    If it does not start with a letter, return `otherwise`.
+    If the heading does not start with a letter, return `otherwise`.
     """
     name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
     if not _IDENTIFIER.fullmatch(name):

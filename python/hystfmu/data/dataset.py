@@ -51,7 +51,7 @@ class Dataset:
         Time in s, increasing in equal steps.
     u, y : array, list or column of a data frame, shape (n,)
         Input and output of the actuator or sensor. If y is NaN in every row, no output was measured; a model can still
-        predict it.
+        predict the output.
     name : str
         Short name for tables.
     path : str
@@ -62,11 +62,11 @@ class Dataset:
     unit_u, unit_y : str
         Units of measure of input and output.
     starts : sequence of int
-        Rows at which records start, the first 0.  Every record has the same step, its own times, and a memory of its
-        own: a model runs on each from a fresh start.
+        Rows at which records start; the first is 0. All records have the same step. Each record has its own times and
+        its own memory, so a model runs on each record from a fresh start.
     covariates : dict of str to array, shape (n,), optional
-        Further inputs beside u, such as load or temperature, by name, with a unit of measure in square brackets if
-        there is one: ``{"T [degC]": values}``.
+        Further inputs, such as load or temperature, by name. A unit of measure follows the name in square brackets:
+        ``{"T [degC]": values}``.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Dataset:
     titles : tuple of str
         Names of input and output in the file of origin, without units of measure; empty for generated data.
     held : array of bool, shape (n,), or None
-        Training rows whose residuals do not count, see `with_held`; default none.
+        Training rows whose residuals are not used (see `with_held`); default none.
 
     Raises
     ------
@@ -176,7 +176,7 @@ class Dataset:
         return self.plot()._repr_html_()
 
     def plot(self) -> Plot:
-        """Output over input; without output the input over time.
+        """Plot the output over the input; without a measured output, plot the input over time.
 
         Returns
         -------
@@ -211,7 +211,7 @@ class Dataset:
 
     @property
     def records(self) -> tuple[slice, ...]:
-        """The rows of each record."""
+        """Rows of each record."""
         return tuple(slice(a, b) for a, b in zip(self.starts, (*self.starts[1:], len(self.t)), strict=True))
 
     def along(self, run: Callable[[Array], Array], end: int | None = None, inputs: Array | None = None) -> Array:
@@ -222,7 +222,7 @@ class Dataset:
         run : function
             Takes the input (m,) of one record and returns an array of m rows.
         end : int, optional
-            Row to stop at; later rows are not run.
+            End of the run; later rows are not run.
         inputs : array, shape (n, ...), optional
             Rows to run along instead of u.
 
@@ -236,7 +236,7 @@ class Dataset:
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def longest(self) -> Dataset:
-        """Return the record with the most training rows alone."""
+        """Return only the record with the most training rows."""
         if len(self.starts) == 1:
             return self
         count = [min(r.stop, self.train.stop) - max(r.start, self.train.start) for r in self.records]
@@ -247,14 +247,14 @@ class Dataset:
 
     @property
     def counted(self) -> Rows:
-        """Rows whose residuals count: `train` without the rows that are held out, as an index."""
+        """Index of the rows whose residuals are used: `train` without the held-out rows."""
         if self.held is None:
             return self.train
         found: NDArray[np.intp] = np.flatnonzero(~self.held[self.train]) + self.train.start
         return found
 
     def with_held(self, held: NDArray[np.bool_]) -> Dataset:
-        """Return the same data with held-out rows: fits do not use their output, but the input is continuous.
+        """Return the same data with held-out rows. Fits use their input, but not their output.
 
         Parameters
         ----------
@@ -276,12 +276,12 @@ class Dataset:
 
     @property
     def stem(self) -> str:
-        """Name for files: that of the record or of several records, shortened to a valid file name."""
+        """Name of the record or of the records, shortened to a valid file name."""
         return self.name.encode()[:MOST_STEM].decode(errors="ignore")
 
     @property
     def identity(self) -> list[str | int]:
-        """Identification of all inputs of a fit: hash of the values, name, titles, units of measure, training rows."""
+        """Values that identify all inputs of a fit: hash of the data, name, titles, units of measure, training rows."""
         texts = [self.name, self.path, *self.titles, self.unit_u, self.unit_y]
         return [self.sha256, *texts, self.train.start, self.train.stop]
 
@@ -297,7 +297,7 @@ class Dataset:
         Parameters
         ----------
         records : sequence of Dataset
-            In order; with the same step and the same units of measure.
+            Records in their order, with the same step and the same units of measure.
         train : slice, (first, end) or "first:end", optional
             Rows of the whole whose residuals count; default all.
 
@@ -383,12 +383,12 @@ class Dataset:
         return made
 
     def aligned(self, lag: int) -> Dataset:
-        """Return the same run with the output of a delayed sensor shifted back.
+        """Return the same run with the output shifted to compensate for a delayed sensor.
 
         Parameters
         ----------
         lag : int
-            Delay of the output in rows; as many rows at the end are lost.
+            Delay of the output in rows. The result lacks this number of rows at the end.
 
         Raises
         ------
@@ -407,7 +407,7 @@ class Dataset:
         return self._of_same_rows(replace(self, t=t, u=u, y=y, covariates=beside, train=rows))
 
     def with_input(self, u: Array) -> Dataset:
-        """Return the same time and output with another input u (n,), e.g. behind a dead band."""
+        """Return the same time and output with another input u (n,), e.g. after a dead band."""
         return self._of_same_rows(replace(self, u=u))
 
     def with_output(self, y: Array) -> Dataset:
@@ -415,7 +415,7 @@ class Dataset:
         return self._of_same_rows(replace(self, y=y))
 
     def with_names(self, names: Sequence[str]) -> Dataset:
-        """Return the same data with other names of the covariates, unless these are the same names in another order."""
+        """Return the same data with other names of the covariates; the same names in another order change nothing."""
         if set(names) == set(self.covariates.names):
             return self
         return self._of_same_rows(replace(self, covariates=replace(self.covariates, names=tuple(names))))
@@ -430,16 +430,16 @@ class Dataset:
         return other
 
     def from_file(self, read_as: str, lines: Sequence[int] | None, titles: tuple[str, str]) -> Dataset:
-        """Note that the data come from a file.
+        """Store the origin of data from a file.
 
         Parameters
         ----------
         read_as : str
             What was assumed, one line.
         lines : sequence of int, optional
-            The line of each row as an editor counts it; None if rows are no lines.
+            Line of each row as an editor counts lines; None if a row is not a line.
         titles : tuple of str
-            What the file calls input and output.
+            Names of input and output in the file.
         """
         vars(self).update(titles=titles, _lines=lines, read_as=read_as)
         return self

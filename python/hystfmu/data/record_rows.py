@@ -1,4 +1,4 @@
-"""Rows of a record: fitted rows, starts of records, required data, equal time steps, and their names in messages."""
+"""Rows of a record: fitted rows, starts of records, checks of values and of time steps, names for messages."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
 
 
 def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "data") -> slice:
-    """Convert training rows, e.g. "first:end", to a slice with both ends inside 0..n.
+    """Convert training rows, e.g. "first:end", to a slice whose first row and end lie inside 0..n.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def check_one_step(t: Array, records: Sequence[slice], where: str) -> None:
 
 
 def row_of(where: str, row: int, first: int = 0) -> str:
-    """Name a row for a message, of a part that begins at row `first`."""
+    """Name a row for a message; the row belongs to a part that begins at row `first`."""
     return f"{where}: row {first + row}"
 
 
@@ -106,7 +106,7 @@ def check_increasing(t: Array, place: Callable[[int], str]) -> None:
     Raises
     ------
     InputError
-        The time of a row is not after that of the row before.
+        The time of a row is not after the time of the row before.
     """
     back = np.diff(t) <= 0
     if back.any():
@@ -116,10 +116,10 @@ def check_increasing(t: Array, place: Callable[[int], str]) -> None:
 
 
 def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array] | None) -> Array:
-    """Check that the time has equal steps; correct rounded printed times to the uniform grid.
+    """Check that the time has equal steps; replace rounded printed times by the uniform grid.
 
-    Steps may differ by 1e-6 of the step.  Printed times may instead differ from the even grid by half a count of their
-    last digit, if that count is at most a quarter of the step: coarser digits could hide a missing sample.
+    Steps may differ by 1e-6 of the step. Printed times may differ from the uniform grid by half a count of the last
+    digit, if this count is at most a quarter of the step. Coarser digits could hide a missing sample.
 
     Parameters
     ----------
@@ -128,12 +128,12 @@ def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array
     place : function
         Name of a row, for messages.
     digits : function, optional
-        Returns the value (s) of one count in the last printed digit of each time; called only if it matters.
+        Returns the value (s) of one count in the last printed digit of each time. It is called only if it is needed.
 
     Returns
     -------
     array, shape (n,)
-        The times, or the even grid that they are rounded from.
+        The times, or the uniform grid from which the times were rounded.
 
     Raises
     ------

@@ -1,9 +1,8 @@
 """Resampling of uneven steps to a fixed rate: linear interpolation, turning points kept, no gaps.
 
-Linear interpolation adds no information, but it cuts off a turning point between two new rows, and the memory of
-hysteresis consists of extrema. So the new row nearest to a turning point of u takes the measured values of that point.
-Its time error is at most half a step, at a point where u is stationary. There is no low-pass filter: choose a rate near
-that of the data.
+Linear interpolation cuts off a turning point between two new rows, but the memory of hysteresis consists of extrema. So
+the new row nearest to a turning point of u has the measured values of this point. The time error of this row is at most
+half a step, at a point where u is stationary. There is no low-pass filter: choose a rate near the rate of the data.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ class Unevenness:
     rate : float
         Rate of the grid (Hz).
     lost, rows : int
-        Number of points of the grid without a sample, and of all points.
+        Number of points of the grid without a sample, and number of all points.
     off : float
         Largest distance to the grid (steps).
     """
@@ -101,9 +100,9 @@ def resample(
     Returns
     -------
     t, u, y : array, shape (m,)
-        From the first time to the last one, or at most one step less.
+        New rows from the first time to the last time, or to at most one step before.
     rows : slice
-        New rows that cover the same time.
+        Numbers of the new rows that cover the same time as the given rows.
 
     Raises
     ------

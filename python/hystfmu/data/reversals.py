@@ -1,10 +1,10 @@
-"""Reversals of a noisy input: noise estimate, and the turning points outside the noise.
+"""Reversals of a noisy input: noise estimate, and turning points outside the noise.
 
 The estimate is difference-based (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625-633; Hall, Kay &
-Titterington, Biometrika 77 (1990) 521-528). A k-th difference reduces a smooth path by its step to the power k and
-amplifies white noise to sigma sqrt(C(2k, k)). The k-th differences of white noise change sign in a share arccos(-k / (k
-+ 1)) / pi of the rows. Sigma follows from the median of the absolute differences of the first order k with about this
-share. The median is robust to kinks. Trap: without the sign test, a coarsely sampled sine counts as noise.
+Titterington, Biometrika 77 (1990) 521-528). The k-th difference of a smooth path decreases with the step to the power
+k. The k-th difference of white noise has the RMS sigma sqrt(C(2k, k)), and changes its sign in a share arccos(-k / (k +
+1)) / pi of the rows. The first order k with about this share is used. The median of the absolute k-th differences gives
+sigma; the median is robust to kinks. Trap: without the sign test, a coarsely sampled sine is taken for noise.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def noise(v: Array) -> float:
 def turning_points(u: Array, band: float) -> Array:
     """Return the rows (m,) of the extrema of u (n,) after which u moves back by more than `band`.
 
-    A plateau does not count.
+    A plateau is not an extremum.
     """
     found: list[int] = []
     top = bottom = direction = 0
@@ -66,5 +66,5 @@ def turning_points(u: Array, band: float) -> Array:
 
 
 def reversals(u: Array) -> Array:
-    """Return the turning points (m,) of u (n,) outside its noise: u moves back by 6 sigma and 0.1 % of its range."""
+    """Return turning points (m,) of u (n,): u moves back by more than 6 sigma, and by more than 0.1 % of its range."""
     return turning_points(u, max(6 * noise(u), 1e-3 * float(np.ptp(u))))

@@ -23,7 +23,7 @@ __all__ = ["decaying_sine", "held_out", "minor_loops", "nested_reversals", "ramp
 def decaying_sine(
     cycles: float = 10.0, decay: float = 0.1, samples: int = 200, amplitude: float = 1.0, offset: float = 0.0
 ) -> Array:
-    """Return offset + amplitude e^(-decay c) sin(2 pi c), c counting cycles of `samples` rows each; shape (n,)."""
+    """Return offset + amplitude e^(-decay c) sin(2 pi c), shape (n,); c is the number of cycles of `samples` rows."""
     c = np.arange(round(cycles * samples) + 1) / samples
     return np.asarray(offset + amplitude * np.exp(-decay * c) * np.sin(2 * np.pi * c))
 
@@ -32,7 +32,7 @@ def decaying_sine(
 def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samples: int = 200) -> Array:
     """Return the sum of a sine of amplitude 1 - share and a sine `ratio` times as fast of amplitude share; shape (n,).
 
-    Its minor loops drift. Its length is `cycles` periods of the slow sine, each of `samples` rows.
+    The minor loops of the signal drift. Its length is `cycles` periods of the slow sine, of `samples` rows each.
     """
     c = np.arange(round(cycles * samples) + 1) / samples
     return np.asarray((1 - share) * np.sin(2 * np.pi * c) + share * np.sin(2 * np.pi * ratio * c))
@@ -40,9 +40,9 @@ def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samp
 
 @checked
 def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Array:
-    """Return a path of alternating ramps, shape (n,), with steps of about `step`.
+    """Return a path of alternating ramps with steps of about `step`, shape (n,).
 
-    Each of the `count` levels is drawn uniformly between the last level and +-1, from `seed`. Half of the reversals lie
+    The `count` reversals are drawn from `seed`, uniformly between the last reversal and +-1. Half of the reversals lie
     inside the last loop, so that the loops are nested. The path starts at 0.
     """
     rng = np.random.default_rng(seed)
@@ -67,7 +67,7 @@ def ramps(levels: list[float], step: float = 0.01) -> Array:
 def minor_loops(loops: int = 6, amplitude: float = 0.25, samples: int = 120) -> Array:
     """Return a ramp from 0 to -1, then three cycles of a small sine at each of `loops` rising offsets; shape (n,).
 
-    The last offset is 1 - amplitude; a cycle has `samples` rows.
+    The last offset is 1 - amplitude. A cycle has `samples` rows.
     """
     c = np.arange(1, 3 * samples + 1) / samples
     parts = [np.linspace(0.0, -1.0, samples)]
@@ -103,8 +103,8 @@ def held_out(seed: int = 1000) -> dict[str, Array]:
 def training(count: int = 150, seed: int = 1, step: float = 0.01) -> Array:
     """Return an informative excitation in [-1, 1], shape (n,): a full loop, then random nested reversals.
 
-    There are `count` reversals (at least 60 identify well), drawn from `seed`, in ramps of about `step` a row
-    (`nested_reversals`).
+    There are `count` reversals, drawn from `seed`, with ramps of about `step` per row (`nested_reversals`). At least 60
+    reversals identify a model well.
     """
     full = ramps([0.0, 1.0, -1.0, 1.0, -1.0, 0.0], step)
     return np.concatenate([full, nested_reversals(count, seed, step)[1:]])

@@ -1,8 +1,8 @@
 """Synthetic data: a piezo stack, and the Bouc-Wen benchmark of nonlinearbenchmark.org.
 
-The stack is written in numpy with finer steps, independent of the C core, so that a model identified with the core is
-compared with another implementation.  The benchmark follows its authors: Newmark integration at 15 kHz, then the
-decimation that was used for each of the two official test records.
+The stack is written in numpy with finer steps and without the C core. So a model identified with the core is compared
+with an independent implementation. The benchmark follows its authors: Newmark integration at 15 kHz, then the
+decimation that the authors used for each of the two official test records.
 
 >>> import hystfmu as hy
 >>> hy.synthetic.piezo(60, 1000.0)
@@ -58,8 +58,8 @@ def plays(u: Array, r: Array, z: float = 0.0) -> Array:
 def stack(x: Array, h: float) -> Array:
     """Return the displacement (n,) of the piezo stack, about [-1, 1], for an input x (n,) in [-1, 1] from rest.
 
-    Rows are h seconds apart.  The plant is a chain: ten backlash operators and a linear term, asymmetric readout,
-    creep, second-order mechanics.  Each row takes four steps, over which the input is linear.
+    Rows are h seconds apart. The plant is a chain of ten backlash operators and a linear term, an asymmetric readout,
+    creep, and second-order mechanics. Each row is computed in four steps with a linear input.
     """
     from scipy.signal import lfilter
 
@@ -98,7 +98,7 @@ def piezo(reversals: int = 100, rate: float = 1000.0, noise: float = 1e-3, seed:
     Parameters
     ----------
     reversals : int
-        Number of random reversals; at least 60 identify well.
+        Number of random reversals; at least 60 identify a model well.
     rate : float
         Sample rate (Hz), at least 200.
     noise : float
@@ -143,7 +143,7 @@ DECIMATE_MULTISINE, DECIMATE_SWEEP = (2, 2, 5), (20,)
 def multisine(n: int = 8192, f_lo: float = 5.0, f_hi: float = 150.0, rms: float = 50.0, seed: int = 0) -> Array:
     """Return one period (n,) of the benchmark's random-phase multisine (N) at 750 Hz, with equal amplitudes.
 
-    Lines lie from `f_lo` to `f_hi` (Hz), the RMS is `rms` (N), the phases come from `seed`.
+    Lines lie from `f_lo` to `f_hi` (Hz), the RMS is `rms` (N), and `seed` defines the phases.
     """
     f = np.arange(n // 2 + 1) * RATE / n
     spectrum = np.zeros(len(f), complex)

@@ -1,6 +1,6 @@
-"""FMUs: `export_fmu` writes one, `check_fmu` checks one of any origin.
+"""FMUs: `export_fmu` writes an FMU, and `check_fmu` checks an FMU of any origin.
 
-Both load on first use, because the child process of `check_fmu` needs neither.
+The functions are loaded on first use, because the child process of `check_fmu` needs neither function.
 """
 
 from __future__ import annotations

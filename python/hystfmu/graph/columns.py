@@ -1,4 +1,4 @@
-"""A linear recursion over many columns at once in the C core, for the filters of fits; a transfer function as one."""
+"""Linear recursion over many columns at once in the C core, for the filters of fits, e.g. a transfer function."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class _Raw(C.Structure):
 
 @dataclass(frozen=True)
 class Recursion:
-    """The recursion v_k = A v_(k-1) + B0 u_(k-1) + B1 u_k, y_k = c v_k + d u_k from the steady state v_0 = start u_0.
+    """Recursion v_k = A v_(k-1) + B0 u_(k-1) + B1 u_k, y_k = c v_k + d u_k from the steady state v_0 = start u_0.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Recursion:
         columns : array, shape (n, p)
             Inputs.
         rows : array of int, shape (m,), optional
-            Rows of the output to return, rising; default: all.
+            Rows of the output to return, in rising order; default: all.
 
         Returns
         -------
@@ -69,7 +69,7 @@ class Recursion:
         return y
 
     def fraction(self) -> tuple[Array, Array]:
-        """Return numerator and denominator of y over u in z, highest power first, each of shape (n + 1,)."""
+        """Return numerator and denominator of y over u in z, the highest power first, each of shape (n + 1,)."""
         B: Array = self.B0 + self.A @ self.B1
         impulse: list[float] = [self.d + float(self.c @ self.B1), float(self.c @ B)]
         for _ in range(len(self.c) - 1):
@@ -85,7 +85,7 @@ def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursi
     Parameters
     ----------
     shares, weights : array, shape (m,)
-        s_j, the approach of a lag to its input in one step, and w_j.
+        `shares` contains s_j, the approach of a lag to its input in one step; `weights` contains w_j.
     direct : float
         d.
     """
@@ -93,7 +93,7 @@ def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursi
 
 
 def discretised(node: Node, h: float) -> Recursion:
-    """Return a transfer function stepped by h (s) from its steady state.
+    """Return a transfer function as a recursion with the step h (s), from its steady state.
 
     Raises
     ------

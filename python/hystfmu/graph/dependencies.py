@@ -1,9 +1,10 @@
-"""Order of evaluation, and direct feed-through: what outputs and derivatives depend on (FMI ModelStructure).
+"""Order of evaluation, and direct feed-through: dependencies of outputs and derivatives (FMI ModelStructure).
 
-Between blocks the wires and `feedthrough()` decide. Within a block with continuous states its equations decide: they
-are evaluated once per state with NaN as this state, and every value that becomes NaN depends on it. 0 times NaN counts
-too, because a coefficient that is 0 may be set to another value. A block that only holds its output between samples
-counts as direct feed-through, as at the sample itself.
+Between blocks, the wires and `feedthrough()` define the dependencies. Within a block with continuous states, the
+equations define them. The equations are evaluated once per state with NaN as the value of this state; every value that
+becomes NaN depends on this state. 0 times NaN is also a dependency, because a coefficient of 0 may be set to another
+value. A block that only holds its output between samples has direct feed-through, because it has direct feed-through at
+a sample.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Link = tuple[int, int, int, int, int]
 
 
 def evaluation_order(nodes: Sequence[Node], links: Sequence[Link]) -> list[int]:
-    """Order blocks so that each source precedes its readers; in a loop, blocks that read held values come first.
+    """Order blocks so that each source precedes its readers. In a loop, blocks that read held values come first.
 
     Parameters
     ----------
@@ -65,9 +66,10 @@ def evaluation_order(nodes: Sequence[Node], links: Sequence[Link]) -> list[int]:
 
 
 def _held(i: int, model: int, through: Sequence[bool], links: Sequence[Link]) -> set[int]:
-    """Return the blocks that the model of an implicit inverse, at its input `model`, reads and that stay before it.
+    """Return the blocks before an implicit inverse that its model, at its input `model`, reads.
 
-    They have no direct feed-through and are listed before it, so that they are constant while it searches.
+    These blocks have no direct feed-through and precede the inverse, so that their outputs are constant during the
+    search.
     """
     held: set[int] = set()
     seen = {i, -1}
@@ -81,7 +83,7 @@ def _held(i: int, model: int, through: Sequence[bool], links: Sequence[Link]) ->
 
 
 def _sorted(n: int, edges: set[tuple[int, int]]) -> tuple[list[int], list[int]]:
-    """Sort topologically; return the sorted indices and those left over in cycles."""
+    """Sort topologically; return the sorted indices, and the indices that remain in cycles."""
     order: list[int] = []
     left = list(range(n))
     while left:
@@ -96,7 +98,7 @@ def _sorted(n: int, edges: set[tuple[int, int]]) -> tuple[list[int], list[int]]:
 
 @dataclass(frozen=True)
 class Knowns:
-    """A set of knowns: names of input ports, indices of continuous states, and whether time belongs to it."""
+    """A set of knowns: names of input ports, indices of continuous states, and whether time is a known."""
 
     inputs: frozenset[str] = frozenset()
     states: frozenset[int] = frozenset()
@@ -111,7 +113,7 @@ def _pointer(a: Array) -> C._Pointer[C.c_double]:
 
 
 class _Equations:
-    """Outputs and derivatives of one node, evaluated with NaN to find which elements depend on what."""
+    """Outputs and derivatives of one node, evaluated with NaN to find their dependencies."""
 
     def __init__(self, node: Node) -> None:
         sizes, kind = node.sizes, node.block
@@ -159,9 +161,9 @@ def dependencies(
     Returns
     -------
     outputs : dict of str to Knowns
-        By port name; for an array port, the union over its elements.
+        Knowns by port name; for an array port, the union over its elements.
     derivatives : list of Knowns
-        In the order of the continuous states of the graph.
+        Knowns in the order of the continuous states of the graph.
     """
     names = [p.name for p in ports if p.kind == "input" for _ in range(p.size)]
     # per node, through its own states: one entry for all outputs, or one per output if the block has states

@@ -1,7 +1,7 @@
 """A graph of blocks as data: nodes in evaluation order, wires, inputs, outputs.
 
-Endpoints are written as in Modelica, indices count from 1: `"u"` is an input of the graph, `"net.u[2]"` the second
-element of the variable `u` of the node `net`, `"net.u"` the whole variable.
+Endpoints have the form of Modelica, and indices are counted from 1. `"u"` is an input of the graph. `"net.u[2]"` is the
+second element of the variable `u` of the node `net`. `"net.u"` is the whole variable.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ class Graph:
     outputs : sequence of Output
         Outputs of the graph.
     sort : bool
-        Sort the nodes so that every block with direct feed-through comes after its sources.  A chain without loops is
-        evaluated from input to output without delay.  In a loop, blocks without direct feed-through come first and read
-        the values held since the last step, as in a sampled loop.
+        Sort the nodes so that every block with direct feed-through comes after its sources. A chain without loops is
+        evaluated from input to output without delay. In a loop, blocks without direct feed-through come first. They
+        read the values of the last step, as in a sampled loop.
     step : float
-        Sample period (s) at which sampled blocks advance in Model Exchange; 0 states none.
+        Sample period (s) of sampled blocks in Model Exchange; 0 if there is none.
 
     Raises
     ------
@@ -101,7 +101,7 @@ class Graph:
         return f"Graph({' -> '.join(sides)}; {', '.join(shown)})"
 
     def __getstate__(self) -> dict[str, object]:
-        """Omit the ports, which refer to rows of the C tables; another process looks them up again."""
+        """Omit the ports, which refer to rows of the C tables; another process finds the ports again."""
         return {k: v for k, v in self.__dict__.items() if k != "ports"}
 
     def __setstate__(self, state: dict[str, object]) -> None:

@@ -35,7 +35,7 @@ _LIMIT = re.compile(r"_min\Z|_max\Z|\Alo\Z|\Ahi\Z")
 
 
 def group(block: BlockType, v: Var) -> str:
-    """Return the group of a parameter: Start, Memory, Limits, Weights, ..., or one for the family of its block.
+    """Return the group of a parameter: Start, Memory, Limits, Weights, ..., or the group of its block family.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def group(block: BlockType, v: Var) -> str:
     Returns
     -------
     str
-        One or two words that begin with a capital letter.
+        One or two words. The first letter is a capital.
     """
     if v.kind == "fixed" and (v.name == "start" or v.text.startswith("initial") or "first input" in v.text):
         return "Start"
@@ -66,7 +66,7 @@ def find(name: str) -> BlockType:
     Raises
     ------
     InputError
-        There is none; the sentence lists them.
+        There is no such block; the message lists the blocks.
     """
     types = block_types()
     if name not in types:
@@ -201,5 +201,5 @@ def _parameter(v: Var) -> str:
 
 
 def _number(x: float) -> str:
-    """Write a number as the formatter does."""
+    """Write a number in the form of the code formatter."""
     return repr(x).replace("e+", "e")

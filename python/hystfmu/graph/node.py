@@ -27,7 +27,7 @@ MOST_ELEMENTS, MOST_VALUES = 3, 6  # of an array, and of a block, in a repr
 
 
 def shown(values: Mapping[str, Any]) -> list[str]:
-    """Values for a repr: the first elements and the length of a long array, and the first of many values."""
+    """Return values for a repr: the first elements and the length of a long array, the first of many values."""
     found = [f"{k}={_short(v)}" for k, v in list(values.items())[:MOST_VALUES]]
     return [*found, "..."] if len(values) > MOST_VALUES else found
 
@@ -60,9 +60,9 @@ class Node:
     type : str
         Name of the block type, e.g. ``"prandtl_ishlinskii"``.
     dims : mapping of str to int
-        Sizes; a missing size follows from the length of an array value, else from the table.
+        Sizes. A missing size follows from the length of an array value, else from the table.
     values : mapping
-        Parameter values; a missing value is the default of the table.  Enumerations take their words.
+        Parameter values. A missing value is the default of the table. The value of an enumeration is a word.
 
     Raises
     ------
@@ -206,7 +206,7 @@ class Node:
         return bool(self.block.raw.feedthrough(dims, p.ctypes.data_as(C.POINTER(C.c_double))))
 
     def raw_arguments(self) -> tuple[C.Array[C.c_int], Array]:
-        """Return sizes and parameters as the C functions of the block take them; derived values are 0."""
+        """Return sizes and parameters in the form of the C functions of the block; derived values are 0."""
         sizes, kind = self.sizes, self.block
         derived = sum(sizes[v.name] for v in kind.of("derived"))
         return kind.raw_dims(self.dims), np.concatenate([self.parameters(), np.zeros(derived)])

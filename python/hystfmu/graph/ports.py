@@ -23,7 +23,7 @@ class Input:
     name : str
         Name of the port.
     to : tuple of str
-        Endpoints that it drives.
+        Endpoints that the input drives.
     unit : str
         Unit of measure.
     start : float
@@ -58,7 +58,7 @@ class Output:
     name : str
         Name of the port.
     source : str
-        Endpoint that it reads.
+        Endpoint that the output reads.
     unit : str
         Unit of measure.
     text : str
@@ -79,14 +79,14 @@ class Output:
 
 @dataclass(frozen=True)
 class Port:
-    """A variable of the unit as an importer sees it; its elements have value references from `reference` on.
+    """A variable of the unit as an importer sees it; the value references of its elements begin at `reference`.
 
     Attributes
     ----------
     name, kind, text : str
         Name, kind (param, fixed, input, output) and description.
     node : int
-        Index of its block in the graph.
+        Index of the block of the variable in the graph.
     var : Var
         Row of the block's table.
     place : int
@@ -112,18 +112,18 @@ class Port:
 
     @property
     def is_parameter(self) -> bool:
-        """True if it is a parameter, tunable or fixed."""
+        """True if the variable is a parameter, tunable or fixed."""
         return self.kind in ("param", "fixed")
 
     @property
     def scalar_names(self) -> tuple[str, ...]:
-        """Names of the elements."""
+        """Names of the elements of the variable."""
         return element_names(self.name, self.size)
 
 
 @dataclass(frozen=True)
 class ContinuousState:
-    """One continuous state of the unit as Model Exchange names it; its derivative is `der(name)`."""
+    """One continuous state of the unit, with its name in Model Exchange; its derivative is `der(name)`."""
 
     name: str
     unit: str

@@ -1,4 +1,4 @@
-"""Steps of a graph: rate classes of its blocks, the sample time of its memory, a suitable step for its dynamics."""
+"""Steps of a graph: rate classes of its blocks, sample time of its memory, suitable step for its dynamics."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def is_sampled(graph: Graph) -> bool:
 def needs_step(graph: Graph) -> bool:
     """Return whether the model depends on the length of its steps.
 
-    It does if it has a sampled block, or a memory whose source changes only at steps because the graph depends on time
-    or reads outputs of the last step in a loop.
+    The model depends on this length if it has a sampled block. It also does if the source of a memory changes only at
+    steps, because the graph depends on time, or reads outputs of the last step in a loop.
     """
     timed = any(n.block.of("time") for n in graph.nodes)
     looped = any(source >= to and place != graph.nodes[to].block.trial - 1 for to, place, source, *_ in graph.links)
@@ -38,7 +38,7 @@ _PER_PERIOD = 20  # steps per period or, for a real pole, per 2 pi time constant
 
 
 def sample_time(graph: Graph) -> float | None:
-    """Return the sample time (s), of which every communication step must be a multiple; None if any step is valid.
+    """Return the sample time (s); every communication step must be a multiple of it. None if any step is valid.
 
     A sampled block in a graph without a step takes a sample at each communication point.
     """
@@ -51,7 +51,8 @@ def samples_in(period: float, t: float, h: float) -> int:
     Raises
     ------
     InputError
-        The step is not a multiple of the period, up to a thousandth of it and rounding errors of the times.
+        The step is not a multiple of the period. The tolerance is a thousandth of the period plus rounding errors of
+        the times.
     """
     n = math.floor(h / period + 0.5)
     off, slack = abs(h - n * period), 1e-3 * period + 16 * np.finfo(float).eps * abs(t + h)
@@ -64,7 +65,7 @@ def samples_in(period: float, t: float, h: float) -> int:
 
 
 def suitable_step(graph: Graph) -> float:
-    """Return the step (s) of the default experiment: that of the graph, or one for its fastest pole."""
+    """Return the step (s) of the default experiment: the step of the graph, or a step for its fastest pole."""
     if graph.step > 0:
         return graph.step
     pole = _fastest_pole(graph)

@@ -1,26 +1,29 @@
-"""Choice of the kind of model: candidates, cheapest first, scored on validation blocks inside the training rows.
+"""Choice of the kind of model: candidates compete on validation blocks inside the training rows, the cheapest first.
 
-The blocks are cut between reversals over the whole record, because its last part extrapolates wherever the record
-changes (a decaying sine, a staircase of minor loops). A model is fitted to the other rows, runs free over all of them,
-and its error counts in the blocks inside the range of u that those rows cover. A block that alone reaches an end of the
-range is not held out, because without it every kind must extrapolate. If the error on the whole record is larger, it
-counts instead. The blocks come in disjoint folds. After each fold, losers are stopped (racing: Maron & Moore 1994;
-Birattari et al. 2002). A loser is a kind whose error, without the noise of the output, is `LOSER` times the least. The
-spread between the fits of the folds counts as an error as well. A loser returns if the errors of the others turn out to
-be uncertain. A kind that is expensive to fit starts with a short trial fit with all its parts.
+The blocks are cut between reversals and are spread over the whole record. A single block at the end would test
+extrapolation if the record changes with time (a decaying sine, a staircase of minor loops). Each model is fitted to the
+rows outside the blocks and runs free over all rows. Its error is the error in the blocks, or the error on the whole
+record if that is larger. The error in the blocks uses only rows whose input lies in the range of u of the fitted rows.
+A block that alone reaches an end of the range is not held out, because without this block every kind must extrapolate.
 
-Validation blocks do not test states outside the record. There, networks and kinds with local parameters have errors, so
-the share of the states of other signals that the training rows leave out (`hystfmu.model.coverage`) counts with
-`OUTSIDE` % of the span. If a model leaves the range of the output for the input of the record with another initial
-memory, a model that stays inside is preferred, unless it is a loser. Of kinds that are equally good, one with an exact
-inverse is preferred, then the one with the fewest parameters; if the record is one oscillation, its blocks are similar,
-and all kinds except losers count as equally good. If the best error without noise is above `REFUSED` %, the record is
-refused (`refusal`).
+The blocks form disjoint folds. After each fold, losers are stopped (racing: Maron & Moore 1994; Birattari et al. 2002).
+A loser is a kind whose error, without the noise of the output, is `LOSER` times the least error. The spread between the
+fits of the folds is added to the error. A loser returns if the errors of the other kinds turn out to be uncertain. A
+kind that is expensive to fit starts with a short trial fit with all its parts.
 
-No kind is omitted because of its cost. If the whole record would take too long, all kinds compete on a shorter one, of
-several records on the longest (`hystfmu.identify.cuts`), and the chosen kind is fitted to all rows. Kinds whose memory
-contradicts the minor loops in the data, and those for rate dependence if the input has one speed, do not compete. If
-the excitation is not informative enough to identify memory, the model carries warnings.
+Validation blocks do not test states of the memory that the record does not reach. Networks and kinds with local
+parameters have errors in these states. Therefore the share of these states among the states of other signals
+(`hystfmu.model.coverage`) is multiplied by `OUTSIDE` % of the span and added to the error. Each model also runs on the
+input of the record with another initial memory. If the output then leaves the range of the record, a model whose output
+stays inside is preferred, unless that model is a loser. Of equally good kinds, one with an exact inverse is preferred,
+then the one with the fewest parameters. If the record is one oscillation, its blocks are similar; then all kinds except
+losers are equally good. If the best error without noise is above `REFUSED` %, the record is refused (`refusal`).
+
+No kind is omitted because of its cost. If fits to the whole record would take too long, all kinds compete on a shorter
+part of the record (`hystfmu.identify.cuts`). If there are several records, they compete on the longest record. The
+chosen kind is then fitted to all rows. A kind does not compete if its memory contradicts the minor loops in the data.
+Rate-dependent kinds do not compete if the input has one speed. If the excitation is not informative enough to identify
+memory, the model has warnings.
 """
 
 from __future__ import annotations
@@ -54,7 +57,7 @@ SHORT = 0.2  # of the time of a full fit: a short trial fit
 
 
 class Inverses(Protocol):
-    """Protocol of the questions of the choice about inverses; `hystfmu.inverse` implements it."""
+    """Protocol by which `auto` asks for the inverse of a model; `hystfmu.inverse` implements this protocol."""
 
     def kind(self, model: Model) -> str:
         """Return the method of the inverse of a model, or the reason why there is none."""
@@ -75,13 +78,14 @@ class Choice:
         Entries of `Model.fit`: ``memory`` (class of the minor loops), ``gap_percent``, ``loops``, ``rate`` (``seen``,
         ``not seen``, which discards rate-dependent kinds, or ``one speed only``), ``warnings`` (list of str).
     provenance : dict
-        Entries of `Model.provenance`: ``auto``, the RMS error of every candidate on the validation blocks in percent of
-        the span of y, the best first, and ``auto_blocks``, those of single blocks; ``auto_choice``, the chosen one;
-        ``auto_parameters``, their numbers of parameters; ``auto_inverse``, their inverses; ``auto_left_out``, the
-        reasons of the others, and ``auto_not_tried``, the names of those among them without any fit; ``auto_rows``, the
-        number of rows that raced, where it is not that of the record.
+        Entries of `Model.provenance`. ``auto``: RMS error of every candidate on the validation blocks, in percent of
+        the span of y, the best candidate first. ``auto_blocks``: RMS errors on single blocks. ``auto_choice``: the
+        chosen candidate. ``auto_parameters``: number of parameters of each candidate. ``auto_inverse``: inverse of each
+        candidate. ``auto_left_out``: the kinds that were left out, with reasons. ``auto_not_tried``: names of the kinds
+        without any fit. ``auto_rows``: number of rows used for the choice, if it differs from the number of rows of the
+        record.
     without : function
-        Returns the choice without this kind, whose fit to all rows has the given fault; raises as `choose`.
+        Takes a kind and the fault of its fit to all rows. Returns the choice without this kind; raises as `choose`.
     """
 
     method: str
@@ -96,8 +100,8 @@ def choose(
 ) -> Choice:
     """Compare the candidates that suit the data, and choose one.
 
-    `inverses` tells which inverse a model has; with `only_invertible` only models with a useful one compete.  It
-    raises InputError if no candidate can be fitted, none represents the data, or none has a useful inverse.
+    `inverses` states the inverse of a model. With `only_invertible`, only models with a useful inverse compete. The
+    function raises InputError if no candidate can be fitted, none represents the data, or none has a useful inverse.
     """
     where = data.path or data.name
     seen = examine(data.longest())
@@ -116,7 +120,7 @@ def choose(
     for name in order:
         key, candidate = entered[name]
         if race.explained():
-            race.reasons[name] = f"{race.best().name} leaves nothing to explain"
+            race.reasons[name] = f"{race.best().name} has no error"
             untried.append(name)
             continue
         race.first(name, key, candidate, partial(report, done / total, (done + costs[name]) / total))
@@ -157,7 +161,7 @@ def choose(
 
 
 class _Report:
-    """Progress of parts, which never decreases, not even by rounding."""
+    """Progress of several parts; the fraction never decreases, even with rounding errors."""
 
     def __init__(self, progress: Progress) -> None:
         self.progress, self.told = progress, 0.0
@@ -174,10 +178,11 @@ def _preferred(
     only_invertible: bool,
     known: Mapping[str, str] = MappingProxyType({}),
 ) -> Trial | dict[str, str]:
-    """Return the best candidate; among equally good ones, that with an exact inverse and the fewest parameters.
+    """Return the best candidate. Among equally good candidates, prefer an exact inverse, then fewer parameters.
 
-    Static kinds that lost to a rate-dependent one remain if the record shows no rate dependence. If no kind represents
-    the data, or none of those has an inverse where one is required, a list of reasons is returned.
+    Static kinds with a larger error than a rate-dependent kind remain if the record shows no rate dependence. The
+    function returns a list of reasons if no kind represents the data, or if an inverse is required and no such kind has
+    one.
     """
     follow = [t for t in race.trials.values() if race.follows(t, REFUSED) and t.name not in known]
     able = follow if rate else [t for t in follow if t.candidate.memory != LAGS] or follow
@@ -225,7 +230,7 @@ def _warnings(best: Trial, seen: Excitation) -> list[str]:
 def refusal(
     where: str, only_invertible: bool, race: Race, seen: Excitation, faults: Mapping[str, str] | None = None
 ) -> InputError:
-    """Return the refusal of a choice for the record `where`, with the faults of candidates and their errors."""
+    """Return the error that refuses the record `where`; it lists the faults and the errors of the candidates."""
     faults, also = faults or {}, " and have a useful inverse" if only_invertible else ""
     rule = f"A kind of model must follow the data to {REFUSED:g} % of the span{also}"
     ranked = sorted(race.trials.values(), key=race.excess)

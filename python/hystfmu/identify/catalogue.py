@@ -1,7 +1,7 @@
-"""Kinds of model by key, and what each states: a line, its options, its memory, how it competes in ``auto``.
+"""Kinds of model by key: description, options, memory use, and entries for ``auto``.
 
-The kinds are the files of `methods`, and ``auto``.  A module loads on first use.  A row of a table of options gives the
-check, the error message and the listing.
+The kinds are the files of `methods`, and ``auto``. A module is loaded on first use. Each row of a table of options
+defines the check, the error message and the listing of one option.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from hystfmu.identify import methods
 Options = Mapping[str, Any]
 """Values of the options of a kind by name, checked."""
 Built = tuple[Graph, int, dict[str, Any]]
-"""A fitted graph, the number of its parameters, and what else was found, with ``warnings`` and ``bounded``."""
+"""A fitted graph, the number of its parameters, and further results such as ``warnings`` and ``bounded``."""
 CLOSES, OPENS, LAGS, LATE, ANY = "return-point", "open", "rate", "open, then rate", ""
 EXPENSIVE = 3.0  # s: a fit that takes longer, and has no quick options, is tried on a part of the rows first
 AUTO = "auto"
@@ -92,9 +92,9 @@ class Option:
 
 
 def resolve(method: str, table: Sequence[Option], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return all options of a method: validated values for those given, defaults for the others.
+    """Return all options of a method: validated values of the given options, and defaults of all other options.
 
-    An unknown option is an InputError that lists the legal ones, as is a value out of range.
+    An unknown option raises an InputError that lists the legal options. A value out of range raises an InputError, too.
     """
     rows = {o.name: o for o in table}
     for name in given:
@@ -111,16 +111,16 @@ class Candidate:
     Parameters
     ----------
     memory : str
-        `CLOSES`: static, minor loops close; `OPENS`: static, minor loops stay open; `LAGS`: rate-dependent;
-        `LATE`: dynamics behind an operator whose loops stay open, which one speed may show as well; `ANY`: creep or
-        lags may open a loop.
+        `CLOSES`: static, minor loops close. `OPENS`: static, minor loops stay open. `LAGS`: rate-dependent. `LATE`:
+        linear dynamics after an operator whose loops stay open; an input with one speed can also show them. `ANY`:
+        creep or lags may open a loop.
     seconds, per_1000 : float
-        Estimated cost of a fit (s): fixed, and per 1000 rows up to the last training row.
+        Estimated cost of a fit (s): a fixed part, and a part per 1000 rows up to the last training row.
     options : dict
         Options of the kind that differ from its defaults.
     quick : dict
-        Options of a short trial fit, which a kind must pass before it is fitted in full; empty: there is none.  It may
-        be coarser than the full fit but must have each of its parts.
+        Options of a short trial fit. A kind must pass this trial before it is fitted in full. Empty: no trial fit. The
+        trial may be coarser than the full fit but must have all parts of the full fit.
     local : bool
         Whether each parameter acts only on some states of the memory, so that states outside the record remain
         undetermined. A network states its coverage itself.
@@ -148,10 +148,10 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Memory:
-    """Measured memory of a fit; a kind whose module states no ``MEMORY`` takes the least.
+    """Measured memory of a fit; a kind whose module has no ``MEMORY`` is assumed to need the least memory.
 
-    `per_row` is the peak of a fit with the default options (bytes per row of a long record), which grows with this
-    power of an option; without a name it does not.
+    `per_row` is the peak memory of a fit with the default options (bytes per row of a long record). The peak grows with
+    a power of the named option; without a name it depends on no option.
     """
 
     per_row: float
@@ -159,7 +159,7 @@ class Memory:
     power: int = 1
 
     def grown(self, given: Mapping[str, Any], default: float) -> float:
-        """Return the bytes per row of a fit with these options; `default` is that of the option that it grows with."""
+        """Return the bytes per row of a fit with these options; `default` is the default value of the named option."""
         size = float(given.get(self.option, default))
         return float(self.per_row * (size / default) ** self.power)
 
@@ -174,18 +174,18 @@ def method(key: str) -> ModuleType:
 
 
 def candidates() -> dict[str, tuple[str, Candidate]]:
-    """Return the kinds that compete in ``auto``: by name, e.g. ``zhao_tan_mlp memory=last``, key and candidate."""
+    """Return the kinds that compete in ``auto``: name, e.g. ``zhao_tan_mlp memory=last``, to key and candidate."""
     kinds = ((key, getattr(method(key), "CANDIDATES", ())) for key in METHODS if key != AUTO)
     return {candidate.named(key): (key, candidate) for key, table in kinds for candidate in table}
 
 
 def takes_records(key: str) -> bool:
-    """Return whether the method `key` fits several records, each from a fresh start; its module states ``RECORDS``."""
+    """Return whether the method `key` fits several records, each from a fresh start (``RECORDS`` of its module)."""
     return bool(getattr(method(key), "RECORDS", False))
 
 
 def takes_covariates(key: str) -> bool:
-    """Return whether the method `key` takes inputs beside u; its module states ``COVARIATES``."""
+    """Return whether the method `key` takes further inputs beside u (``COVARIATES`` of its module)."""
     return bool(getattr(method(key), "COVARIATES", False))
 
 

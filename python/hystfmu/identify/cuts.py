@@ -1,12 +1,14 @@
 """Cuts of a record: validation blocks spread over it, and a shorter record on which kinds of model compete.
 
-A split into a first and a last part extrapolates wherever the record changes (a decaying sine, a staircase). Blocks
-between reversals interpolate: both sets of rows hold large and small, early and late loops. The outermost loop is an
-exception: a fit without it extrapolates wherever the memory of this loop lasts (`without_outermost`).
+If a record changes with time (a decaying sine, a staircase), a fit to its first part extrapolates in its last part.
+With blocks between reversals, the model interpolates: the fitted rows and the blocks contain large and small, early and
+late loops. The outermost loop is an exception. A fit without this loop extrapolates as long as the memory of the loop
+lasts (`without_outermost`).
 
-For a shorter record, rows are thinned evenly as far as extrema and spectra allow: `SAMPLES` rows remain per cycle of
-the input, and the output has no significant content above half of the new Nyquist rate. If the record is still too
-long, it is cut to the part that covers most of the range and of the speeds, the earliest of equal ones.
+A record is shortened in two steps. First, rows are thinned evenly as far as extrema and spectra allow: `SAMPLES` rows
+remain per cycle of the input, and the output has no significant content above half of the new Nyquist rate. If the
+record is still too long, only the part that covers most of the range and of the speeds is used; of equal parts, the
+earliest is used.
 """
 
 from __future__ import annotations
@@ -38,8 +40,8 @@ FAST = 95.0  # percentile of the speeds
 def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> NDArray[np.bool_]:
     """Return which rows of an input u (n,) belong to validation blocks, (n,).
 
-    There are at most `blocks` blocks; of every `EVERY` consecutive ones, block number `which`, from 0, is for
-    validation. Different numbers give disjoint rows.
+    There are at most `blocks` blocks. Of every `EVERY` consecutive blocks, block number `which`, counted from 0, is a
+    validation block. Different numbers give disjoint rows.
     """
     n = len(u)
     turns = reversals(u)
@@ -52,7 +54,7 @@ def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> N
 
 
 def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return validation rows (n,) without blocks that alone reach an end of the range of u, unless these are all."""
+    """Return validation rows (n,) without the blocks that alone reach an end of the range of u, if others remain."""
     left, block = held.copy(), np.cumsum(np.diff(held, prepend=False))
     for v in (u, -u):
         if v[held].max(initial=-np.inf) > v[~held].max(initial=-np.inf) + ALONE * float(np.ptp(u)):
@@ -61,7 +63,7 @@ def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """Return the rows that count, thinned evenly to at most `most`, those to fit, and those in validation blocks."""
+    """Return three sets of rows, thinned evenly to at most `most`: counted, fitted, and validation rows."""
     held = np.zeros(data.train.stop, dtype=bool)
     for which in range(EVERY - 1, 0, -1):  # the data may hold out a fold themselves
         held[data.train] = validation_rows(data.u[data.train], which)
@@ -74,7 +76,7 @@ def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray
 
 
 def shortened(data: Dataset, most: int) -> Dataset:
-    """Return a record of about `most` training rows at most, without later rows; several records are not changed."""
+    """Return a record of at most about `most` training rows without later rows. Several records stay unchanged."""
     n = data.train.stop - data.train.start
     if n <= most or len(data.starts) > 1:
         return data
@@ -98,7 +100,7 @@ def beginning(data: Dataset, rows: int) -> Dataset:
 
 
 def _rows(data: Dataset, rows: slice, first: int) -> Dataset:
-    """Return some rows; rows from row `first` of the data on count."""
+    """Return selected rows; training rows begin at row `first` of the data."""
     t, u, y, beside = data.t[rows], data.u[rows], data.y[rows], data.covariates.rows(rows)
     begin = -(-(first - rows.start) // (rows.step or 1))
     return replace(data, t=t, u=u, y=y, covariates=beside, train=slice(begin, len(t)))

@@ -1,15 +1,15 @@
 """Check of a device by a new record: whether the error of its model has grown, and the probable cause.
 
-The model runs free on the record.  Its RMS error, on the rows whose input lies within the trained range, is compared
-with the error on held-out rows that the model file states, or with that on the training rows.  Changes of the device
-are then tried alone by least squares of the measured output on the output of the model:
+The model runs free on the record. Its RMS error on the rows with an input in the trained range is compared with an
+error in the model file: the error on held-out rows, or else the error on the training rows. Each of the following
+changes of the device is then tried alone, by least squares of the measured output on the output of the model:
 
-- offset  y + a: the mean moved (a sensor, a temperature).
+- offset  y + a: the mean changed (a sensor, a temperature).
 - gain    a + b y: the stroke changed (depolarisation, a spring, a sensor).
 - lag     a + b y some rows later or earlier: the timing changed (a sampling of the sensor, dynamics).
 - loop    a + b y + c u + plays of u: the shape of the hysteresis changed.
 
-The cause is the first change whose remaining error is at most `AS_GOOD` times that of the best one.
+The stated cause is the first change in this list whose remaining error is at most `AS_GOOD` times the least one.
 """
 
 from __future__ import annotations

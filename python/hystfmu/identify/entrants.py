@@ -1,6 +1,6 @@
-"""Who races in ``auto``, and on how many rows: reasons to leave a kind out, time and memory of the fits.
+"""Candidates of ``auto`` and the number of rows: reasons to leave a kind out, time and memory of the fits.
 
-A fit takes at most half of the memory of the machine, from the measured bytes per row of each kind.
+A fit may use at most half of the memory of the machine. The estimate uses the measured bytes per row of each kind.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ LEAST = 400.0  # bytes per row of any fit
 
 
 def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
-    """Return the candidates that suit the data, each with its key, and the reasons of the others."""
+    """Return the candidates that suit the data, each with its key, and the reasons against all other kinds."""
     found = candidates()
     reasons = left_out({n: c for n, (_, c) in found.items()}, seen)
     if data.covariates:
@@ -72,7 +72,7 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]
 def too_large(rows: int, key: str, given: Options) -> str:
     """Return the reason why a fit to so many rows would take too much memory; empty if it would not.
 
-    ``"auto"`` stands for the kind that takes least memory; given are options of the kind that differ from their
+    ``"auto"`` means the kind that takes least memory. `given` contains options of the kind that differ from their
     defaults.
     """
     have = _memory()

@@ -1,4 +1,4 @@
-"""Graph of a fitted device: the ports of its record, covariates among them, and the wires of a chain."""
+"""Graph of a fitted device: ports from its record, including covariates, and the wires of a chain."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ def device(
 ) -> Graph:
     """Return a graph with input `u` and output `y`, in the units of the record.
 
-    The endpoints `to` take u, which starts at its first value, or at `start`; `source` gives y; further inputs follow.
+    The input u drives the endpoints `to`; its start value is its first value, or `start`. `source` gives y. Further
+    inputs follow u.
     """
     first = Input("u", tuple(to), data.unit_u, float(data.u[0]) if start is None else start)
     return Graph(nodes, wires, [first, *beside], [Output("y", source, data.unit_y)])
@@ -32,7 +33,7 @@ def wired(nodes: list[Node]) -> list[tuple[str, str]]:
 
 
 def covariate_inputs(data: Dataset, to: Sequence[tuple[str, ...]]) -> list[Input]:
-    """Return an input for each covariate; it drives endpoints and starts at its mean over the training rows."""
+    """Return an input for each covariate; the input drives endpoints, and starts at its mean over the training rows."""
     return [
         Input(name, ends, unit, float(values[data.train].mean()), "covariate")
         for (name, unit, values), ends in zip(data.covariates, to, strict=True)

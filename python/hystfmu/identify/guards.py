@@ -1,13 +1,13 @@
 """Checks of every fit: properties of a model that its data do not support.
 
-- Another signal.  The model runs free on steps to the ends of the trained range and on nested reversals inside it, at
-  the speed of the data and at 200 rows a cycle.  An output that overflows or grows is an error.  One that leaves the
-  range of y by more than its span is a warning: a model of a few reversals, or dynamics that the record does not
-  excite, extrapolate.
-- Poles. A pole of a transfer function above pi/h moves within a step of the data, which cannot determine it. Padé
-approximants of a delay do not count: their zeros mirror their poles. - Bounds. A parameter at a bound of its search is
-not determined by the data. - Coverage. The share of the states of other signals that the training rows of a network
-reach.
+- Another signal. The model runs free on steps to the ends of the trained range, and on nested reversals inside this
+  range. The signal has the speed of the data, and 200 rows a cycle. An output that overflows or grows without bound is
+  an error. An output that leaves the range of y by more than the span of y gives a warning: the model extrapolates,
+  because the record has few reversals or does not excite the dynamics.
+- Poles. The data cannot determine a pole of a transfer function above pi/h, because its response settles within a step
+  of the data. Poles of a Padé approximant of a delay, whose zeros mirror the poles, are not checked.
+- Bounds. The data do not determine a parameter that is at a bound of its search.
+- Coverage. For a network, this is the share of the states of other signals that the training rows reach.
 """
 
 from __future__ import annotations
@@ -52,14 +52,14 @@ def other_signal(data: Dataset) -> Array:
 def warnings(key: str, graph: Graph, data: Dataset, bounded: Bounded, covered: float | None) -> list[str]:
     """Check a fitted model of the kind `key` by the rules of this module; return a line for each finding.
 
-    `bounded` are parameters that were searched between bounds, `covered` is the coverage of the input space of a
-    network (%).  A model that is unstable on another signal is an InputError.
+    `bounded` contains the parameters that were searched between bounds. `covered` is the coverage of the input space of
+    a network (%). A model that is unstable on another signal raises an InputError.
     """
     return [*excursion(key, graph, data), *_fast_poles(graph, data.h), *_at_bounds(bounded), *_unseen(covered)]
 
 
 def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
-    """Return a warning if the model leaves the range of y on another signal; refuse one that is unstable there."""
+    """Return a warning if the model leaves the range of y on another signal; refuse an unstable model."""
     beyond = _beyond(graph, other_signal(data), data)
     if not beyond <= WILD:
         got = f"an output {beyond:.2g} spans of y outside its range" if np.isfinite(beyond) else "one that diverges"
@@ -71,7 +71,7 @@ def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
         return []
     return [
         f"on other signals within the trained range of u the output leaves the range of y by {beyond:.2g} times its "
-        "span: the record does not tell what the device does there"
+        "span: the record does not show the output of the device there"
     ]
 
 
@@ -88,7 +88,7 @@ def _beyond(graph: Graph, u: Array, data: Dataset) -> float:
 
 
 def _ringing(graph: Graph) -> float:
-    """Return the overshoot of lightly damped modes for two steps from end to end, in spans: it is not extrapolation."""
+    """Return the overshoot of lightly damped modes for two full steps, in spans, which is not extrapolation."""
     total = 0.0
     for n in graph.nodes:
         if n.block.name == "transfer_function":
@@ -131,11 +131,11 @@ def _unseen(covered: float | None) -> list[str]:
     if covered is None or covered >= POOR:
         return []
     return [
-        f"the training rows reach {covered:.0f} % of the states that other signals in the range reach: the network "
-        "has seen nothing else, and its error there is unknown"
+        f"the training rows reach {covered:.0f} % of the states that other signals in the range reach: the error "
+        "of the network in all other states is unknown"
     ]
 
 
 def follows_late(graph: Graph) -> bool:
-    """Return whether the output of a model depends on past values of u only: dynamics or a delay of its own."""
+    """Return whether the output of a model depends on past values of u only, by its own dynamics or delay."""
     return not any(graph.inputs[0].name in known for known in graph.dependencies().values())

@@ -1,9 +1,9 @@
 """Identification of a given kind of model: check the data, build, run free, compute errors, record provenance.
 
 A kind of model is a module of `hystfmu.identify.methods` with a line ``TEXT``, a table ``OPTIONS`` and a function
-``build(data, options, seed, progress)``.  `build` returns the graph, the number of fitted parameters and, optionally, a
-dict of identified physical quantities, with ``warnings`` and ``bounded`` (`hystfmu.identify.guards`).  Everything else
-is common to all kinds and done here, including the dead band.
+``build(data, options, seed, progress)``. `build` returns the graph, the number of fitted parameters and, optionally, a
+dict of identified physical quantities, with ``warnings`` and ``bounded`` (`hystfmu.identify.guards`). This module does
+everything that is common to all kinds, including the dead band.
 """
 
 from __future__ import annotations
@@ -33,7 +33,10 @@ from hystfmu.model.trained_range import trained_range
 
 WORST = 0.5  # of the span: no constant has a larger RMS error
 SMALLEST = 1e-100
-"""Least span, and one over the largest value: beyond them squares overflow or vanish, and NNLS aborts the process."""
+"""Least span of the data; 1 / `SMALLEST` is the largest value.
+
+Outside these limits squares overflow or become 0, and NNLS aborts the process.
+"""
 _LEAST = 2  # letters of a heading that says more than the name of the port
 
 
@@ -105,7 +108,8 @@ def _check_run(key: str, y: Array, data: Dataset) -> None:
 def check(data: Dataset) -> None:
     """Check that a model can be fitted to the data.
 
-    An InputError are data without output, a value that is too large, or u, y or a covariate that does not vary.
+    An InputError is raised for data without output, for a value that is too large, and if u, y or a covariate does not
+    vary.
     """
     where = data.path or data.name
     if not data.has_output:

@@ -1,9 +1,10 @@
-"""Several records as one run, for kinds of model that take one: between two of them the memory is taken back to rest.
+"""Several records as one run, for kinds of model that fit a single run; between records the memory returns to rest.
 
-Every record begins at rest, so a decaying oscillation about its first input leads to it: it wipes the memory of the
-record before, as demagnetisation does, at the speed of the records.  The rows between are held out; the input alone
-runs through them.  Where a record begins near an end of the range, the oscillation stays inside the range and leaves a
-memory that leans to one side; then the rows up to the first full swing are held out as well.
+Every record begins at rest. So a decaying oscillation about the first input of a record is inserted before this record.
+The oscillation wipes out the memory of the previous record, like demagnetisation, at the speed of the records. The
+inserted rows are held out: they have an input only. If a record begins near an end of the range, the oscillation stays
+inside the range, and the memory is then displaced to one side. In this case the rows up to the first full swing are
+also held out.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ SWUNG = 0.9  # of the range: a full swing
 
 
 def one_run(data: Dataset) -> Dataset:
-    """Return the records as one, with rows between them that do not count; the same data for one record."""
+    """Return the records as one run with held-out rows between records; a single record is returned unchanged."""
     if len(data.starts) == 1:
         return data
     lo, hi = float(data.u.min()), float(data.u.max())
@@ -64,7 +65,7 @@ def one_run(data: Dataset) -> Dataset:
 
 
 def _way(last: float, first: float, lo: float, hi: float, step: float) -> Array:
-    """Return the input from the last row of a record to the first of the next, at steps of about `step`."""
+    """Return the input from the last row of a record to the first row of the next, in steps of about `step`."""
     size = max(hi - first, first - lo)
     rows = int(np.clip(4 * size / max(step, 1e-300), *ROWS))
     c = np.arange(CYCLES * rows) / rows
@@ -74,7 +75,10 @@ def _way(last: float, first: float, lo: float, hi: float, step: float) -> Array:
 
 
 def _leaning(u: Array, lo: float, hi: float) -> NDArray[np.bool_]:
-    """Return the rows up to the first full swing, where a record does not begin in the middle; none without one."""
+    """Return the rows up to the first full swing if a record does not begin in the middle of the range.
+
+    Without a full swing, the result is empty.
+    """
     held = np.zeros(len(u), dtype=bool)
     if abs(u[0] - (lo + hi) / 2) <= CENTRED * (hi - lo) / 2:
         return held

@@ -1,8 +1,8 @@
 """Racing of candidates over folds of validation blocks: errors without noise, plus errors in states outside the record.
 
 Validation blocks of one record are similar, so they do not show errors of extrapolation to other states of the memory.
-The disagreement of fits to different rows shows them: the folds are a delete-group jackknife (Shao & Wu, Annals of
-Statistics 17 (1989) 1176-1197), and the standard error of the output for an input with another memory counts as an
+Differences between fits to different rows show these errors. The folds are a delete-group jackknife (Shao & Wu, Annals
+of Statistics 17 (1989) 1176-1197). The standard error of the output for an input with another memory is added to the
 error.
 """
 
@@ -42,13 +42,14 @@ OUTSIDE = 3.0  # % of the span: error of a network or of local parameters in sta
 
 @dataclass
 class Trial:
-    """A candidate in the race, an entry of the table of its kind, with its fit without the blocks of the first fold.
+    """A candidate in the race: an entry of the table of its kind, and its fit without the blocks of the first fold.
 
-    `outside` is the share of the states of other signals that the training rows do not cover; `errors` (m,) those on
-    the validation rows so far, `by_block` their RMS in each block; `others` (n,) the output for the input with another
-    memory, for each fold from the second one on; `first` the mean square of the errors after the first fold. `whole` is
-    the RMS error over the whole training part. Errors on the rows of the fit are too small, so a large error there is
-    real, also in parts without held-out blocks, such as a sweep at the end.
+    `outside` is the share of the states of other signals that the training rows do not cover. `errors` (m,) contains
+    the errors on the validation rows so far; `by_block` contains their RMS in each block. `others` contains, for each
+    fold from the second on, the output (n,) for the input with another memory. `first` is the mean square of the errors
+    after the first fold. `whole` is the RMS error over the whole training part. On fitted rows a model usually has a
+    smaller error than on other rows. So a large error on fitted rows is real, also in parts without held-out blocks
+    such as a sweep at the end.
     """
 
     name: str
@@ -90,8 +91,8 @@ class Trial:
 class Race:
     """Folds, remaining candidates, and the reasons why others were excluded.
 
-    A record is `poor` if it has few different reversals, such as one oscillation: its blocks resemble the fitted rows
-    and cannot distinguish candidates except losers.
+    A record is `poor` if it has few different reversals, such as one oscillation. Its blocks resemble the fitted rows,
+    so only losers differ clearly from other candidates.
     """
 
     def __init__(self, data: Dataset, seed: int, poor: bool = False) -> None:
@@ -107,7 +108,7 @@ class Race:
         self.inside: NDArray[np.bool_] = (self.other >= lo) & (self.other <= hi)
 
     def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]:
-        """Return the data without the blocks of a fold, the rows of these blocks that count, and the block of each."""
+        """Return the data without the blocks of a fold, the counted rows of these blocks, and the block of each row."""
         data, rows = self.data, self.data.train
         held = np.zeros(len(data.u), dtype=bool)
         held[rows] = without_outermost(data.u[rows], validation_rows(data.u[rows], fold, BLOCKS))
@@ -119,7 +120,7 @@ class Race:
     def fitted(
         self, fold: int, key: str, options: Options, progress: Progress, share: float = 1.0
     ) -> tuple[Model, Array, list[float], float]:
-        """Fit to a share of the rows outside a fold; return the model, errors there, the RMS of blocks and of all."""
+        """Fit to a share of the rows outside a fold; return model, errors in the fold, RMS of blocks, RMS of all."""
         part, rows, block = self.held(fold)
         if share < 1:
             short = beginning(part, int(share * (part.train.stop - part.train.start)))
@@ -141,7 +142,7 @@ class Race:
         return Trial(name, key, candidate, model, errors, outside, by_block=blocks, whole=whole)
 
     def excess(self, trial: Trial) -> float:
-        """Return the error without noise, including that in uncovered states, in % of the span."""
+        """Return the error without noise, in % of the span; it includes the error in uncovered states."""
         return self._beside_noise(trial, trial.square)
 
     def _beside_noise(self, trial: Trial, square: float) -> float:
@@ -159,7 +160,8 @@ class Race:
     def floor(self) -> float:
         """Return the variance of the noise, which no model can explain.
 
-        0 if the error of a model is clearly smaller, because then the estimate is wrong: coarse rows look like noise.
+        The result is 0 if the error of a model is clearly smaller than the estimate. Then the estimate is wrong,
+        because coarse rows look like noise.
         """
         least = self.sigma**2
         for t in self.trials.values():
@@ -174,7 +176,7 @@ class Race:
         return max(min((self.risk(t) for t in self.trials.values()), default=np.inf), EXACT)
 
     def follows(self, trial: Trial, percent: float) -> bool:
-        """Return whether the error is at most `percent` of the span; a later fold may contain an unlike loop."""
+        """Return whether the error is at most `percent` of the span; a later fold may contain a different loop."""
         return min(self.excess(trial), self._beside_noise(trial, trial.first)) <= percent
 
     def leaves(self, trial: Trial) -> bool:
@@ -182,7 +184,7 @@ class Race:
         return guards.leaves(trial.model.graph, self.other, self.data)
 
     def explained(self) -> bool:
-        """Return whether the best model leaves no error; never with noise, whose estimate is uncertain."""
+        """Return whether a model has no error; with noise always False, because the noise estimate is uncertain."""
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
 
     def first(self, name: str, key: str, candidate: Candidate, progress: Progress) -> None:
@@ -213,9 +215,9 @@ class Race:
         return [t for t in self.trials.values() if self.risk(t) <= LOSER * self.least()]
 
     def late(self) -> list[Trial]:
-        """Return the candidates to run next: those that are not losers and have run on the fewest folds.
+        """Return the candidates to run next: candidates that are not losers and have run on the fewest folds.
 
-        If only one remains and its spread is known, no further fold is needed.
+        If only one candidate remains and its spread is known, no further fold is needed.
         """
         contenders = self.contenders()
         if len(contenders) == 1 and contenders[0].folds >= SPREAD:

@@ -25,8 +25,8 @@ class Stream:
     model : Model
         Model with the key ``polynomial_narx``.
     eta : float
-        Initial covariance P(0) = eta I; with a large eta the first samples can change the weights much, for a changed
-        plant.
+        Initial covariance P(0) = eta I. With a large eta the first samples can change the weights much, which suits a
+        changed plant.
     mu : float
         Forgetting factor in (0, 1].
     dead_zone : float, optional

@@ -1,4 +1,4 @@
-"""Inverse models: the input for which the output of a model follows a wanted output, again a Model with ports u and y.
+"""Inverse models. An inverse computes the input for which the output of a model follows a wanted output.
 
 exact    inverts block by block from output to input; every block of the chain needs an inverse
          (Prandtl-Ishlinskii with a linear term, Zhao-Tan, constraint factor, dead zones, scaling).
@@ -11,12 +11,14 @@ learned  trains a network on the model's own response with input and output exch
 adaptive the exact inverse of a Prandtl-Ishlinskii operator whose weights are learned from the measured output while it
          runs; ports of its own, `hystfmu.inverse.adaptive`.
 
-Linear dynamics and a delay behind the hysteresis are inverted by a feed-forward that looks ahead: the cascade tracks
-the wanted output ``lag_steps`` of `fit` late (`hystfmu.inverse.dynamic`).  The method is then that of the hysteresis.
+Linear dynamics and a delay after the hysteresis are inverted by a feed-forward that looks ahead
+(`hystfmu.inverse.dynamic`). The output of the cascade then lags the wanted output by ``lag_steps`` of `fit`. The method
+is the method for the hysteresis.
 
-Every inverse but the adaptive one states its accuracy: `fit` holds the errors of the cascade inverse -> model, in
-percent of the span of the wanted output, for the worst of the held-out signals within 90 % of the input range; with
-dynamics for smooth signals up to a tenth of the natural frequency, after the lag.
+An inverse is a Model with ports u and y. Every inverse except the adaptive inverse states its accuracy in `fit`: the
+errors of the cascade inverse -> model, in percent of the span of the wanted output, for the worst held-out signal
+within 90 % of the input range. For a model with dynamics, the signals are smooth, up to a tenth of the natural
+frequency, and the lag is removed.
 """
 
 from __future__ import annotations
@@ -50,7 +52,7 @@ def inverse(
     progress: Progress = silent,
     **options: Any,
 ) -> Model:
-    """Invert a model: input `u` of the inverse is the wanted output, its output `y` the input to apply.
+    """Invert a model: the input `u` of the inverse is the wanted output, and its output `y` is the input to apply.
 
     Parameters
     ----------
@@ -63,15 +65,15 @@ def inverse(
     progress : function, optional
         Called with the fraction done, 0..1, while an inverse is learned.
     **options
-        For the implicit inverse ``lo`` and ``hi``, the limits of the input; default the range of the data (provenance
-        ``span_u``).  For the learned inverse the options of ``play_bank_mlp``, for the adaptive one those of
-        `hystfmu.inverse.adaptive`.
+        The implicit inverse takes ``lo`` and ``hi``, the limits of the input; the default is the range of the data
+        (provenance ``span_u``). The learned inverse takes the options of ``play_bank_mlp``. The adaptive inverse takes
+        the options of `hystfmu.inverse.adaptive`.
 
     Returns
     -------
     Model
-        Inverse model.  `fit` holds ``cascade_rms_percent`` and ``cascade_max_percent`` if the model states the range of
-        its input (provenance ``span_u``).
+        Inverse model. `fit` contains ``cascade_rms_percent`` and ``cascade_max_percent`` if the model states the range
+        of its input (provenance ``span_u``).
 
     Raises
     ------

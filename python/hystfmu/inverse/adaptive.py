@@ -1,12 +1,12 @@
-"""Adaptive inverse of a Prandtl-Ishlinskii model with or without dynamics: it learns the weights while it runs.
+"""Adaptive inverse of a Prandtl-Ishlinskii model, with or without dynamics, that learns its weights while it runs.
 
-The model gives the start of the block `adaptive_inverse`: weights, thresholds, dynamics, delay. The RMS error e of the
-model defines the normal error of prediction (sigma = e / 2, because errors of neighbouring samples are similar), and
-the error that indicates a sudden change (1.5 e for six samples). After such a change a weight has a standard deviation
-of 22 % of itself, or of half the mean weight where it is smaller.
+The model gives the start values of the block `adaptive_inverse`: weights, thresholds, dynamics, delay. The RMS error e
+of the model defines two limits. The normal error of prediction is sigma = e / 2, because errors of neighbouring samples
+are similar. An error of 1.5 e for six samples indicates a sudden change. After a sudden change the assumed standard
+deviation of a weight is 22 % of the larger of two values: the weight, and half the mean weight.
 
-Without feedback the default options are suitable. With a feedback that adds to the wanted output, use ``f_h`` = 30 Hz
-and ``T`` = 100 s, so that the feedback corrects slow errors and drifts: scenarios/adaptive_pid.
+Without feedback the default options are suitable. If a feedback adds to the wanted output, use ``f_h`` = 30 Hz and
+``T`` = 100 s, so that the feedback corrects slow errors and drifts (see scenarios/adaptive_pid).
 """
 
 from __future__ import annotations
@@ -46,16 +46,17 @@ LEAST_ERROR = 1e-3  # error of prediction, of the output at the last threshold, 
 def adaptive_inverse(model: Model, **options: Any) -> Model:
     """Make the adaptive inverse of a model: a Prandtl-Ishlinskii operator, optionally with scaling, delay and dynamics.
 
-    Inputs are ``v``, the wanted output before dynamics and delay (from feed-forward and feedback), ``y_d``, the
-    reference, and ``y``, the measured output; outputs ``u``, ``theta``, the present weights, ``gate`` and ``changes``.
+    Inputs: ``v`` is the wanted output before dynamics and delay (from feed-forward and feedback), ``y_d`` is the
+    reference, and ``y`` is the measured output. Outputs: ``u``, the present weights ``theta``, ``gate`` and
+    ``changes``.
 
     Parameters
     ----------
     model : Model
         Static model, or one with second-order dynamics without zeros.
     **options
-        Parameters of the block `adaptive_inverse` to replace. ``f_n`` (Hz) and ``zeta`` state the dynamics behind a
-        static model; ``delay`` further known steps of delay in the loop.
+        Parameters of the block `adaptive_inverse` to replace. ``f_n`` (Hz) and ``zeta`` state the dynamics after a
+        static model. ``delay`` states further known steps of delay in the loop.
 
     Raises
     ------
@@ -160,7 +161,7 @@ def _line(scalings: list[Node]) -> tuple[float, float]:
 
 
 def _second_order(found: list[Node]) -> tuple[float, dict[str, float]]:
-    """Return static gain, and natural frequency and damping, of at most one transfer function."""
+    """Return static gain, natural frequency and damping of at most one transfer function."""
     if not found:
         return 1.0, {}
     b, a = found[0].value("b"), found[0].value("a")

@@ -1,20 +1,21 @@
-"""Inverse of a model with linear dynamics behind the hysteresis: y = e^(-s tau) G(s) H[u].
+"""Inverse of a model with linear dynamics after the hysteresis: y = e^(-s tau) G(s) H[u].
 
-G has no causal inverse, but an inverse that uses samples `p` steps ahead. The unit therefore lags: in cascade with its
-model the output is the wanted output of ``lag_steps`` = p + delay steps ago, exactly at low frequencies. Give it the
-reference that many steps ahead (``lead`` of the block `reference`) and the cascade has no lag.
+G has no causal inverse, but it has an inverse that uses samples `p` steps ahead. Therefore the inverse lags: the output
+of the cascade inverse -> model is the wanted output of ``lag_steps`` = p + delay steps ago, exactly at low frequencies.
+If the inverse gets the reference ``lag_steps`` ahead (``lead`` of the block `reference`), the cascade has no lag.
 
 Feed-forward: 2 p + 1 weights f_i on the last samples of the wanted output, so that
 
   sum_i f_i z^-i = z^-p / G(z),  z = e^theta,
 
-holds for the value and the first 2 p derivatives at theta = 0.  For p = 1 and a second-order G these are r + 2 zeta /
-omega_n r' + r'' / omega_n^2 by central differences; G(z) is the block as it steps, so hold and Pade delay are included.
-The hysteresis in front is inverted by the method asked for; it sees the samples of the feed-forward.
+holds for the value and the first 2 p derivatives at theta = 0. For p = 1 and a second-order G the sum is r + 2 zeta /
+omega_n r' + r'' / omega_n^2 by central differences. G(z) is the discrete block, so it includes hold and Pade delay. The
+chosen method inverts the hysteresis; the output of the feed-forward is the input of this inverse.
 
-Noise of the wanted output is amplified, by 4 / (omega_n h)^2 at the highest frequency: wanted outputs are computed, not
-measured. The error grows with frequency. `p` is the smallest with an error of at most `ACCURATE` at a tenth of the
-slowest natural frequency; a wanted output with kinks (a triangle) is tracked as far as G allows.
+Noise of the wanted output is amplified by 4 / (omega_n h)^2 at the highest frequency. So the wanted output must be
+computed, not measured. The error grows with frequency. `p` is the smallest number of steps with an error of at most
+`ACCURATE` at a tenth of the slowest natural frequency. A wanted output with kinks (a triangle) is tracked as far as G
+allows.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ DYNAMICS, LINEAR = ("transfer_function", "delay"), ("transfer_function", "delay"
 
 @dataclass(frozen=True)
 class Parts:
-    """A model as `front`, its hysteresis, and the chain of linear blocks behind it."""
+    """A model in two parts: `front`, its hysteresis, and the chain of linear blocks after the hysteresis."""
 
     front: Model
     tail: tuple[Node, ...]
@@ -74,7 +75,7 @@ class Parts:
 
 
 def split(model: Model) -> Parts | None:
-    """Separate the linear dynamics at the end of a model; None if there are none, or nothing precedes them."""
+    """Separate the linear dynamics at the end of a model; None without dynamics, or without blocks before them."""
     g = model.graph
     drives = {b: a for a, b in g.wires}
     tail: list[Node] = []
@@ -99,9 +100,9 @@ def split(model: Model) -> Parts | None:
 def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Model]) -> Model:
     """Put the feed-forward of the dynamics before the inverse of the hysteresis.
 
-    `parts` are those of `split`, `inverted` returns the inverse of the model of the hysteresis.  `fit` of the result
-    states ``lag_steps`` and ``lag`` (s), and ``band`` (Hz), up to which it is accurate.  A hysteresis without such
-    an inverse, or dynamics without static gain, are an InputError.
+    `parts` is the result of `split`. `inverted` returns the inverse of the model of the hysteresis. `fit` of the result
+    states ``lag_steps``, ``lag`` (s), and ``band`` (Hz), the frequency up to which the inverse is accurate. A
+    hysteresis without this kind of inverse, or dynamics without static gain, raise an InputError.
     """
     if model.step is None:
         raise InputError(f"The model {model.key} must state its step for an inverse of its dynamics. Got none.")
@@ -132,8 +133,8 @@ def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Mode
 def feedforward(parts: Parts, h: float) -> tuple[int, Array]:
     """Return the number of samples ahead and the weights of the last samples, newest first, for steps of h (s).
 
-    The transfer functions are inverted; gains and delays are not.  Dynamics without static gain, or that need more
-    than `MOST_AHEAD` samples, are an InputError.
+    The transfer functions are inverted, without gains and delays. Dynamics without static gain, or dynamics that need
+    more than `MOST_AHEAD` samples, raise an InputError.
     """
     fractions = parts.fractions(h)
     theta = min(2 * np.pi * BAND * parts.frequency() * h, np.pi / 10)
@@ -176,9 +177,11 @@ def _quotient(a: Array, b: Array) -> Array:
 
 
 def wanted(model: Model, parts: Parts, share: float) -> list[Array]:
-    """Return wanted outputs up to `BAND` of the slowest natural frequency: decaying sines and two tones, with a ramp.
+    """Return wanted outputs up to `BAND` times the slowest natural frequency: decaying sines and two tones.
 
-    They use a share of the input range of the model with its parts, from `split`.
+    A ramp precedes each signal.
+
+    The signals use a share of the input range of the model. `parts` is the result of `split`.
     """
     from hystfmu.data.signals import decaying_sine, two_tones
 

@@ -1,6 +1,7 @@
-"""Exact inverse: block by block from output to input, each by the block that inverts it.
+"""Exact inverse: from output to input, each block is replaced by the block that inverts it.
 
-Blocks that covariates drive are in parallel with the chain; sums and products that they enter are solved for the chain.
+Blocks that covariates drive are in parallel with the chain. Sums and products of the chain and these blocks are solved
+for the chain.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ ENTERED = ("sum", "product")
 def exact_inverse(model: Model) -> Model:
     """Invert a model whose blocks form one chain and have inverses; blocks that covariates drive may be in parallel.
 
-    Blocks that form no chain are an InputError, as is one without an inverse, which the message names.
+    Blocks that form no chain, or a block without an inverse, raise an InputError that names the block.
     """
     g = model.graph
     alone = driven_beside(g)
@@ -57,8 +58,10 @@ def exact_inverse(model: Model) -> Model:
 
 
 def _chain(model: Model, alone: set[str]) -> list[Node]:
-    """Return the nodes from input to output, each with one invertible input and output, without the parallel ones
-    `alone`."""
+    """Return the nodes from input to output, without the parallel nodes `alone`.
+
+    Each node has one invertible input and output.
+    """
     graph = model.graph
     path = [(a, b) for a, b in graph.wires if a.split(".")[0] not in alone]
     follows = {a.split(".")[0]: b for a, b in path}
@@ -81,7 +84,7 @@ def _chain(model: Model, alone: set[str]) -> list[Node]:
 
 
 def _instead(model: Model) -> str:
-    """Name the other methods that accept the model, as the end of a sentence; both need the range of its input."""
+    """Return the end of a sentence that names other methods for the model, which need the range of its input."""
     if "span_u" not in model.provenance:
         return "; other methods need the input range of the model, provenance.span_u = [min, max]"
     try:
@@ -108,7 +111,7 @@ def _invert_prandtl_ishlinskii(n: Node) -> Node:
 
 
 def _same_values(n: Node) -> Node:
-    """Invert by the block of the inverse with the same parameters; it has no choice of the memory."""
+    """Return the inverse block with the same parameters; an inverse block has no option `memory`."""
     if "memory" in n.values and n.value("memory")[0] != 0:
         raise InputError(f"The 'memory' parameter of {n.name} must be 'dominant' for an inverse. Got 'last' instead.")
     values = {v.name: n.value(v.name) for v in n.block.parameters if v.name != "memory"}
@@ -118,7 +121,7 @@ def _same_values(n: Node) -> Node:
 
 
 def _invert_dead_zones(n: Node) -> Node:
-    """Invert an increasing piecewise linear curve through 0 by the same block with other values."""
+    """Invert an increasing piecewise linear curve through 0: the same type of block with other values."""
     r, w = n.value("r"), n.value("w")
     centre = float(n.value("w0")[0] + w[r == 0].sum())  # the slope at 0: a dead zone at 0 is the input itself
     values: dict[str, Any] = {"w0": 1 / centre if centre else np.inf, "r": [], "w": []}
@@ -163,14 +166,14 @@ _INVERT: dict[str, Callable[[Node], Node]] = {
 
 @dataclass(frozen=True)
 class Inverted:
-    """Inverse of a block, whose first input is the output of the block, and the wires into its other inputs."""
+    """Inverse of a block, and the wires into its further inputs; its first input is the output of the block."""
 
     node: Node
     wires: list[tuple[str, str]]
 
 
 def driven_beside(g: Graph) -> set[str]:
-    """Return the names of the blocks that do not depend on the first input; none without covariates."""
+    """Return the names of the blocks that do not depend on the first input; empty without covariates."""
     if len(g.inputs) == 1:
         return set()
     reached: set[str] = set()
@@ -189,7 +192,7 @@ def takes_beside(g: Graph, n: Node, alone: set[str]) -> bool:
 def inverted_beside(g: Graph, n: Node, alone: set[str]) -> Inverted | None:
     """Solve a sum or a product for the input that the chain drives; None for another block.
 
-    A weight of 0, or a factor that may be 0, is an InputError.
+    A weight of 0, or a factor that may be 0, raises an InputError.
     """
     if not takes_beside(g, n, alone):
         return None

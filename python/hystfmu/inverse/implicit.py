@@ -1,14 +1,14 @@
-"""Implicit inverse: the model itself inside a block that finds the input by root finding in every step.
+"""Implicit inverse: a block contains the model, and finds the input by root finding in every step.
 
-The states of creep before a step are known, so only the step is searched.  A step of length h moves the lag q of the
-input v to q + s (v - q), s = 1 - e^(-h/T).  So the output of the block, w0 v + sum w q, is a function of v and of the
-states before the step:
+The states of creep before a step are known, so only the step is searched. A step of length h changes the lag q of the
+input v to q + s (v - q) with s = 1 - e^(-h/T). So the output of the creep block, w0 v + sum w q, is a function of v and
+of the states before the step:
 
   (w0 + sum w s) v + sum w (1 - s) q.
 
-The first term is static and stays in the model. The second term comes from the same lags in a block before the inverse.
-This block has no direct feed-through: it reads the input of the last step, is at q when the search starts, and holds
-this value.
+The first term is static and stays in the model. A block before the inverse computes the second term with the same lags.
+This block has no direct feed-through. It reads the input of the last step, so its state is q when the search starts,
+and it holds this value during the search.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ CREEP = "creep"
 
 
 def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = None) -> Model:
-    """Invert a model by root finding: a static one, or one with creep, whose states before a step are known.
+    """Invert a static model, or a model with creep, by root finding.
 
-    The model has one input and one output, and optional covariates, which are also inputs of the inverse; with creep,
+    The model has one input and one output. Optional covariates of the model are also inputs of the inverse. With creep,
     the inverse is exact for steps of ``model.step``. The limits of the input, in its unit of measure, are by default
     the range of the data (provenance ``span_u``).
 
-    An InputError are other dynamics than creep, an output that is constant after a reversal, an input range that is
-    not known.
+    An InputError is raised for dynamics other than creep, for an output that is constant after a reversal, and if the
+    input range is not known.
     """
     if lo is None or hi is None:
         lo, hi = input_range(
@@ -64,9 +64,10 @@ def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = N
 
 
 def _refuse_flat(model: Model, lo: float, hi: float) -> None:
-    """Raise if the output is constant after a reversal, as for a sum of plays without linear term: it has no inverse.
+    """Raise InputError if the output is constant after a reversal, so that the model has no inverse.
 
-    Trap: an infinitesimal step is no test, because a Zhao-Tan branch begins with slope 0 and has an inverse.
+    An example is a sum of plays without linear term. Trap: an infinitesimal step is no test, because a Zhao-Tan branch
+    begins with slope 0 and has an inverse.
     """
     middle = (lo + hi) / 2
     back = middle - FLAT * (hi - lo)
@@ -81,9 +82,10 @@ def _refuse_flat(model: Model, lo: float, hi: float) -> None:
 def known_states(model: Model) -> tuple[list[Node], Model]:
     """Separate the lags of creep from a model with one output.
 
-    It returns the blocks of the lags, which must precede an implicit inverse, and the model with one step of each creep
-    instead of the creep and with these blocks: it has the same outputs if they step first. A model that states no step,
-    or lags that do not start in equilibrium, are an InputError.
+    The result is the blocks of the lags, which must precede an implicit inverse, and a changed model. The changed model
+    contains these blocks, and one static step instead of each creep block. It has the same outputs as the model if the
+    blocks of the lags step first. A model without a step, or lags that do not start in equilibrium, raise an
+    InputError.
     """
     states: list[Node] = []
     g = model.graph

@@ -1,17 +1,17 @@
-"""Learned inverse: a network trained on the model's own response with input and output exchanged.
+"""Learned inverse: a network is trained on the response of the model with input and output exchanged.
 
 Recipe, after Zhao & Tan 2008, section III:
 
-1. Data. The training data are responses of the model to a full loop and nested reversals of all amplitudes, without
-noise. 2. Inverse operator. Input and output are exchanged, so the memory must be that of the inverse:
-`zhao_tan_inverse` of
-   the wanted output at three scales, because its branch depends on the scale, and a few plays.  The literal recipe is
-   ``fit(exchanged, "zhao_tan_mlp", operator="zhao_tan_inverse")``.
-3. Target. A network with the input as its output must represent fast changes of the input at reversals, where the
-output hardly changes. Here the network corrects the wanted output instead, in front of the exact inverse of plays that
-were fitted to the response. So its error is an error of the output. 4. Choice. If the error of inverse and model in
-cascade exceeds `ENOUGH` on a validation split, a bank of plays and a network that compute the input directly are also
-trained, and the smaller error decides.
+1. Data. The training data are responses of the model to a full loop and to nested reversals of all amplitudes,
+   without noise.
+2. Inverse operator. Input and output are exchanged, so the network needs the memory of the inverse. Its inputs are
+   `zhao_tan_inverse` of the wanted output at three scales, because the branch depends on the scale, and a few plays.
+   The literal recipe is ``fit(exchanged, "zhao_tan_mlp", operator="zhao_tan_inverse")``.
+3. Target. A network that computes the input must represent fast changes of the input at reversals, where the output
+   hardly changes. Here the network corrects the wanted output, and the exact inverse of fitted plays computes the input
+   from the corrected output. So an error of the network is an error of the output.
+4. Choice. If the error of inverse and model in cascade exceeds `ENOUGH` on a validation split, a second inverse is
+   trained: a bank of plays and a network that compute the input directly. The inverse with the smaller error is used.
 
 Trap: two threads take ten times as long for these small matrices as with one.
 """
@@ -45,10 +45,10 @@ FALLING = 0.05  # share of the rows on which the output moves against the input,
 
 
 def learned_inverse(model: Model, seed: int, options: dict[str, Any], progress: Progress = silent) -> Model:
-    """Train an inverse of a model that states its input range; `options` are those of ``play_bank_mlp``.
+    """Train an inverse of a model that states its input range; `options` are options of ``play_bank_mlp``.
 
-    The progress ends early if the first of two networks is good enough.  An input range that is unknown, or options
-    that `hystfmu.identify.fit` refuses, are an InputError.
+    The progress ends early if the first of two networks is good enough. An unknown input range, or options that
+    `hystfmu.identify.fit` refuses, raise an InputError.
     """
     from hystfmu.data.signals import training
 
@@ -75,7 +75,7 @@ def learned_inverse(model: Model, seed: int, options: dict[str, Any], progress: 
 
 
 def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any], progress: Progress) -> Model:
-    """Fit plays, invert them, and train a network in front that corrects the wanted output."""
+    """Fit plays, invert the plays, and train a network before this inverse that corrects the wanted output."""
     from hystfmu.identify import errors, fit, options
     from hystfmu.identify.catalogue import resolve
     from hystfmu.identify.features.plays import thresholds
@@ -141,7 +141,7 @@ def _record(model: Model, u: Array, y: Array) -> Dataset:
 
 
 def _validation(model: Model, seed: int) -> list[Array]:
-    """Return wanted outputs of another seed, other decays, tones and minor loops than those of `signals.held_out`."""
+    """Return wanted outputs with seed, decays, tones and minor loops other than in `signals.held_out`."""
     from hystfmu.data import signals
 
     inputs = (
@@ -160,7 +160,7 @@ def _largest(model: Model, made: Model, wanted: list[Array]) -> float:
 
 
 def _falls(u: Array, y: Array) -> list[str]:
-    """Return a warning if the output moves against the input on many rows."""
+    """Return a warning if output and input move in opposite directions on many rows."""
     share = float(np.mean(np.diff(u) * np.diff(y) * np.ptp(u) * (y[np.argmax(u)] - y[np.argmin(u)]) < 0))
     if share <= FALLING:
         return []

@@ -1,4 +1,4 @@
-"""Ports and signals of an inverse, from those of the model: input range, start values, descriptions."""
+"""Ports and signals of an inverse, derived from the model: input range, start values, descriptions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def over_range(model: Model, v: Array) -> Array:
 def input_range(model: Model, needed: str) -> tuple[float, float]:
     """Return the least and the largest input that the model was identified on, in the unit of measure of u.
 
-    Its provenance states ``span_u``; if not, an InputError begins with the rule `needed`.
+    The provenance must state ``span_u``; otherwise an InputError is raised that begins with the rule `needed`.
     """
     span = model.provenance.get("span_u")
     if not (isinstance(span, list) and len(span) == 2):

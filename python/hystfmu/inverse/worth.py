@@ -1,4 +1,4 @@
-"""Kind of inverse of a model, and whether it is useful, for the choice of the kind of model."""
+"""Kind of inverse of a model, and whether the inverse is useful; `auto` uses these answers."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ METHODS = ("exact", "implicit")  # a learned inverse exists for every model; it 
 
 @dataclass(frozen=True)
 class Inverses:
-    """Answers about the inverses of models."""
+    """Answers to the questions of `auto` about the inverses of models."""
 
     def kind(self, model: Model) -> str:
-        """Return the first of `METHODS` that the model admits, else ``learned``; or that it is not monotone."""
+        """Return the first of `METHODS` for the model, else ``learned``, or a text if the output is not monotone."""
         if _folded(model):
             return "none: not monotone"
         for method in METHODS:
@@ -37,7 +37,7 @@ class Inverses:
         return "learned"
 
     def fault(self, model: Model) -> str:
-        """Return the reason why no inverse of `METHODS` is useful; empty if one is."""
+        """Return the reason why no inverse of `METHODS` is useful; empty if one of them is useful."""
         if _folded(model):
             return "the output is not monotone in the input: a wanted output has several inputs"
         reason = ""
@@ -60,10 +60,10 @@ def _at_rest(model: Model, u: Array) -> Array:
 
 
 def _folded(model: Model) -> bool:
-    """Return whether the output of a static model turns while the input rises over its range, or while it falls.
+    """Return whether the output of a static model reverses while the input rises or falls over its range.
 
-    Then several inputs give the same output. With creep or lags the output may continue after a reversal, and the
-    inverse uses the present slope; such models are not tested.
+    If the output reverses, several inputs give the same output. Models with creep or lags are not tested: their output
+    may continue in its direction after a reversal of the input, and the inverse uses the present slope.
     """
     if split(model) is not None:
         return False

@@ -1,10 +1,11 @@
 """Interval that contains the error of a new row with a stated probability: hierarchical conformal prediction.
 
 Neighbouring errors are similar, so rows are not independent samples. Therefore errors on rows outside the fit are cut
-into blocks, and blocks count as exchangeable with a new part of such a signal. The interval is +- the least size that
-contains a mean share of 95 % (K + 1)/K of the errors of K blocks: the new block counts as a block with infinite errors
-(Lee, Barber & Willett 2023, arXiv:2306.06342, hierarchical conformal prediction). The same rule is applied with each
-block left out in turn; this gives the share of its errors inside the interval.
+into K blocks. The blocks are assumed to be exchangeable with a new part of the same kind of signal. The half-width of
+the interval is the least size that contains a mean share of 95 % (K + 1)/K of the errors of the blocks. The factor (K +
+1)/K treats the new block as a block with infinite errors (Lee, Barber & Willett 2023, arXiv:2306.06342, hierarchical
+conformal prediction). To test the interval, the same rule is applied without one block at a time. The share of the
+errors of this block inside the resulting interval is its coverage.
 """
 
 from __future__ import annotations
@@ -28,11 +29,12 @@ class Interval:
     Parameters
     ----------
     half_width : float
-        In the unit of measure of y.
+        Half of the width, in the unit of measure of y.
     coverage, lowest : float
-        Share of the errors (%) inside the interval that the other blocks give: over all blocks, and in the worst.
+        Share of the errors of a block (%) inside the interval from the remaining blocks: mean over all blocks, and
+        least share of a block.
     rows, blocks : int
-        Rows and blocks that were counted.
+        Number of rows, and number of blocks.
     """
 
     half_width: float
@@ -59,7 +61,7 @@ def width(blocks: list[Array]) -> float:
     Parameters
     ----------
     blocks : list of arrays, shape (n_k,)
-        Sizes of errors; at least 19 blocks, exchangeable with the new one.
+        Sizes of errors in at least 19 blocks, which are exchangeable with the new block.
     """
     size = np.concatenate(blocks)
     weight = np.concatenate([np.full(len(b), 1 / len(b)) for b in blocks])

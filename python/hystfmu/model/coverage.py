@@ -1,13 +1,13 @@
 """Coverage of the input space of a network by the training rows, and rows at which its limits act.
 
-Outside its training rows a network errs by 20 to 400 %, so its features are limited to their range (block ``scaling``
-with `lo` and `hi`). Rows at which the limits act are reported; otherwise a flat top would look like a property of the
-device.
+Outside its training rows a network has errors of 20 to 400 %. So its features are limited to their trained range (block
+``scaling`` with `lo` and `hi`). Rows at which the limits act are reported, because a limited output could look like a
+property of the device.
 
-Coverage is the share of the states of a reference (random nested reversals over the same range at the same speed) with
-a training row nearer than 10 % of the ranges of the features (RMS over them). It shows whether other signals stay
-within the trained states. With two features a decaying sine covers the whole space; in the states of a bank of plays it
-covers a small part.
+The coverage is measured with a reference signal: random nested reversals over the same range at the same speed. It is
+the share of the states of this signal that have a near training row. Near means less than 10 % of the ranges of the
+features (RMS over the features). The coverage shows whether other signals stay within the trained states. A decaying
+sine covers the whole space of two features, but only a small part of the states of a bank of plays.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def coverage(graph: Graph, data: Dataset) -> float | None:
     Returns
     -------
     float or None
-        Percent of the reference with a near training row; None without a network.
+        Share of the states of the reference with a near training row (%); None without a network.
     """
     from scipy.spatial import cKDTree
 
@@ -91,7 +91,7 @@ def coverage(graph: Graph, data: Dataset) -> float | None:
 
 
 def _drawn(data: Dataset, n: int) -> Array:
-    """Draw n rows of covariates, each even over its range in the training rows."""
+    """Draw n rows of covariates, each distributed evenly over its range in the training rows."""
     seen = data.covariates.values[data.train]
     return np.random.default_rng(SEED).uniform(seen.min(axis=0), seen.max(axis=0), (n, seen.shape[1]))
 

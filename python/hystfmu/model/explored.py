@@ -23,11 +23,11 @@ def explored(model: Model, name: str, inverse: Model | None = None) -> Explored:
     Parameters
     ----------
     model : Model
-        With one output; further inputs hold their start values until the reader moves them.
+        Model with one output. Further inputs keep their start values until the reader changes them.
     name : str
-        For the legend.
+        Name in the legend.
     inverse : Model, optional
-        Its inverse.
+        Inverse of the model.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def explored_graph(
     span: tuple[float, float],
     beside: Mapping[str, Sequence[float]] | None = None,
 ) -> Explored:
-    """Return a graph for the explorer, as `explored`.
+    """Return a graph for the explorer, as `explored` does for a model.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def explored_graph(
     span : (float, float)
         Range of the first input.
     beside : dict of str to (float, float), optional
-        Ranges of the other inputs; those without one move by 1 to each side.
+        Ranges of the further inputs. An input without a range moves by 1 to each side.
     """
     sliders = [_covariate(p, (beside or {}).get(p.name)) for p in graph.ports if p.kind == "input"][1:]
     sliders += [_parameter(p) for p in graph.ports if p.is_parameter and _moves(p)]
@@ -94,7 +94,7 @@ def _covariate(p: Port, span: Sequence[float] | None) -> Slider:
 
 
 def _moves(p: Port) -> bool:
-    """Return whether scaling a parameter is meaningful: its values are not all 0 and do not mean "no limit"."""
+    """Return whether a parameter can be scaled: its values are not all 0, and do not mean "no limit"."""
     values = [abs(float(v)) for v in p.start]
     return p.var.type == "real" and max(values, default=0.0) > 0 and max(values) < HUGE
 
@@ -104,7 +104,7 @@ def _parameter(p: Port) -> Slider:
 
 
 def _memory(graph: Graph) -> Memory | None:
-    """Return the most instructive memory: turning points before plays, plays before other states."""
+    """Return the memory to show: turning points if there are any, else plays, else other states."""
     found: dict[str, Memory] = {}
     for k, node in enumerate(graph.nodes):
         place, named = 0, []

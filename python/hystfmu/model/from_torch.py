@@ -1,7 +1,7 @@
 """Conversion of a `torch.nn` network to blocks: `from_torch(module)` returns a Model.
 
-Each `mlp` block holds Linear, activation, Linear.  A missing Linear is replaced exactly by an identity matrix, a
-missing activation by relu(a) - relu(-a) = a.  float32 weights convert to float64 without loss; the model computes in
+Each `mlp` block contains Linear, activation, Linear. An identity matrix replaces a missing Linear exactly, and relu(a)
+- relu(-a) = a replaces a missing activation. float32 weights convert to float64 without loss; the model computes in
 float64.
 """
 
@@ -149,7 +149,7 @@ def _flat(module: nn.Module, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def _affine(layers: list[_Affine | str], at: int, width: int) -> tuple[_Affine, int]:
-    """Return the Linear at this index, or an identity if there is none, and the next index."""
+    """Return the Linear at this index, or an identity if there is no Linear, and the next index."""
     if at < len(layers) and isinstance(layer := layers[at], _Affine):
         return layer, at + 1
     return _Affine(np.eye(width), np.zeros(width)), at

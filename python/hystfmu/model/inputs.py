@@ -1,4 +1,4 @@
-"""Input rows of a model: the driving input, and the covariates that the model takes beside it, by name."""
+"""Input rows of a model: the driving input u, and the covariates of the model by name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hystfmu.graph import Graph
 
 
 def beside(graph: Graph) -> tuple[str, ...]:
-    """Return the names of the inputs of a graph after the first: its covariates."""
+    """Return the names of the covariates of a graph: all inputs after the first."""
     return tuple(i.name for i in graph.inputs[1:])
 
 
@@ -60,7 +60,7 @@ def input_rows(graph: Graph, u: Array | Sequence[float], given: Mapping[str, Arr
 
 
 def with_starts(graph: Graph, u: Array | Sequence[float]) -> Array:
-    """Return the input rows of a graph whose covariates hold their start values, (n,) or (n, n_inputs)."""
+    """Return the input rows of a graph, (n,) or (n, n_inputs); covariates keep their start values."""
     return input_rows(graph, u, {i.name: i.start for i in graph.inputs[1:]})
 
 

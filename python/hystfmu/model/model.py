@@ -20,7 +20,7 @@ from hystfmu.graph.tables import GraphTable, graph_tables
 from hystfmu.model.inputs import input_rows
 
 FORMAT = 1
-"""Version of the keys of a model file; a reader refuses newer ones and states what to do with older ones."""
+"""Version of the keys of a model file. A reader refuses newer versions, and states a remedy for older versions."""
 _TIME = re.compile(rb"^seconds = .*\n", re.MULTILINE)  # of a fit: no two take the same
 
 
@@ -73,7 +73,7 @@ class Model:
     ) -> Array:
         """Run the model free from a fresh start.
 
-        Row 0 is the output after initialisation with ``u[0]``; row k is the output of an FMU after set u_k,
+        Row 0 is the output after initialisation with ``u[0]``. Row k is the output of an FMU after the calls set u_k,
         doStep(t_{k-1}, h), get y.
 
         Parameters

@@ -1,4 +1,4 @@
-"""Range of the input in the fitted rows, and an output of a model that shows whether the input lies inside it."""
+"""Range of the input in the fitted rows, and a model output that shows whether the input is inside this range."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PORT = "in_range"
 
 
 def trained_range(data: Dataset) -> dict[str, Any]:
-    """Return the least and the largest input of the fitted rows, and those of each covariate, for the provenance."""
+    """Return the ranges of the input and of each covariate in the fitted rows, for the provenance."""
 
     def ends(v: Array) -> list[float]:
         return [float(v[data.counted].min()), float(v[data.counted].max())]
@@ -30,8 +30,8 @@ def trained_range(data: Dataset) -> dict[str, Any]:
 def with_in_range(model: Model) -> Model:
     """Add the output `in_range` to a model: 1 if the input lies within the range of the training rows, else 0.
 
-    For an inverse, the range applies to its output, the input of the inverted model. The ends of the range also count
-    as outside, because an implicit inverse stops there for every wanted output that it cannot reach.
+    For an inverse, the range applies to its output, which is the input of the inverted model. Here the ends of the
+    range are also outside, because an implicit inverse stops at an end for every wanted output that it cannot reach.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A realisation of an exported model: components of the library, wired as the graph, with the values of the record."""
+"""A realisation of an exported model: components of the library with the wires of the graph and the record's values."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from hystfmu.modelica.wiring import Wiring, sums_before_samples
 
 
 def wiring(graph: Graph, taken: set[str]) -> Wiring:
-    """Names and positions of the components and ports in the realisations of a graph.
+    """Return names and positions of the components and ports in the realisations of a graph.
 
     Raises
     ------
     InputError
-        The graph has a loop, or a port a name that Modelica does not take.
+        The graph has a loop, or Modelica does not allow the name of a port.
     """
     wires = [w for w in implicit.wires(graph) if w[1].split(".")[0] not in implicit.hidden(graph)]
     _refuse_loops(graph, wires)
@@ -45,15 +45,15 @@ def wiring(graph: Graph, taken: set[str]) -> Wiring:
 
 
 def block(model: Model, name: str, within: str, w: Wiring, history: str = "", kind: str = SAMPLED) -> str:
-    """The file of the block, without its mark.
+    """Return the file of the block, without its first line (the mark).
 
     Parameters
     ----------
     model : Model
     name, within : str
-        Name of the block, and of its package, which has the partial block Ports.
+        Name of the block, and name of its package, which has the partial block Ports.
     w : Wiring
-        Of the graph of the model.
+        Wiring of the graph of the model.
     history : str
         Fit quality and provenance as HTML.
     kind : str
@@ -103,7 +103,7 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
 
 
 def rated_ports(graph: Graph) -> list[str]:
-    """Names in the graph of the inputs whose rates the continuous realisations of it need."""
+    """Return the names of the inputs of a graph whose rates its continuous realisations need."""
     found = {
         port
         for kind in kinds(graph)
@@ -142,13 +142,15 @@ def _declaration(model: Model, node: Node, name: str, inverse: implicit.Tried | 
 
 
 def _refusal(h: float) -> str:
-    """The assertion of a block whose matrices or lags are those of one sample period (s)."""
-    message = f"Ts must be {number(h)} s, which the dynamics and lags are for: export a model with another step"
+    """Return the assertion of a block whose matrices or lags are valid for one sample period (s)."""
+    message = (
+        f"Ts must be {number(h)} s, for which the dynamics and lags are computed: export a model with another step"
+    )
     return f"  assert(abs(Ts - {number(h)}) <= {number(1e-9 * h)}, {string(message)});"
 
 
 def _reach(model: Model, node: Node) -> float:
-    """Longest branch within the range of the identification data; 0 if that is unknown."""
+    """Return the longest branch within the range of the identification data; 0 if the range is unknown."""
     rate, known = rate_of(model.graph, node), span(model)
     if rate is None or known is None:
         return 0.0
@@ -158,7 +160,7 @@ def _reach(model: Model, node: Node) -> float:
 
 
 def _refuse_loops(graph: Graph, wires: list[tuple[str, str]]) -> None:
-    """Refuse a wire to an earlier block: it delays by one step, which the library does not support."""
+    """Refuse a wire to an earlier block. This wire delays by one step, which the library does not support."""
     order = [n.name for n in graph.nodes]
     for a, b in wires:
         if order.index(a.split(".")[0]) >= order.index(b.split(".")[0]):
@@ -171,9 +173,9 @@ def _documentation(model: Model, sampled: bool, tied: bool, kind: str, history: 
         f"<b>Source:</b> {escape(n.block.source)}.</p>"
         for n in model.graph.nodes
     )
-    rows = "what <code>hystfmu predict</code> gives row by row"
+    rows = "the rows of <code>hystfmu predict</code>"
     limits = [
-        f"at the start and every Ts from there it gives {rows}, for rows Ts apart"
+        f"at the start and then every Ts the output equals {rows}, for rows Ts apart"
         if sampled
         else f"it gives {rows}"
         if kind == SAMPLED
@@ -181,17 +183,17 @@ def _documentation(model: Model, sampled: bool, tied: bool, kind: str, history: 
         "valid within the range of the identification data",
     ]
     if tied:
-        limits.append("the dynamics and lags are for this Ts, and another is refused")
+        limits.append("the dynamics and lags are valid for this Ts only, and another Ts is refused")
     continuous = [
         n.name for n in model.graph.nodes if n.block.rate == "continuous" and n.block.tolerance == "integration"
     ]
     if continuous:
-        whose = "the accuracy is the solver's, and the unit integrates by a rule of its own"
+        whose = "the solver determines the accuracy; the unit has an integration rule of its own"
         limits.append(f"continuous ({', '.join(continuous)}): {whose}")
     deep = [f"{n.name}: {n.dims['depth']}" for n in model.graph.nodes if n.dims.get("depth", 0) > DEPTH]
     if deep:
         limits.append(
-            f"an operator remembers {DEPTH} extrema, which makes a step fast; the model file has more "
+            f"an operator stores {DEPTH} extrema, so that a step is fast; the model file has more "
             f"({', '.join(deep)}): set the depth in values"
         )
     return (
@@ -201,7 +203,7 @@ def _documentation(model: Model, sampled: bool, tied: bool, kind: str, history: 
 
 
 def _links(nodes: list[Node], within: str, kind: str) -> str:
-    """Links to the Example of the package and to the classes of the components."""
+    """Return links to the Example of the package and to the classes of the components."""
     made_of = {f"{within}.{network.names(n)[1]}" if classes.is_large(n) else class_in(n, kind) for n in nodes}
     example, *see = (f'<a href="modelica://{c}">{c}</a>' for c in (f"{within}.Example", *sorted(made_of)))
     return f"<p><b>Example:</b> {example}.</p><p><b>See also:</b> {', '.join(see)}.</p>"

@@ -1,4 +1,4 @@
-"""The class of the library HystFMU for a block of a graph, and its modifiers."""
+"""Class of the library HystFMU for a block of a graph, and the modifiers of this class."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ MOST_PARAMETERS = 1000  # a larger network becomes a function: tools handle thou
 
 
 def word(node: Node, name: str) -> str:
-    """The word of a choice, e.g. ``"tanh"``."""
+    """Return the word of a choice, e.g. ``"tanh"``."""
     v = next(v for v in node.block.parameters if v.name == name)
     return v.choices[int(node.value(name)[0])]
 
 
 def is_sampled(node: Node) -> bool:
-    """Return whether its class acts at 0, Ts, 2 Ts, ... only."""
+    """Return whether the class of a block acts only at 0, Ts, 2 Ts, ..."""
     return place(node)[1]
 
 
 def place(node: Node) -> tuple[str, bool]:
-    """Package of the class, and whether it is sampled.
+    """Return the package of the class, and whether the class is sampled.
 
     Raises
     ------
     InputError
-        The library has no such class, or not for these values.
+        The library has no class for the block, or no class for these values.
     """
     if node.type == "polynomial_narx" and node.dims["q"] > MOST_DEGREE:
         raise InputError(
@@ -51,22 +51,22 @@ def place(node: Node) -> tuple[str, bool]:
 
 
 def is_discretised(node: Node) -> bool:
-    """True if it becomes a StateSpace, discretised for the step as in the unit, instead of its continuous class."""
+    """Return whether a StateSpace, discretised for the step as in the unit, replaces the continuous class."""
     return node.type == "transfer_function"
 
 
 def is_tied(node: Node) -> bool:
-    """True if it is another block at another sample period: by its matrices, or by lags that are samples."""
+    """Return whether a block depends on the sample period, by its matrices or by lags in samples."""
     return is_discretised(node) or node.type in COUNTED
 
 
 def class_of(node: Node) -> str:
-    """Qualified name of its class.
+    """Return the qualified name of the class of a block.
 
     Raises
     ------
     InputError
-        As `place`.
+        As in `place`.
     """
     package = place(node)[0]
     if is_discretised(node):
@@ -77,18 +77,18 @@ def class_of(node: Node) -> str:
 
 
 def is_large(node: Node) -> bool:
-    """Return whether it is a network that becomes a function."""
+    """Return whether a block is a network that is exported as a function."""
     return node.type == "mlp" and node.parameters().size > MOST_PARAMETERS
 
 
 def dims(node: Node) -> dict[str, int]:
-    """The sizes that its class takes."""
+    """Return the sizes that the class of a block takes."""
     foreign = _of_other_shapes(node)
     return {k: min(n, DEPTH) if k == "depth" else n for k, n in node.dims.items() if k not in foreign}
 
 
 def values(node: Node) -> dict[str, tuple[Var, Array]]:
-    """The numeric parameters that its class takes: row of the table and value, a matrix in its shape."""
+    """Return the numeric parameters of the class of a block: row of the table, and value, a matrix in its shape."""
     found = {}
     for v in node.block.parameters:
         if v.choices or v.name in _of_other_shapes(node):
@@ -100,7 +100,7 @@ def values(node: Node) -> dict[str, tuple[Var, Array]]:
 
 
 def choices(node: Node) -> dict[str, str]:
-    """The choices that its class takes, as words of the library's enumerations."""
+    """Return the choices that the class of a block takes, as words of the enumerations of the library."""
     rows = [v for v in node.block.parameters if v.choices and v.name != "shape"]  # a shape is a class
     return {v.name: f"HystFMU.{enumeration(node.block, v)}.{word(node, v.name)}" for v in rows}
 

@@ -1,4 +1,4 @@
-"""A model ready to simulate: the block, driven by a decaying sine over the range of the identification data."""
+"""Example model: a decaying sine over the range of the identification data drives the block."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ PERIODS, ROWS = 4, 100  # of the sine; rows of one
 
 
 def example(model: Model, name: str, within: str, block_name: str, w: Wiring, rated: Sequence[str]) -> str:
-    """The file of the example, without its mark.
+    """Return the file of the example, without its first line (the mark).
 
     Parameters
     ----------
     model : Model
     name, within, block_name : str
-        Name of the example, of its package, and of the block there.
+        Names of the example, of its package, and of the block in this package.
     w : Wiring
-        Of the graph of the model.
+        Wiring of the graph of the model.
     rated : sequence of str
-        Names in the graph of the inputs whose rates other realisations need.
+        Names of the inputs of the graph whose rates other realisations need.
     """
     h = step(model)
     driven, held = _inputs(model, w)
@@ -66,7 +66,7 @@ def example(model: Model, name: str, within: str, block_name: str, w: Wiring, ra
         [
             *lines,
             f'  annotation (experiment({time}), Documentation(info = "<html>',
-            "<p>Loops that shrink: an identified hysteresis shows what it remembers.</p>",
+            "<p>The loops become smaller, so that the memory of the identified hysteresis is visible.</p>",
             f'<p><b>See also:</b> <a href=\\"modelica://{within}.{block_name}\\">{block_name}</a>.</p>',
             '</html>"));',
             f"end {name};\n",
@@ -75,7 +75,7 @@ def example(model: Model, name: str, within: str, block_name: str, w: Wiring, ra
 
 
 def _inputs(model: Model, w: Wiring) -> tuple[list[str], dict[str, float]]:
-    """Names of the scalar inputs of the block that the signal drives, and the covariates with their start values."""
+    """Return the names of the inputs that the signal drives, and the covariates with their start values."""
     graph = model.graph
     sizes = {p.name: p.size for p in graph.ports if p.kind == "input"}
     driven: list[str] = []
@@ -90,12 +90,12 @@ def _inputs(model: Model, w: Wiring) -> tuple[list[str], dict[str, float]]:
 
 
 def _at_port(model: Model, driven: list[str], value: float) -> float:
-    """From the unit of measure of the data to that of the ports."""
+    """Convert a value from the unit of measure of the data to the unit of the ports."""
     return to_si(value, model.graph.inputs[0].unit) if driven else value
 
 
 def _rates(model: Model, w: Wiring, rated: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Declarations and equations that give the rate of the signal to a realisation which needs it."""
+    """Return declarations and equations that supply the rate of the signal to a realisation."""
     declared: list[str] = []
     stated: list[str] = []
     for k, port in enumerate(rated):

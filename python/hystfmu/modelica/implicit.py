@@ -1,4 +1,4 @@
-"""The model of an implicit inverse as Modelica: a package whose function steps the blocks between its ports u and h."""
+"""Model inside an implicit inverse as Modelica: a package whose function steps the blocks from port u to port h."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Tried:
     package : str
         Name of the package.
     values, state0 : str
-        Modifiers of the block of the inverse: expressions of the record ``values``.
+        Modifiers of the block of the inverse, as expressions of the record ``values``.
     text : str
-        The package, without the mark of its file.
+        File of the package, without its first line (the mark).
     """
 
     package: str
@@ -33,23 +33,23 @@ class Tried:
 
 
 def inverses(graph: Graph) -> list[Node]:
-    """The implicit inverses of a graph."""
+    """Return the implicit inverses of a graph."""
     return [n for n in graph.nodes if n.block.trial]
 
 
 def package_of(node: Node) -> str:
-    """Name of the package of an implicit inverse."""
+    """Return the name of the package of an implicit inverse."""
     return f"{class_name(node.name)}Model"
 
 
 def wires(graph: Graph) -> list[tuple[str, str]]:
-    """The wires, without those into h of an implicit inverse: its package computes them."""
+    """Return the wires, without wires into h of an implicit inverse, whose package computes these values."""
     ends = {f"{n.name}.{n.block.tried}" for n in inverses(graph)}
     return [(a, b) for a, b in graph.wires if b.split("[")[0] not in ends]
 
 
 def hidden(graph: Graph) -> set[str]:
-    """Blocks that only the package of an implicit inverse uses."""
+    """Return the blocks that only the package of an implicit inverse uses."""
     tried = {n.name for i in inverses(graph) for n in between(graph, i)}
     needed = {o.source.split(".")[0] for o in graph.outputs} | {n.name for n in graph.nodes} - tried
     new = needed
@@ -60,12 +60,12 @@ def hidden(graph: Graph) -> set[str]:
 
 
 def between(graph: Graph, inverse: Node) -> tuple[Node, ...]:
-    """The blocks that the input h of an implicit inverse depends on.
+    """Return the blocks that the input h of an implicit inverse depends on.
 
     Raises
     ------
     InputError
-        There are none, or one of them is not static.
+        There are no such blocks, or a block is not static.
     """
     at = graph.nodes.index(inverse)
     found, new = (
@@ -76,18 +76,18 @@ def between(graph: Graph, inverse: Node) -> tuple[Node, ...]:
         found |= new
         new = {s for d, _, s, _, _ in graph.links if d in new and s >= 0} - found - {at}
     if not found:
-        raise InputError(f"block {inverse.name!r}: nothing that hangs on its output u is wired to its input h")
+        raise InputError(f"block {inverse.name!r}: its input h must be wired to a block that depends on its output u")
     graph.executor()  # refuses what is not static, with the name of the block
     return tuple(graph.nodes[k] for k in sorted(found))
 
 
 def tried(graph: Graph, inverse: Node, within: str) -> Tried:
-    """The package of an implicit inverse, and the modifiers of its block.
+    """Return the package of an implicit inverse, and the modifiers of its block.
 
     Raises
     ------
     InputError
-        As `between`; the library has no static form of a block; or the model reads covariates.
+        As in `between`. Also: the library has no static form of a block, or the model reads covariates.
     """
     nodes = between(graph, inverse)
     forms = [static_form(graph, n) for n in nodes]
@@ -113,7 +113,7 @@ def tried(graph: Graph, inverse: Node, within: str) -> Tried:
     values = _joined([text for f in forms for text, _ in f.values.values()] or ["{0}"])
     state0 = _joined(["{0}", *(v for f in forms for v in f.state0)])  # the output before the first input is never read
     text = f"""within {within};
-package {package} "What hangs on {inverse.name}, as a static model"
+package {package} "Blocks between output and trial input of {inverse.name}, as a static model"
   extends HystFMU.Inverse.BaseClasses.StaticModel;
 
   redeclare function extends step "State of the model after a new input"
@@ -122,12 +122,12 @@ package {package} "What hangs on {inverse.name}, as a static model"
 {"".join(f"    {t};{chr(10)}" for t in stated)}    annotation (Documentation(info = "<html>
 <p><b>Equation:</b> {", ".join(f"{n.name}: {n.type}" for n in nodes)}, wired as in the graph.</p>
 <p><b>Source:</b> the equations of the blocks: see the ready block.</p>
-<p><b>Limitations:</b> the sizes are those of the model file.</p>
+<p><b>Limitations:</b> the sizes are fixed to the sizes of the model file.</p>
 </html>"));
   end step;
 
   annotation (Documentation(info = "<html>
-<p>What the implicit inverse tries its output on.</p>
+<p>The implicit inverse tries candidates of its output on this model.</p>
 </html>"));
 end {package};
 """
@@ -139,14 +139,14 @@ def _joined(parts: list[str]) -> str:
 
 
 def _source(graph: Graph, node: Node, place: int, inverse: Node, names: dict[str, str]) -> str:
-    """The source of element `place` of the inputs of a block."""
+    """Return the source of element `place` of the inputs of a block."""
     at = graph.nodes.index(node)
     for d, first, s, from_place, n in graph.links:
         if d == at and first <= place < first + n:
             if s < 0:
                 raise InputError(
                     f"The model of {inverse.name!r} must read its input alone in Modelica. Got {node.name!r}, which "
-                    "reads another one: export an FMU, or take the exact inverse."
+                    "reads another input: export an FMU, or take the exact inverse."
                 )
             source = graph.nodes[s]
             return "u" if source is inverse else f"{names[source.name]}[{from_place + place - first + 1}]"

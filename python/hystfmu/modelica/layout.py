@@ -11,7 +11,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Spots:
-    """Centres in the diagram: of each component by its name, and of the record in a corner; distance of the ports."""
+    """Positions in the diagram: centre of each component by name, centre of the record, distance of the ports."""
 
     of: dict[str, tuple[int, int]]
     corner: tuple[int, int]
@@ -19,7 +19,7 @@ class Spots:
 
 
 def spots(nodes: Sequence[str], wires: Sequence[tuple[str, str]]) -> Spots:
-    """A column for each distance from the inputs, blocks of one column below each other."""
+    """Return positions with a column for each distance from the inputs; blocks of a column are below each other."""
     column: dict[str, int] = {}
     for node in nodes:  # sources first
         before = [column[a.split(".")[0]] for a, b in wires if b.split(".")[0] == node]
@@ -36,12 +36,12 @@ def spots(nodes: Sequence[str], wires: Sequence[tuple[str, str]]) -> Spots:
 
 
 def placed(x: float, y: float, half: int = _SIZE // 2) -> str:
-    """The annotation of a component around (x, y)."""
+    """Return the annotation of a component with its centre at (x, y)."""
     return f"Placement(transformation(extent = {{{{{x - half:g}, {y - half:g}}}, {{{x + half:g}, {y + half:g}}}}}))"
 
 
 def port_placed(is_input: bool, i: int, n: int, edge: int = 110) -> str:
-    """The annotation of port i of n at the left or right edge of the icon; in a wide diagram it stands at `edge`."""
+    """Return the annotation of port i of n at an edge of the icon; in a wide diagram the port is at `edge`."""
     icon = placed(*port_at(is_input, i, n))
     if edge == 110:
         return icon
@@ -50,17 +50,20 @@ def port_placed(is_input: bool, i: int, n: int, edge: int = 110) -> str:
 
 
 def port_at(is_input: bool, i: int, n: int, edge: int = 110) -> Point:
-    """Centre of port i of n at the left or right edge."""
+    """Return the centre of port i of n at the left or right edge."""
     return -edge if is_input else edge, (n - 1 - 2 * i) * 80 // n
 
 
 def on_component(port: Point, centre: Point, half: float = _SIZE / 2) -> Point:
-    """Position in the diagram of a port of an icon from -100 to 100, on a component of `half` its size."""
+    """Return the position in the diagram of a port of an icon; `half` is half the size of the component."""
     return centre[0] + port[0] * half / 100, centre[1] + port[1] * half / 100
 
 
 def line(a: Point, b: Point, color: str = "{0, 0, 127}") -> str:
-    """The annotation of a wire between two ports: horizontal at both ends; below the components where it leads back."""
+    """Return the annotation of a wire between two ports.
+
+    The ends of the wire are horizontal. A wire that leads back passes below the components.
+    """
     (x1, y1), (x2, y2) = a, b
     if y1 == y2 and x1 < x2:
         points = [a, b]

@@ -1,4 +1,4 @@
-"""Numbers, names and strings in Modelica: numbers keep their bits, names are legal, strings are escaped."""
+"""Literals in Modelica: numbers keep their bits, names are legal, and strings are escaped."""
 
 from __future__ import annotations
 
@@ -20,42 +20,42 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 
 
 def number(x: float) -> str:
-    """A Real literal that reads back as the same double: the shortest one that does."""
+    """Return the shortest Real literal that reads back as the same double."""
     return repr(float(x))
 
 
 def array(values: Array) -> str:
-    """A vector (n,) or a matrix (n, m) as a constructor."""
+    """Return a vector (n,) or a matrix (n, m) as a constructor."""
     if values.ndim == 2:
         return "[" + "; ".join(", ".join(map(number, row)) for row in values) + "]"
     return "{" + ", ".join(map(number, values)) + "}"
 
 
 def string(text: str) -> str:
-    """A string literal on one line."""
+    """Return a string literal on one line."""
     one_line = " ".join(text.split())
     return '"' + one_line.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def sentence(text: str) -> str:
-    """A string literal that begins with a capital, as descriptions do."""
+    """Return a string literal that begins with a capital letter, for a description."""
     return string(text[:1].upper() + text[1:])
 
 
 def class_name(text: str) -> str:
-    """A class name out of any text: ``backlash_identified.v2`` becomes ``BacklashIdentifiedV2``."""
+    """Return a class name from any text: ``backlash_identified.v2`` becomes ``BacklashIdentifiedV2``."""
     words = [w for w in re.split(r"[^A-Za-z0-9]+", text) if w]
     name = "".join(w[0].upper() + w[1:] for w in words)
     return name if NAME.match(name) else f"Model{name}"
 
 
 def unique(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
-    """A legal and unique name for each: the name itself, or with ``_`` appended.
+    """Return a legal and unique name for each name: the name itself, or the name with ``_`` appended.
 
     Parameters
     ----------
     names : iterable of str
-        Letters, digits and ``_``, a letter first; each of them once.
+        Different names of letters, digits and ``_`` that begin with a letter.
     taken : iterable of str
         Other names in the same class.
     """

@@ -1,4 +1,4 @@
-"""Units of measure at the ports of an exported block: SI outside, those of the identification inside."""
+"""Units of measure of an exported block: SI units at its ports, units of the identification inside."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ZERO = {"degC": 273.15}  # SI value where the unit of measure counts 0
 
 
 def si(unit: str) -> tuple[str, float]:
-    """SI unit and factor of a unit of measure; ("", 1.0) for a pure number or an unknown unit.
+    """Return SI unit and factor of a unit of measure; ("", 1.0) for a pure number or an unknown unit.
 
     >>> si("um")
     ('m', 1e-06)
@@ -29,7 +29,7 @@ def si(unit: str) -> tuple[str, float]:
 
 
 def zero(unit: str) -> float:
-    """SI value of 0 in a unit of measure.
+    """Return the SI value of 0 in a unit of measure.
 
     >>> zero("degC")
     273.15
@@ -38,7 +38,7 @@ def zero(unit: str) -> float:
 
 
 def to_si(value: float, unit: str) -> float:
-    """A value in SI units.
+    """Return a value in SI units.
 
     >>> to_si(20, "degC")
     293.15
@@ -47,7 +47,7 @@ def to_si(value: float, unit: str) -> float:
 
 
 def per_second(unit: str) -> str:
-    """The unit of a rate as Modelica writes it."""
+    """Return the unit of a rate in the notation of Modelica."""
     if not unit:
         return "1/s"
     return unit.replace("/m", "/(m.s)") if "/" in unit else f"{unit}/s"

@@ -9,12 +9,12 @@ from hystfmu.modelica.literals import array, class_name, string
 
 
 def names(node: Node) -> tuple[str, str]:
-    """Names of the function and of the block."""
+    """Return the names of the function and of the block."""
     return f"{node.name}Output", f"{class_name(node.name)}Network"
 
 
 def network(node: Node, within: str) -> dict[str, str]:
-    """The two classes by name, without the mark of the file."""
+    """Return the two classes by name, without the first line of a file (the mark)."""
     n_in, n_hidden, n_out = (node.dims[k] for k in ("n_in", "n_hidden", "n_out"))
     function, block = names(node)
     text = f"Network {node.name}: {n_in} inputs, {n_hidden} hidden neurons, {n_out} outputs"
@@ -36,7 +36,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = b2 + W2 f(b1 + W1 u), f the activation.</p>
 <p><b>Source:</b> trained by hystfmu.</p>
-<p><b>Limitations:</b> the weights are constants: tools need not carry thousands of parameters.</p>
+<p><b>Limitations:</b> the weights are constants, so that tools need not handle thousands of parameters.</p>
 </html>"));
 end {function};
 """,

@@ -1,4 +1,4 @@
-"""The package of an identified model on disk: record, ready block, example, networks. The write is atomic."""
+"""Package of an identified model on disk: record, complete block, example, networks. The write is atomic."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ HIDDEN = {*CLASSES, *ACTUATOR, "HystFMU", "Modelica"}  # what a package of one o
 
 
 def package_name(text: str) -> str:
-    """Make a package name from any text; it does not hide a class that the package uses."""
+    """Make a package name from any text. The name does not hide a class that the package uses."""
     name = class_name(text)
     return unique([name], HIDDEN)[name]
 
@@ -44,17 +44,17 @@ def export_modelica(
 ) -> Path:
     """Write the package ``folder/name``: record ``Values``, block ``Model``, model ``Example``.
 
-    A model from volts to a length also gives ``Actuator``, between pins and flanges, and ``ActuatorExample``.
+    A model from volts to a length also gives ``Actuator``, a component with pins and flanges, and ``ActuatorExample``.
 
     Parameters
     ----------
     model : Model
     folder : str or Path
-        Folder of the library path; made if it does not exist.
+        Folder of the library path. It is created if it does not exist.
     name : str
-        Name of the package; `package_name` makes one out of any text.
+        Name of the package; `package_name` makes a valid name from any text.
     source : str
-        Where the model comes from, for the reader.
+        Origin of the model, for the reader.
     sheet : mapping of (str, float), optional
         Data sheet of the actuator, see `hystfmu.modelica.actuator.sheet.Sheet`.
 
@@ -66,8 +66,9 @@ def export_modelica(
     Raises
     ------
     InputError
-        The name is none in Modelica, the library has no class for a block, the graph has a loop, ``folder/name`` holds
-        files that no export wrote, or it cannot be written; a data sheet of a model that is no actuator.
+        The name is not valid in Modelica, the library has no class for a block, or the graph has a loop.
+        ``folder/name`` contains files that no export wrote, or cannot be written. A data sheet is given for a model
+        that is not an actuator.
     """
     if not NAME.match(name) or name in RESERVED:
         raise InputError(f"the Modelica package name {name!r} must be a letter followed by letters, digits or _")
@@ -105,13 +106,13 @@ def export_modelica(
 
 
 def _realisations(model: Model) -> dict[str, str]:
-    """Blocks of the package with descriptions, and missing realisations with the reasons."""
+    """Return the blocks of the package with descriptions, and the missing realisations with reasons."""
     graph = model.graph
     sampled = any(classes.is_sampled(n) for n in graph.nodes)
     found = {
-        "Model": "acts at the start and every Ts from there, as hystfmu predict"
+        "Model": "steps at the start and then every Ts, with the results of hystfmu predict"
         if sampled
-        else "acts as hystfmu predict"
+        else "gives the results of hystfmu predict"
     }
     for kind, text in CONTINUOUS.items() if sampled else ():
         why = missing(graph, kind)
@@ -142,7 +143,7 @@ end {name};
 
 
 def _write(folder: Path, name: str, files: dict[str, str]) -> Path:
-    """Write to a new folder beside the old one, then swap the two by renaming."""
+    """Write to a new folder next to the old folder, then exchange the folders by renaming."""
     target = folder / name
     try:
         _refuse_foreign(target)

@@ -47,9 +47,10 @@ _ENUMERATIONS = {
 
 
 def enumeration(block: BlockType, v: Var) -> str:
-    """The enumeration of the words of a choice, below HystFMU.
+    """Return the name below HystFMU of the enumeration of the words of a choice.
 
-    An enumeration that is not written by hand is in the generated package Choices and named after block and parameter.
+    An enumeration that is not written by hand is in the generated package Choices, with a name from block and
+    parameter.
     """
     if name := _ENUMERATIONS.get(v.type):
         return f"Types.{name}"
@@ -57,12 +58,12 @@ def enumeration(block: BlockType, v: Var) -> str:
 
 
 def camel(key: str) -> str:
-    """``decaying_sine`` as a class: ``DecayingSine``."""
+    """Return the name of a class: ``DecayingSine`` for ``decaying_sine``."""
     return "".join(w.capitalize() for w in key.split("_"))
 
 
 def package_of(block: BlockType) -> str:
-    """Package of the class of a block, below HystFMU; for an operator that of its sampled realisation."""
+    """Return the package of the class of a block, below HystFMU; for an operator, of its sampled realisation."""
     package = "Plants" if block.name in _PLANTS else _PACKAGES[block.family]
     return f"{package}.Sampled" if _is_realised(block) else package
 
@@ -73,12 +74,12 @@ def is_sampled_class(block: BlockType) -> bool:
 
 
 def _is_realised(block: BlockType) -> bool:
-    """True if it has up to three realisations: an operator or inverse with a memory that does not learn."""
+    """Return whether a block has up to three realisations: an operator or inverse with memory and without learning."""
     return block.family in ("operators", "inverses") and block.rate != "function" and block.name not in _LEARNS
 
 
 def matrix_rows(v: Var) -> str:
-    """The size that is the number of rows of a variable that is a matrix in Modelica, or ""."""
+    """Return the name of the size that is the number of rows of a matrix in Modelica; "" for other variables."""
     product = _PRODUCT.match(v.size)
     return product[1] if product else ""
 
@@ -89,12 +90,12 @@ def has_shapes(block: BlockType) -> bool:
 
 
 def class_names(block: BlockType) -> list[str]:
-    """Names of its classes: one, or one for each shape."""
+    """Return the names of the classes of a block: one, or one for each shape."""
     return [camel(s) for s in SHAPES] if has_shapes(block) else [block.class_name]
 
 
 def lacks(block: BlockType, class_name: str) -> frozenset[str]:
-    """Parameters, sizes and ports of a block that its class does not have."""
+    """Return the parameters, sizes and ports of a block that its class does not have."""
     if has_shapes(block):
         own = next(rows for shape, rows in SHAPES.items() if camel(shape) == class_name)
         return frozenset({"shape", *set.union(*SHAPES.values())} - own)

@@ -1,4 +1,4 @@
-"""The partial block of an exported model: its ports in SI units and its values; the realisations extend it."""
+"""Partial block of an exported model with its ports in SI units and its values. The realisations extend it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RATE_PLACE, RATE_STEP = -90, 25  # of the ports of rates, the first below all ot
 
 
 def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]]:
-    """Names of the ports and components in the block, by their names in the graph.
+    """Return the names of the ports and components in the block, by their names in the graph.
 
     Raises
     ------
@@ -33,19 +33,19 @@ def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]
 
 
 def rate_name(port: str) -> str:
-    """Name of the input for the rate of a port."""
+    """Return the name of the input for the rate of a port."""
     return f"d{port}"
 
 
 def inner_rate(name: str) -> str:
-    """Name of the rate of a port, or of the input of a component, inside the block."""
+    """Return the name inside the block of the rate of a port, or of the input of a component."""
     return f"{name}_rate"
 
 
 def ports_block(
     wiring: Wiring, within: str, text: str, record_name: str, rated: Sequence[str], info: Mapping[str, str]
 ) -> str:
-    """The file of the partial block, without its mark.
+    """Return the file of the partial block, without its first line (the mark).
 
     Parameters
     ----------
@@ -53,9 +53,9 @@ def ports_block(
     within, text, record_name : str
         Package, description of the model, name of the record.
     rated : sequence of str
-        Names in the graph of the inputs whose rates the continuous realisations need.
+        Names of the inputs of the graph whose rates the continuous realisations need.
     info : mapping of str to str
-        Realisations and what each is.
+        Realisations with a description of each.
     """
     graph, where = wiring.graph, wiring.where
     lines = [

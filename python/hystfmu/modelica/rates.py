@@ -13,7 +13,7 @@ from hystfmu.modelica.wiring import Wiring, unit_constant
 
 
 def declarations(w: Wiring, rates: Mapping[str, Rate]) -> tuple[list[str], list[str]]:
-    """Declarations and equations of the rates that operators need."""
+    """Return the declarations and equations of the rates that operators need."""
     if not rates:
         return [], []
     where, low = w.where, min(y for _, y in w.where.of.values()) - 40
@@ -46,7 +46,7 @@ def declarations(w: Wiring, rates: Mapping[str, Rate]) -> tuple[list[str], list[
 
 
 def _rate(w: Wiring, rate: Rate, inner: Mapping[str, str]) -> str:
-    """The rate behind scalings and sums; beyond the limits of a scaling nothing moves."""
+    """Return the rate after scalings and sums; beyond the limits of a scaling the rate is 0."""
     terms = []
     for port, through in rate.terms:
         found = inner[port]

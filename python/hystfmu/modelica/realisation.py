@@ -19,12 +19,12 @@ CONTINUOUS = {"Events": "events at reversals", "Smooth": "an ordinary differenti
 
 @dataclass(frozen=True)
 class Rate:
-    """Rate of the input of an operator: a sum of rates of ports of the block, each times the gains in between.
+    """Rate of the input of an operator: a sum of rates of ports, each multiplied by the gains on its path.
 
     Attributes
     ----------
     terms : tuple of (str, tuple of (Node, int))
-        Port, and the scalings and sums from the operator to it, each with the index of the signal.
+        Port, and the scalings and sums from the operator to this port, each with the index of the signal.
     """
 
     terms: tuple[tuple[str, tuple[tuple[Node, int], ...]], ...]
@@ -36,21 +36,21 @@ class Rate:
 
 
 def kinds(graph: Graph) -> list[str]:
-    """Continuous realisations of a graph; none if it has no sampled block."""
+    """Return the continuous realisations of a graph; empty if it has no sampled block."""
     if not any(classes.is_sampled(n) for n in graph.nodes):
         return []
     return [k for k in CONTINUOUS if k not in left_out(graph)]
 
 
 def left_out(graph: Graph) -> dict[str, str]:
-    """Missing continuous realisations of a graph with sampled blocks, with the reasons."""
+    """Return the missing continuous realisations of a graph with sampled blocks, with the reasons."""
     if not any(classes.is_sampled(n) for n in graph.nodes):
         return {}
     return {kind: why for kind in CONTINUOUS if (why := missing(graph, kind))}
 
 
 def missing(graph: Graph, kind: str) -> str:
-    """Reason why a graph has no realisation `kind`, or ""."""
+    """Return the reason why a graph has no realisation `kind`, or ""."""
     for node in graph.nodes:
         found = class_in(node, kind)
         if not found:
@@ -63,7 +63,7 @@ def missing(graph: Graph, kind: str) -> str:
 
 
 def _lacking(node: Node, kind: str) -> str:
-    """Reason why a block has no class in a realisation, and which one to use, as the end of a sentence."""
+    """Return the end of a sentence: why a block has no class in a realisation, and the realisation to use."""
     other = next((k for k in CONTINUOUS if k != kind and class_in(node, k)), "")
     if other == "Smooth":
         return "has no closed form from one reversal to the next; take Smooth"
@@ -75,7 +75,7 @@ def _lacking(node: Node, kind: str) -> str:
 
 
 def class_in(node: Node, kind: str) -> str:
-    """Qualified name of the class of a node in the realisation `kind`, or ""."""
+    """Return the qualified name of the class of a node in the realisation `kind`, or ""."""
     sampled = classes.class_of(node)
     if kind == SAMPLED or not classes.is_sampled(node) or classes.is_large(node):
         return sampled
@@ -94,23 +94,23 @@ def takes_rate(class_name: str) -> bool:
 
 
 def has_reach(class_name: str) -> bool:
-    """Return whether a class approximates a branch by a polygon of a length that must be given."""
+    """Return whether a class approximates a branch by a polygon whose length must be given."""
     return "parameter Real reach" in _text(class_name)
 
 
 def starts_in_chain(class_name: str) -> bool:
-    """Return whether a class can start behind an operator with events, which an export without loops allows."""
+    """Return whether a class can start after an operator with events in an export without loops."""
     return "extends Interfaces.InChain" in _text(class_name)
 
 
 def rate_of(graph: Graph, node: Node) -> Rate | None:
-    """Source of the rate of the first input of a node: ports, through scalings and sums."""
+    """Return the source of the rate of the first input of a node: ports, through scalings and sums."""
     terms = _terms(graph, {f"{node.name}.{node.block.of('input')[0].name}"})
     return None if terms is None else Rate(terms)
 
 
 def _terms(graph: Graph, ends: set[str]) -> tuple[tuple[str, tuple[tuple[Node, int], ...]], ...] | None:
-    """Terms of the rate of the source that is connected to one of the names of an input."""
+    """Return the terms of the rate of the source that is connected to one of the names of an input."""
     port = next((p.name for p in graph.inputs if ends & set(p.to)), None)
     if port is not None:
         size = next(p.size for p in graph.ports if p.name == port)
@@ -133,6 +133,6 @@ def _terms(graph: Graph, ends: set[str]) -> tuple[tuple[str, tuple[tuple[Node, i
 
 @functools.cache
 def _text(class_name: str) -> str:
-    """The file of a class of the library; "" if there is none."""
+    """Return the file of a class of the library; "" if there is no file."""
     file = shipped_library().joinpath(*class_name.split(".")).with_suffix(".mo")
     return file.read_text("utf-8") if file.is_file() else ""

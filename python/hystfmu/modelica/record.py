@@ -1,4 +1,4 @@
-"""The record of a model's values: all numbers of its blocks, with the same names as in the FMU of the model."""
+"""Record of the values of a model: all numbers of its blocks, with the same names as in the FMU."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Declared = tuple[str, str, str, str]  # type, size, value, text
 
 
 def mark(source: str) -> str:
-    """First line of every exported file; `is_ours` recognises it."""
+    """Return the first line of every exported file; `is_ours` recognises this line."""
     return f"// generated from {' '.join(source.split())} by hystfmu export --modelica - do not edit"
 
 
@@ -26,12 +26,12 @@ def is_ours(text: str) -> bool:
 
 
 def field(graph: Graph, node: Node, key: str) -> str:
-    """Name of a value in the record: that of the FMU."""
+    """Return the name of a value in the record, which is its name in the FMU."""
     return key if len(graph.nodes) == 1 else f"{node.name}_{key}"
 
 
 def step(model: Model) -> float:
-    """Sample period of the exported block in s: that of `Model.predict`; 1 s if nothing is sampled.
+    """Return the sample period (s) of the exported block as in `Model.predict`; 1 s without sampled blocks.
 
     Raises
     ------
@@ -46,15 +46,15 @@ def step(model: Model) -> float:
 
 
 def record(model: Model, name: str, within: str, source: str, history: str = "") -> str:
-    """The file of the record.
+    """Return the file of the record.
 
     Parameters
     ----------
     model : Model
     name, within : str
-        Name of the record, and of the package it stands in.
+        Name of the record, and name of its package.
     source : str
-        Where the values come from, for the reader.
+        Origin of the values, for the reader.
     history : str
         Fit quality and provenance as HTML.
 
@@ -100,7 +100,7 @@ def _documentation(model: Model, source: str, history: str) -> str:
 
 
 def _fields(model: Model, node: Node) -> dict[str, str]:
-    """Declarations of the values of a node, by name."""
+    """Return the declarations of the values of a node, by name."""
     graph = model.graph
     if classes.is_large(node):
         return {}
@@ -120,7 +120,7 @@ def _fields(model: Model, node: Node) -> dict[str, str]:
 
 
 def _plain(graph: Graph, node: Node) -> dict[str, Declared]:
-    """Values as the class of the node takes them."""
+    """Return the values in the form of the class of the node."""
     found: dict[str, Declared] = {}
     sizes = {d.name: d.text for d in node.block.dims}
     for key, n in classes.dims(node).items():

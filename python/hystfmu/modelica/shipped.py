@@ -1,4 +1,4 @@
-"""Location of the Modelica library: installed with the package, or in the checkout that it runs from."""
+"""Location of the Modelica library: in the installed package, or in the checkout."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def library_date() -> str:
 
 
 def shipped_library() -> Path:
-    """Return the folder for the library path (MODELICAPATH); it holds the library HystFMU.
+    """Return the folder for the library path (MODELICAPATH); this folder contains the library HystFMU.
 
     Raises
     ------
     InputError
-        The package was installed without it.
+        The package was installed without the library.
     """
     for folder in (PACKAGE / "_modelica", PACKAGE.parents[1] / "modelica"):
         if (folder / "HystFMU" / "package.mo").is_file():

@@ -6,7 +6,7 @@ from hystfmu.model import Model
 
 
 def span(model: Model) -> tuple[float, float] | None:
-    """Least and largest input, in the units of measure of the data; None if they are unknown."""
+    """Return least and largest input in the unit of measure of the data; None if they are unknown."""
     found = model.provenance.get("span_u")
     if (
         isinstance(found, list)

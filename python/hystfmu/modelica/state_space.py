@@ -19,11 +19,11 @@ TEXTS = {
 
 
 def state_space(node: Node, h: float) -> dict[str, Array]:
-    """The matrices of a ``transfer_function`` for the step `h` (s), as `Dynamics.StateSpace` takes them.
+    """Return the matrices of a ``transfer_function`` for the step `h` (s), in the form of `Dynamics.StateSpace`.
 
-    The input is held at its new value over the step (``hold = "zoh"``) or runs straight from the last one to the new
-    one ("foh"), as in the unit.  One exponential gives both integrals: Van Loan, IEEE Trans. Autom. Control 23 (1978)
-    395-404.
+    As in the unit, the input is held at its new value over the step (``hold = "zoh"``), or changes linearly from the
+    last value to the new value ("foh"). One matrix exponential gives the integrals for the old and the new input (Van
+    Loan, IEEE Trans. Autom. Control 23 (1978) 395-404).
 
     Returns
     -------
@@ -33,7 +33,7 @@ def state_space(node: Node, h: float) -> dict[str, Array]:
     Raises
     ------
     InputError
-        An integrator that should begin in equilibrium.
+        The block has an integrator and should begin in equilibrium.
     """
     from scipy.linalg import expm
 

@@ -1,4 +1,4 @@
-"""A block in the function that steps the model of an implicit inverse: its values, its state, its outputs."""
+"""Form of a block in the function that steps the model of an implicit inverse: values, state, outputs."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class StaticForm:
     ----------
     node : Node
     values : dict of (str, int)
-        Vector of numbers and its size, by the name of the parameter.
+        Vector of numbers and size of this vector, by the name of the parameter.
     state0 : tuple of str
-        Vectors of the state before the first input, outputs first; none for a function.
+        Vectors of the state before the first input, outputs first; empty for a function.
     size : int
-        Elements of the state.
+        Number of elements of the state.
     """
 
     node: Node
@@ -56,20 +56,20 @@ class StaticForm:
 
     @property
     def inner(self) -> bool:
-        """True if its output is computed from another vector, `_inner`."""
+        """True if the output of the block is computed from another vector, `_inner`."""
         return self.node.type in _INNER and not classes.is_large(self.node)
 
     def lines(self, name: str, z: str, x: list[str], n_values: int, n_state: int) -> tuple[list[str], list[str]]:
-        """Declarations and statements.
+        """Return declarations and statements.
 
         Parameters
         ----------
         name, z : str
-            Names of its outputs and state, and of the inner vector.
+            Name of the outputs and the state of the block, and name of its inner vector.
         x : list of str
-            Its inputs, one expression for each element.
+            Inputs of the block, one expression for each element.
         n_values, n_state : int
-            Elements of the vectors ``values`` and ``state`` before its own.
+            Numbers of elements in the vectors ``values`` and ``state`` before the elements of this block.
         """
         node, at = self.node, {}
         for key, (_, n) in self.values.items():
@@ -85,12 +85,12 @@ class StaticForm:
 
 
 def static_form(graph: Graph, node: Node) -> StaticForm:
-    """The static form of a block.
+    """Return the static form of a block.
 
     Raises
     ------
     InputError
-        The library has none.
+        The library has no static form of the block.
     """
     if node.type not in STATIC:
         raise InputError(
@@ -124,7 +124,7 @@ def _values(graph: Graph, node: Node) -> dict[str, tuple[str, int]]:
 
 
 def _preisach(graph: Graph, node: Node, key: str) -> tuple[str, int]:
-    """Start of the first branch, and that branch, as in Operators.Sampled.Preisach."""
+    """Return the start of the first branch, and this branch, as in Operators.Sampled.Preisach."""
 
     def of(k: str) -> str:
         return f"values.{field(graph, node, k)}"
@@ -140,7 +140,7 @@ def _preisach(graph: Graph, node: Node, key: str) -> tuple[str, int]:
 
 
 def _kernels(graph: Graph, node: Node, key: str) -> tuple[str, int]:
-    """Rise length, ramps or start values of the kernels, as in Operators.Sampled.KrasnoselskiiPokrovskii."""
+    """Return rise length, ramps or start values of kernels, as in Operators.Sampled.KrasnoselskiiPokrovskii."""
 
     def of(k: str) -> str:
         return f"values.{field(graph, node, k)}"
@@ -155,7 +155,7 @@ def _kernels(graph: Graph, node: Node, key: str) -> tuple[str, int]:
 
 
 def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
-    """State of a block before the first input, output first, and its size; 0: a function."""
+    """Return the state of a block before the first input, output first, and its size; 0 for a function."""
 
     def of(k: str) -> str:
         return f"values.{field(graph, node, k)}"
@@ -180,7 +180,7 @@ def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
 
 
 def _call(node: Node, x: list[str], z: str, state: str, at: dict[str, tuple[int, int]]) -> str:
-    """State or outputs of a block after its inputs `x`; `z`: see `_inner`."""
+    """Return the state or the outputs of a block after its inputs `x`; `z` is the vector of `_inner`."""
     v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
     one = {k: f"values[{a}]" for k, (a, _) in at.items()}
     inputs = _vector(x)
@@ -206,7 +206,7 @@ def _call(node: Node, x: list[str], z: str, state: str, at: dict[str, tuple[int,
 
 
 def _inner(node: Node, x: list[str], before: int, at: dict[str, tuple[int, int]]) -> str:
-    """The inner vector of a block, from which its output follows; `before` elements precede its state."""
+    """Return the inner vector of a block, from which its output follows; `before` elements precede its state."""
     v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
     one = {k: f"values[{a}]" for k, (a, _) in at.items()}
     if node.type == "mlp":
@@ -222,12 +222,12 @@ def _inner(node: Node, x: list[str], before: int, at: dict[str, tuple[int, int]]
 
 
 def _products(rows: tuple[int, int], x: str, n: int) -> str:
-    """A matrix, of which the values hold one row after the other, times a vector."""
+    """Return the product of a matrix, whose values are given row by row, and a vector."""
     return "{" + ", ".join(f"values[{a}:{a + n - 1}]*{x}" for a in range(rows[0], rows[1] + 1, n)) + "}"
 
 
 def _vector(x: list[str]) -> str:
-    """Expressions as a vector; elements of a vector that follow each other as a slice."""
+    """Return expressions as a vector; consecutive elements of a vector become a slice."""
     name = x[0].partition("[")[0]
     places = [e.partition("[")[2].rstrip("]") for e in x]
     if all(places) and [e.partition("[")[0] for e in x] == [name] * len(x):

@@ -1,4 +1,4 @@
-"""Wires of a graph as connections and equations of a block: between components, and to its ports in SI units."""
+"""Wires of a graph as connections and equations of a block, between components and ports in SI units."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class Wiring:
     ----------
     graph : Graph
     ports, parts : dict of str to str
-        Names in the block by those in the graph.
+        Names in the block, by their names in the graph.
     where : Spots
     sums : frozenset of str
-        Nodes that are an equation instead of a component, see `sums_before_samples`.
+        Nodes that become an equation instead of a component, see `sums_before_samples`.
     """
 
     graph: Graph
@@ -37,14 +37,17 @@ class Wiring:
     sums: frozenset[str] = frozenset()
 
     def row(self, end: str) -> tuple[Node, Var, str | None]:
-        """Node, row of its table and index of an end of a wire."""
+        """Return node, row of its table, and index of an end of a wire."""
         m = _END.match(end)
         assert m is not None  # the graph has resolved it
         node = self.graph.node(m[1])
         return node, next(v for v in node.block.of("input", "output") if v.name == m[2]), m[3]
 
     def end(self, end: str) -> str:
-        """An end in the block.  A vector of one element is connected by it, since the other end may be a scalar."""
+        """Return the name of an end in the block; a vector of one element is given by its element.
+
+        The other end may be a scalar.
+        """
         node, v, index = self.row(end)
         if node.name in self.sums:
             return self.parts[node.name]
@@ -53,7 +56,7 @@ class Wiring:
         return f"{self.parts[node.name]}.{v.name}" + (f"[{index}]" if index and v.size != "1" else "")
 
     def point(self, end: str) -> Point:
-        """Position of an end in the diagram."""
+        """Return the position of an end in the diagram."""
         node, v, _ = self.row(end)
         if node.name in self.sums:
             return self.where.of[node.name]
@@ -61,11 +64,11 @@ class Wiring:
         return on_component(port_at(v.kind == "input", rows.index(v), len(rows)), self.where.of[node.name])
 
     def between(self, a: str, b: str) -> str:
-        """A wire."""
+        """Return the connection of a wire."""
         return f"  connect({self.end(a)}, {self.end(b)}) {line(self.point(a), self.point(b))};"
 
     def from_port(self, p: Input, i: int) -> list[str]:
-        """Connections from the input `p`, the port i, to components.
+        """Return the connections from the input `p`, port i, to components.
 
         An element of a vector gets an equation instead of a connection: rumoca 0.10.2 treats an array as a whole, so
         the port would seem to depend on the sources of the other elements.
@@ -84,7 +87,7 @@ class Wiring:
         return found
 
     def to_port(self, o: Output, i: int) -> str:
-        """Connection from a component to the output `o`, the port i."""
+        """Return the connection from a component to the output `o`, port i."""
         name = self.ports[o.name]
         if si(o.unit)[0]:
             above = f"{zero_constant(name)} + " if zero(o.unit) else ""
@@ -93,7 +96,7 @@ class Wiring:
         return f"  connect({self.end(o.source)}, {name}) {line(self.point(o.source), at)};"
 
     def sum(self, name: str) -> tuple[str, str]:
-        """Declaration and equation of a node of `sums`."""
+        """Return declaration and equation of a node of `sums`."""
         node, part = self.graph.node(name), self.parts[name]
         k = f"values.{field(self.graph, node, 'k')}"
         terms = [f"values.{field(self.graph, node, 'offset')}"]
@@ -114,18 +117,18 @@ class Wiring:
         )
 
     def _scale(self, p: Input | Output, end: str) -> str:
-        """The constant of the block for a unit of measure; a number where the component has that unit itself."""
+        """Return the constant for the unit of measure of a port, or its SI factor if the component has a unit."""
         own = self.row(end)[1].unit
         return number(si(p.unit)[1]) if own != "1" else unit_constant(self.ports[p.name])
 
     def shape(self, end: str) -> str:
-        """The size of a port of the block, from the connected end."""
+        """Return the size of a port of the block from the connected end."""
         node, v, index = self.row(end)
         size = node.sizes[v.name]
         return f"[{size}]" if index is None and size > 1 else ""
 
     def unconnected(self, nodes: list[Node]) -> list[str]:
-        """Equations that hold unconnected inputs at their start values."""
+        """Return equations that keep unconnected inputs at their start values."""
         driven = {b for _, b in self.graph.wires} | {b for p in self.graph.inputs for b in p.to}
         found = []
         for node in nodes:
@@ -140,7 +143,7 @@ class Wiring:
 
 
 def sums_before_samples(graph: Graph) -> frozenset[str]:
-    """Sums before a block that acts at samples.
+    """Return the sums before a block that acts at samples.
 
     rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole: the sampled block after it reads the sum before the
     sampled block in front of it has its new value. As an equation of scalars, the sum has the new value.

@@ -93,7 +93,7 @@ def test_equal_ones_and_the_inverses_that_are_told(chosen):
 def test_a_candidate_that_leaves_nothing_ends_the_race(chosen):
     choice, asked, _ = chosen({"a": flat(1.0, 0.001), "b": flat(2.0, 0.5)})
     assert asked == [("a", 1)]
-    assert choice.provenance["auto_left_out"] == {"b": "a leaves nothing to explain"}
+    assert choice.provenance["auto_left_out"] == {"b": "a has no error"}
 
 
 def test_a_short_trial_fit_costs_a_fifth(chosen):

@@ -169,7 +169,7 @@ def test_the_parts_are_counted_and_told():
     assert found["parts"] == "plays, offset that follows T"
     assert count == 4 + 2 + 1  # weights, bend, offset
     assert found["warnings"] == [
-        "the covariate 'quiet' does not reduce the error on validation blocks: it is no input of the model"
+        "the covariate 'quiet' does not reduce the error on validation blocks: it is not an input of the model"
     ]
     assert [i.name for i in graph.inputs] == ["u", "T"]
     assert 0 < found["validation_percent"] < 0.1

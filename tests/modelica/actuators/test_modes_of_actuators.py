@@ -143,4 +143,4 @@ def test_an_older_model_file_does_not_say_how_well_its_mode_is_known(tmp_path: P
     model = fitted("g0_prandtl_ishlinskii")
     older = {k: v for k, v in model.fit.items() if not k.endswith("_se")}
     package = replace(model, fit=older).export_modelica(tmp_path / "Piezo")
-    assert "does not say how well it is known" in (package / "Actuator.mo").read_text()
+    assert "does not state its standard error" in (package / "Actuator.mo").read_text()

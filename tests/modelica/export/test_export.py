@@ -80,7 +80,7 @@ def test_block_refuses_a_sample_period_that_it_is_not_for(node: Node, tmp_path: 
     """Matrices for one period, and lags and periods that are numbers of samples."""
     package = export_modelica(chain(node), tmp_path, "Piezo")
     file = package / "Chosen.mo"
-    for Ts, says in ((0.01, ""), (0.02, "Ts must be 0.01 s, which the dynamics and lags are for")):
+    for Ts, says in ((0.01, ""), (0.02, "Ts must be 0.01 s, for which the dynamics and lags are computed")):
         file.write_text(
             f"within Piezo; model Chosen import HystFMU; Model tested(Ts = {Ts}); equation tested.u = time; end Chosen;"
         )

@@ -1,4 +1,4 @@
-"""Named arrays as a `Table`, those of equal length as its columns: of MAT, HDF5 and other files, of data frames.
+"""Named arrays of MAT, HDF5 and other files and of data frames as a `Table`: arrays of equal length are its columns.
 
 No package of data frames is imported.
 """
@@ -30,12 +30,12 @@ class Named:
     Parameters
     ----------
     name : str
-        Its name, with the group if there is one, ``run1/u``; empty for the only array of a file.
+        Name of the array, with its group if there is one, ``run1/u``; empty for the only array of a file.
     shape : tuple of int
     unit : str
         Unit of measure that the file states, or empty.
     first : str
-        First time stamp of an array of times, whose numbers are seconds since then; otherwise empty.
+        First time stamp of an array of times, whose numbers are seconds since this stamp; otherwise empty.
     """
 
     name: str
@@ -54,9 +54,9 @@ def table_of(
     path : path
         The file.
     kind : str
-        Its format, for the line of what was assumed; may be empty.
+        Format of the file, for the line with the assumptions; may be empty.
     arrays : sequence of Named
-        Arrays of numbers; an array of one number may state the sample step, others of one number are ignored.
+        Arrays of numbers. An array of one number may state the sample step; other arrays of one number are ignored.
     read : function
         Returns the values of an array by name.
     most : int
@@ -65,7 +65,7 @@ def table_of(
     Raises
     ------
     InputError
-        No column, or too many; later: columns that are too large or of different lengths.
+        No column, or too many columns; on reading, columns that are too large or of different lengths.
     """
     sized = [(a, *_columns(a.shape)) for a in arrays]
     places = [_Place(a, n, i, k) for a, n, k in sized if n > 1 for i in range(k)]
@@ -87,7 +87,7 @@ def table_of(
 
 @dataclass(frozen=True)
 class _Place:
-    """Column `i` of the `k` of an array with `n` rows."""
+    """Column `i` of an array with `k` columns and `n` rows."""
 
     array: Named
     n: int
@@ -108,7 +108,7 @@ class Arrays:
     Parameters
     ----------
     path, read, most
-        As of `table_of`.
+        As in `table_of`.
     places : sequence
         The columns.
     """
@@ -143,7 +143,7 @@ class Arrays:
         return np.column_stack([self._values(j).astype(np.float64) for j in order])
 
     def digits(self, k: int) -> Array:
-        """Return the distance of each number of column `k` to the next."""
+        """Return the spacing of floating-point numbers at each value of column `k`."""
         column = self._values(k)
         kind = np.float32 if column.dtype == np.float32 else np.float64
         counts: Array = np.spacing(np.abs(column).astype(kind)).astype(np.float64)
@@ -179,7 +179,7 @@ NAME = "data frame"
 
 
 class DataFrame(Protocol):
-    """A data frame of pandas or polars, a table of pyarrow."""
+    """Protocol of a data frame of pandas or polars, or a table of pyarrow."""
 
     @property
     def columns(self) -> Any:
@@ -190,7 +190,7 @@ class DataFrame(Protocol):
 
 
 Frame: TypeAlias = DataFrame | Mapping[str, ArrayLike] | NDArray[Any]
-"""Data with columns: those of an array (n, 3) without names are time, input and output."""
+"""Data with columns. The columns of an array (n, 3) without names are time, input and output."""
 
 
 Columns: TypeAlias = DataFrame | Mapping[str, ArrayLike]

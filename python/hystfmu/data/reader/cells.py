@@ -1,4 +1,4 @@
-"""Cells of a line: separators, quotes, which are numbers, and their decimal sign: a point, a comma, or ambiguous."""
+"""Cells of a line: separators, quotes, recognition of numbers, and their decimal sign (point, comma or ambiguous)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def split(line: str, separator: str | None) -> list[str]:
     Raises
     ------
     csv.Error
-        A quoted cell that does not end in its line.
+        A quoted cell does not end in its line.
     """
     if separator is None:
         return [c.strip('"').strip() for c in _BLANKS.findall(line)]
@@ -29,7 +29,7 @@ def split(line: str, separator: str | None) -> list[str]:
 
 
 def is_number(cell: str) -> bool:
-    """Return whether a cell is written as a number, in whatever notation."""
+    """Return whether a cell is written as a number, in any notation."""
     return _NUMBER.fullmatch(cell) is not None
 
 
@@ -47,8 +47,10 @@ POINT, COMMA = ".", ","
 
 
 def _evidence(sign: str) -> re.Pattern[str]:
-    """A number whose `sign` cannot separate thousands: not three digits after it, or none, a zero or four digits before
-    it."""
+    """Pattern of a number whose `sign` cannot be a thousands separator.
+
+    The number has not three digits after the sign, or it has no digit, a zero or four digits before the sign.
+    """
     s = re.escape(sign)
     before = rf"(?<![\d.,'])(?:0\d*|\d{{4,}}|(?<![\w]))?{s}\d"
     behind = rf"(?<![\d.,'])\d+{s}(?:\d{{1,2}}|\d{{4,}})(?![\d.,'])"
@@ -72,7 +74,8 @@ def decimal_sign(text: str) -> str | None:
     Returns
     -------
     str or None
-        The sign; None if a comma may be a thousands separator or the decimal sign, or if both signs are decimal.
+        The sign. None if a comma may be a thousands separator or the decimal sign, or if point and comma are decimal
+        signs.
     """
     if COMMA not in text or not (_SIGNED[COMMA].search(text) or _DECIMAL[COMMA].search(text)):
         return POINT
@@ -84,7 +87,7 @@ def decimal_sign(text: str) -> str | None:
 
 
 def column_sign(text: str) -> str | None:
-    """Find the decimal sign of a column if other columns of the file use both signs; None if it is not clear."""
+    """Find the decimal sign of a column if other columns use point and comma; None if it is not clear."""
     sign = decimal_sign(text)
     if sign == POINT and POINT in text and not (_DECIMAL[POINT].search(text) or _PARTED[COMMA].search(text)):
         return None

@@ -1,4 +1,4 @@
-"""Time of a table in s: by the unit of measure or the size of epoch stamps, from date and clock, or from a stated step.
+"""Time of a table in s, from numbers with a unit of measure, epoch stamps, date and clock, or a stated step.
 
 Date and clock: ``2026-11-22T10:15:00.125Z``, ``22.11.2026 10:15:00,125``, ``10:15:00 PM``. The date is used only if it
 changes. Day and month are distinguished by the separator, by a number above 12, or by AM and PM; ambiguous dates are
@@ -42,7 +42,7 @@ def stamps(cells: Sequence[str], place: Callable[[int], str]) -> Stamps:
     Raises
     ------
     InputError
-        A cell that is not a time; ambiguous dates.
+        A cell is not a time, or dates are ambiguous.
     """
     found = _STAMP.findall("\n".join(cells))
     if len(found) != len(cells):
@@ -117,10 +117,10 @@ class Clock:
     t : array, shape (n,)
         Times (s).
     digits : function, optional
-        Returns the value (s) of one count of the last digit of each time; None for times that are uniform by
+        Returns the value (s) of one count of the last digit of each time. None for times that are uniform by
         construction.
     said : str
-        Unit of measure, and the assumptions.
+        Text with the unit of measure and the assumptions.
     """
 
     t: Array
@@ -135,18 +135,18 @@ def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: A
     ----------
     table : Table
     k : int or None
-        Column of the time; None without one.
+        Column of the time; None without a time column.
     rate : float, optional
-        Sample rate (Hz), which the time column does not change.
+        Sample rate (Hz); if it is given, the time column is not used.
     n : int
         Rows.
     numbers : array, shape (n,)
-        The numbers of the column, if it is one of numbers.
+        Numbers of the column, if it contains numbers.
 
     Raises
     ------
     InputError
-        A column that is not a time; a unit of measure that does not fit the stamps.
+        The column is not a time, or the unit of measure does not fit the stamps.
     """
     rows: Array = np.arange(n, dtype=np.float64)
     if rate is not None:
@@ -170,7 +170,7 @@ def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: A
 
 
 def _scale(table: Table, column: Column, first: float, step: float) -> tuple[str, float, str]:
-    """Find the unit of measure of times: text for the reader, counts per second, and for stamps their origin."""
+    """Find the unit of measure of times: text for the user, counts per second, and the origin of stamps."""
     sized = next((u for u, per in _EPOCH.items() if _YEARS[0] * per <= first < _YEARS[1] * per), "")
     counts, seconds = TIME[column.unit or sized or "s"]
     counts = counts / seconds

@@ -47,16 +47,16 @@ _XLSX, _NPZ = Format("xlsx", "xlsx", "openpyxl"), Format("npz", "numpy_files", "
 
 
 class _Damaged(ValueError):
-    """Message of the parser, or a note that there is none."""
+    """Message of the parser, or a note that the parser gives no message."""
 
 
 def format_of(content: bytes, path: str | Path) -> Format | None:
-    """Return the format of a binary file by its first bytes; None for others.
+    """Return the format of a binary file by its first bytes; None for other files.
 
     Raises
     ------
     InputError
-        A zip archive that is neither a workbook nor a numpy file, or a workbook of Excel 97.
+        The file is a zip archive but neither a workbook nor a numpy file, or it is a workbook of Excel 97.
     """
     if content.startswith(_ZIP):
         if b"xl/workbook" in content:
@@ -93,9 +93,9 @@ def confined(content: bytes, form: Format, path: str | Path, decimal: str | None
     Raises
     ------
     InputError
-        A damaged file, no arrays of numbers, columns that are too large.
+        The file is damaged, has no arrays of numbers, or has columns that are too large.
     MissingExtra
-        Its package is not installed.
+        The package for the format is not installed.
     """
     with extras(f"{path}: the format {form.name}", "files"):
         if importlib.util.find_spec(form.package) is None:
@@ -125,9 +125,9 @@ def confined(content: bytes, form: Format, path: str | Path, decimal: str | None
 def _parsed(
     content: bytes, form: Format, most: int, asked: str = ""
 ) -> tuple[list[str], list[Named], dict[str, np.ndarray | str]]:
-    """Return the remark, all arrays, and the values of all arrays or of the wanted one.
+    """Return the remark, all arrays, and the values of all arrays or of the requested array.
 
-    Or a text with the reason of a failure.
+    In case of a failure, return a text with the reason.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Text files of rows and columns as a `Table`: bounded decompression, encodings, line ends, columns."""
+"""Text files of rows and columns as a `Table`: limited decompression, encodings, line ends, columns."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def content_of(path: str | Path, most: int) -> tuple[bytes, list[str]]:
     Raises
     ------
     InputError
-        The file cannot be read, is damaged, or has more than `most` bytes, unpacked ones included.
+        The file cannot be read, is damaged, or has more than `most` bytes, also after unpacking.
     """
     content = read_bytes(path, most)
     if not content.startswith(GZIP):
@@ -48,14 +48,15 @@ def content_of(path: str | Path, most: int) -> tuple[bytes, list[str]]:
 
 
 def text_of(content: bytes, path: str | Path) -> tuple[str, list[str]]:
-    """Decode a text file; lines end with a line feed afterwards.
+    """Decode a text file; in the result, lines end with a line feed.
 
-    Text is UTF-8 or UTF-16, with or without a byte order mark; otherwise cp1252, the encoding of Windows, is assumed.
+    Text is UTF-8 or UTF-16, with or without a byte order mark. Other text is assumed to be cp1252, the encoding of
+    Windows.
 
     Raises
     ------
     InputError
-        Bytes that are no text.
+        The bytes are not text.
     """
     name, start = next(((n, len(m)) for m, n in _MARKS if content.startswith(m)), ("", 0))
     if not name:
@@ -97,7 +98,7 @@ def delimited(content: bytes, path: str | Path, decimal: str | None, packed: lis
     path : path
         For messages.
     decimal : str, optional
-        Decimal sign; None finds it.
+        Decimal sign; with None the reader finds the sign.
     packed : list of str
         Compression of the file, for the line with the assumptions.
 

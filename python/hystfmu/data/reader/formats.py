@@ -1,6 +1,6 @@
-"""Parsers of binary files, run by the path of this file in a confined process; no module of the package imports it.
+"""Parsers of binary files, run in a confined process by the path of this file; no module imports this file.
 
-Their packages are native code, which an untrusted file can crash.
+The packages for these formats are native code, which an untrusted file can crash.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def arrow(source: str) -> Told:
 
 
 def _arrow_column(pa: Any, field: Any, column: Any) -> list[Found]:
-    """Return a column, if it is one of numbers or times."""
+    """Return a column if it contains numbers or times."""
     kind, name = field.type, field.name
     told = field.metadata or {}
     unit = next((told[k].decode("utf-8", "replace") for k in (b"unit", b"units") if k in told), "")
@@ -161,7 +161,7 @@ def _numpy_array(name: str, array: np.ndarray) -> list[Found]:
 
 
 def tdms(source: str) -> Told:
-    """Return the channels of a file of LabVIEW, named with their group where there are several, by npTDMS."""
+    """Return the channels of a LabVIEW file, by npTDMS; names include the group if there are several groups."""
     from nptdms import TdmsFile
 
     file = TdmsFile.open(source)
@@ -188,7 +188,7 @@ def _tdms_channel(name: str, channel: Any) -> list[Found]:
 
 
 def xlsx(source: str) -> Told:
-    """Return the first sheet with rows of numbers as an array of bytes, text lines with tabs, and its name (openpyxl).
+    """Return the first sheet with rows of numbers as text lines with tabs (bytes), and its name (openpyxl).
 
     Raises
     ------

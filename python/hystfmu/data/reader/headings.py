@@ -65,8 +65,8 @@ def split_name(label: str) -> tuple[str, str]:
     """Split a heading into the name and the unit of measure after it.
 
     Text in square brackets is always a unit of measure. Text in round brackets, or after a slash, ``in`` or a comma, is
-    a unit only if it is a known one. A known unit after an underscore or a blank is a unit unless it may be an index,
-    as in ``u_min``, ``y_m`` or ``Channel A``.
+    a unit of measure only if it is known. Text after an underscore or a blank is a unit of measure if it is known and
+    cannot be an index, as in ``u_min``, ``y_m`` or ``Channel A``.
     """
     if m := _BRACKETS.fullmatch(label):
         unit = m[2] if m[2] is not None else m[3]
@@ -97,7 +97,7 @@ _LINE = re.compile(
 
 
 def stated_step(name: str, value: float, unit: str = "") -> float:
-    """Return the sample step (s) given by a named number; 0 if it gives none.
+    """Return the sample step (s) that a named number states; 0 if the number is not a sample step or rate.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def stated_step(name: str, value: float, unit: str = "") -> float:
 
 
 def step_in(lines: Iterable[str], comma: bool) -> float:
-    """Return the first sample step (s) that a line states; 0 if none does.
+    """Return the first sample step (s) that a line states; 0 if no line states a step.
 
     Parameters
     ----------
@@ -144,9 +144,9 @@ def step_in(lines: Iterable[str], comma: bool) -> float:
 
 
 def units_in(rows: Iterable[list[str]], columns: int) -> list[str]:
-    """Return the units of measure of `columns` columns, the first for the time if the first unit is one of time.
+    """Return the units of measure of `columns` columns.
 
-    Empty if unknown.
+    The first unit belongs to the time if it is a unit of time. The result is empty if the units are unknown.
 
     Parameters
     ----------

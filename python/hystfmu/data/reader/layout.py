@@ -1,7 +1,7 @@
 """Layout of a text file: separator, lines of headings and units of measure, first row of numbers.
 
-The layout is read from the first lines. A row of numbers has at least one number; the headings are the line of text
-above the first row. Lines above them are preamble. Any other line is an error with its number; it is not skipped.
+The layout is read from the first lines. A row of numbers has at least one number. The headings are the line of text
+above the first row. Lines above the headings are the preamble. No other line is skipped: an error states its number.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LEAST_SHARE = 0.3  # of numbers in the cells of a row; the others are text, e.g.
 
 @dataclass(frozen=True)
 class Line:
-    """A line with its number from 1 and the place of its first character."""
+    """A line with its number, from 1, and the position of its first character in the text."""
 
     number: int
     start: int
@@ -77,7 +77,7 @@ def layout_of(text: str, path: str | Path) -> Layout:
     Raises
     ------
     InputError
-        No rows of numbers, a first row that may be headings, headings that do not fit the rows.
+        The file has no rows of numbers, the first row may be headings, or the headings do not fit the rows.
     """
     lines, comments = _first_lines(text)
     if not lines:
@@ -156,13 +156,13 @@ def _cells(line: str, separator: str | None) -> list[str]:
 
 
 def _is_row(cells: list[str]) -> bool:
-    """True if cells look like data: a number first, numbers in more than half of the cells that hold something."""
+    """True if cells look like data: the first is a number, and more than half of the nonempty cells are numbers."""
     filled = [c for c in cells if c]
     return is_number(cells[0]) and 2 * sum(map(is_number, filled)) > len(filled)
 
 
 def _separator(lines: list[Line]) -> tuple[str | None, int]:
-    """Find the separator that gives the most numbers at the end of the lines, and the number of cells in a row."""
+    """Find the number of cells in a row, and the separator that gives the most numbers at the end of the lines."""
     best: tuple[bool, float] = (False, -1.0)
     found: tuple[str | None, int] = (",", 1)
     for separator in SEPARATORS:
@@ -183,7 +183,7 @@ def _separator(lines: list[Line]) -> tuple[str | None, int]:
 def _first_row(rows: list[list[str]], width: int, lead: int) -> int:
     """Search backwards from the last row with numbers to the first.
 
-    Return its index, or the number of rows if there is none.
+    Return the index of the first row, or the number of rows if there is no row with numbers.
 
     The first `lead` cells of a row hold no numbers.
     """

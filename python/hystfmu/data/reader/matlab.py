@@ -1,9 +1,9 @@
-"""MAT files of version 5: numeric arrays, also those in structs and cells, unpacked within a limit.
+"""MAT files of version 5: numeric arrays, also in structs and cells, unpacked within a limit.
 
-A struct that names its values, as in recordings of dSPACE and Simulink, gives a column of this name.
+A struct with a name for its values, as in recordings of dSPACE and Simulink, gives a column with this name.
 
-The parser is implemented here, because that of scipy is native code that an untrusted file can crash, and loads slowly.
-Format: MathWorks, MAT-File Format, level 5.
+The parser is implemented here, because the parser of scipy loads slowly and is native code, which an untrusted file can
+crash. The format is defined in MathWorks, MAT-File Format, level 5.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class _Array:
         Raises
         ------
         _Damaged
-            Their number differs from the shape, or they are not numbers.
+            The number of values differs from the shape, or the values are not numbers.
         """
         stored, content = self.parts[0] if self.parts else (0, b"")
         if stored not in STORED:
@@ -76,7 +76,7 @@ def matlab(content: bytes, path: str | Path, most: int) -> Table:
     Raises
     ------
     InputError
-        A damaged file, one that unpacks to more than `most` bytes, no numeric arrays.
+        The file is damaged, unpacks to more than `most` bytes, or has no numeric arrays.
     """
     try:
         whole = list(_arrays(content, path, most))
@@ -106,7 +106,7 @@ def matlab(content: bytes, path: str | Path, most: int) -> Table:
 
 
 def _arrays(content: bytes, path: str | Path, most: int) -> Iterator[_Array]:
-    """Yield the arrays of a file that have a name; packed ones are unpacked."""
+    """Yield the arrays of a file that have a name; packed arrays are unpacked."""
     order = "<" if content[126:128] == b"IM" else ">"
     size = HEADER
     for stored, element in _elements(memoryview(content)[HEADER:], order):
@@ -151,7 +151,7 @@ def _elements(content: memoryview, order: str) -> Iterator[tuple[int, memoryview
 
 
 def _even(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the shape without dimensions of length 1 in front of the last: Simulink logs 1 x 1 x n."""
+    """Return the shape without dimensions of length 1 before the last dimension: Simulink logs 1 x 1 x n."""
     return shape if len(shape) < 3 else tuple(n for n in shape if n != 1) or (1,)
 
 
@@ -162,9 +162,9 @@ def _array(matrix: memoryview, order: str, inner: bool = False) -> _Array | None
     ----------
     matrix : memoryview
     order : str
-        Of bytes.
+        Byte order.
     inner : bool
-        Whether it is part of a struct or a cell, where arrays have no names.
+        Whether the array is part of a struct or a cell, where arrays have no names.
     """
     if inner and not len(matrix):
         return None  # an empty one
@@ -183,7 +183,7 @@ def _array(matrix: memoryview, order: str, inner: bool = False) -> _Array | None
 
 
 def _leaves(array: _Array, depth: int = 0) -> Iterator[_Array]:
-    """Yield the arrays of numbers in a struct or a cell, named by their fields, and other arrays unchanged."""
+    """Yield the arrays of numbers in a struct or a cell, named by their fields; yield other arrays unchanged."""
     if array.kind not in (CELL, STRUCT):
         yield array
         return
@@ -205,7 +205,7 @@ def _leaves(array: _Array, depth: int = 0) -> Iterator[_Array]:
 
 
 def _members(array: _Array) -> Iterator[dict[str, _Array]]:
-    """Yield the elements of a struct or of a cell, each as its fields; the field of a cell has no name."""
+    """Yield the elements of a struct or of a cell, each as a set of fields; the field of a cell has no name."""
     parts = array.parts
     names = [""]
     if array.kind == STRUCT:

@@ -50,36 +50,41 @@ def read(
 ) -> Dataset:
     """Read a measurement from a file or from a data frame.
 
-    Text in UTF-8, UTF-16 or cp1252, with commas, semicolons, tabs or blanks between the columns, a decimal point or a
-    decimal comma, quotes, lines above the names, comments and a line of units of measure, headers of LabVIEW and of
-    oscilloscopes; the same packed by gzip; MAT files with arrays and structs of dSPACE and Simulink; npy and npz; with
-    the extra ``files`` HDF5, MAT of version 7.3, xlsx, parquet, feather and TDMS. The time is a number, a date and
-    clock, or counts since 1970, whose unit of measure follows from their size; or the file states its rate.
-    `Dataset.read_as` states all assumptions in one line. Ambiguous data are refused.
+    A text file is in UTF-8, UTF-16 or cp1252. It has commas, semicolons, tabs or blanks between the columns, and a
+    decimal point or a decimal comma. It may have quotes, comments, a line of units of measure, and lines above the
+    names, such as headers of LabVIEW and of oscilloscopes. gzip may pack the text file. Further formats are npy, npz,
+    and MAT files with arrays and structs of dSPACE and Simulink. The extra ``files`` adds HDF5, MAT of version 7.3,
+    xlsx, parquet, feather and TDMS.
+
+    The time is a number, a date and clock, or a count since 1970, whose unit of measure follows from its size. Without
+    a time column, the file may state its sample rate. `Dataset.read_as` states all assumptions in one line. Ambiguous
+    data are refused.
 
     Parameters
     ----------
     path : str, Path, data frame, dict or array, or sequence of them
-        The file, or columns: a data frame of pandas, polars or pyarrow, a dict of arrays, an array (n, 3) of time,
-        input and output. Each of several files is a record with its own memory.
+        The file, or the columns: a data frame of pandas, polars or pyarrow, a dict of arrays, or an array (n, 3) of
+        time, input and output. Each of several files is a record with its own memory.
     time, input, output : str or int
-        Heading of a column with or without its unit of measure, ``"Zeit [ms]"`` or ``"Zeit"``, or its number from 1.
-        Empty: recognised by its name, such as t, u, y, or by its unit of measure.  Output None: none is read.
+        Heading of a column with or without its unit of measure, ``"Zeit [ms]"`` or ``"Zeit"``, or the number of the
+        column from 1. If empty, the column is recognised by its name, such as t, u, y, or by its unit of measure. If
+        `output` is None, no output is read.
     rate : float, optional
         Sample rate (Hz), instead of a time column.
     train : slice, (first, end) or "first:end", optional
-        Data rows whose errors a fit minimises, from 0 on, the end excluded; rows of several records are numbered
-        consecutively.
+        Data rows whose errors a fit minimises. Rows are counted from 0, and the end is excluded. The rows of several
+        records are numbered consecutively.
     resample : float or "median", optional
-        New rate (Hz) for a record with uneven steps, or "median" for one over the median step. Without it, a record is
-        resampled, with a remark, if at most 2 % of the samples were lost and time stamps deviate by at most 0.3 steps;
-        other records are refused.
+        New rate (Hz) for a record with uneven steps, or "median" for 1 / median step. Without this option, an uneven
+        record is resampled, with a remark, only if at most 2 % of the samples were lost and time stamps deviate by at
+        most 0.3 steps. Other uneven records are refused.
     lag : int
         Delay of the output sensor in rows: y of row k + lag belongs to u of row k.
     record : str or int, optional
         Column that numbers the records: a new record starts where its value changes.
     covariates : sequence of str or int
-        Columns of further inputs, such as load or temperature, given like `input`; they are not recognised by name.
+        Columns of further inputs, such as load or temperature, given like `input`. The reader does not recognise these
+        columns by name.
     decimal : {".", ","}, optional
         Decimal sign, for ambiguous numbers such as 1,234.
     most : int
@@ -173,7 +178,7 @@ def _several(path: object) -> list[Any]:
 
 @dataclass(frozen=True)
 class _Piece:
-    """One record of a file: its rows and their numbers, in the order of `Roles.order`; the times of all rows."""
+    """One record of a file: row numbers, columns in the order of `Roles.order`, and times of all rows."""
 
     table: Table
     roles: Roles
@@ -246,7 +251,7 @@ def _dataset(
 
 
 def _title(table: Table, k: int) -> str:
-    """Return the name of a column as one printable line."""
+    """Return the name of a column as a single printable line."""
     return "".join(c for c in " ".join(table.columns[k].name.split()) if c.isprintable())[:MOST_TITLE]
 
 
@@ -283,7 +288,7 @@ def table_in(path: str | Path | Frame, decimal: str | None, most: int) -> Table:
 
 
 def _line(table: Table, roles: Roles, said: str, lag: int) -> str:
-    """State the assumptions in one line, the least certain ones first."""
+    """Return one line with the assumptions, the least certain assumptions first."""
     parts = [said if roles.time is None else f"time {_label(table, roles.time, False)} {said}"]
     parts.append(f"input {_label(table, roles.input)}")
     parts.append("no output" if roles.output is None else f"output {_label(table, roles.output)}")

@@ -1,4 +1,4 @@
-"""Roles of columns (time, input, output): as stated by the user, or found by name or unit of measure."""
+"""Roles of columns (time, input, output): the user states them, or they follow from name or unit of measure."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _NUMBERED = re.compile(
 
 @dataclass(frozen=True)
 class Roles:
-    """Numbers of the chosen columns, from 0, or None; and whether they were chosen by their order."""
+    """Numbers of the chosen columns, from 0, or None, and whether the columns were chosen by their order."""
 
     time: int | None
     input: int
@@ -81,17 +81,17 @@ def chosen(
     table : Table
         The file.
     time, input, output, record : str or int
-        Heading with or without its unit of measure, or number from 1.  Empty: recognised by name, then by unit of
-        measure.  Output and record None: none is read.
+        Heading with or without its unit of measure, or number from 1. If empty, the column is recognised by name, then
+        by unit of measure. If output or record is None, no such column is read.
     rate : float, optional
         Sample rate (Hz): no time column is needed.
     covariates : sequence of str or int
-        Further inputs, as `time`.
+        Further inputs, in the form of `time`.
 
     Raises
     ------
     InputError
-        No such column, several possible columns, or one column for two covariates.
+        There is no such column, several columns are possible, or one column is given for two covariates.
     """
     marked = None if record is None else _named(table, record, "record")
     given = {"time": time if rate is None else None, "input": input, "output": output}
@@ -193,7 +193,7 @@ def _named(table: Table, key: str | int | None, role: str) -> int:
 
 
 def _recognised(table: Table, role: str, taken: Collection[int | None]) -> int | None:
-    """Find the column of a role by its name, then by its unit of measure; None if there is none."""
+    """Find the column of a role by its name, then by its unit of measure; None if there is no such column."""
     fitting = ("number", "text", "clock") if role == "time" else ("number",)
     free = [(k, c) for k, c in enumerate(table.columns) if k not in taken and c.kind in fitting]
     tests = [[k for k, c in free if _last(c) in names] for names in NAMES[role]]

@@ -34,7 +34,7 @@ class Rows:
     text : str
         The file.
     layout : Layout
-        How it is written.
+        Layout of the file.
     titles : list of str
         Names of the columns, for messages.
     path : path
@@ -45,7 +45,7 @@ class Rows:
     Raises
     ------
     InputError
-        A quoted cell that does not end in its line; a comma that may be a decimal sign or a thousands separator.
+        A quoted cell does not end in its line, or a comma may be a decimal sign or a thousands separator.
     """
 
     def __init__(self, text: str, layout: Layout, titles: list[str], path: str | Path, decimal: str | None) -> None:
@@ -107,7 +107,7 @@ class Rows:
         return np.array([10.0 ** (int(e or 0) - len(m.partition(".")[2])) for m, e in mantissas])
 
     def since(self, k: int) -> Array:
-        """Return column `k` minus its first value, from its digits."""
+        """Return column `k` minus its first value, computed from the printed digits."""
         cells = self.words(k)
         sign = self.decimal or column_sign("\n".join(cells)) or POINT
         try:

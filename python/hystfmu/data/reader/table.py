@@ -33,7 +33,7 @@ class Stamps(NamedTuple):
 
 
 class Source(Protocol):
-    """Cells of a file.  A column `k` counts from 0; all errors are InputError with line and column."""
+    """Cells of a file. Columns `k` are counted from 0. All errors are InputError with line and column."""
 
     def numbers(self, order: Sequence[int]) -> Array:
         """Return the numbers of some columns, shape (n, len(order))."""
@@ -42,10 +42,10 @@ class Source(Protocol):
         """Return the cells as text."""
 
     def digits(self, k: int) -> Array:
-        """Return the value (n,) of one count of the last digit in which the file prints a column."""
+        """Return the value (n,) of one count of the last printed digit of a column."""
 
     def since(self, k: int) -> Array:
-        """Return a column minus its first value, without the rounding of large numbers."""
+        """Return a column minus its first value, without rounding errors of large numbers."""
 
     def stamps(self, k: int) -> Stamps:
         """Return the times of a column of clocks."""
@@ -94,15 +94,15 @@ class Table:
     columns : tuple of Column
         Headings, in the order of the file.
     named_in : str
-        Where the headings stand, for messages.
+        Location of the headings in the file, for messages.
     assumed : tuple of str
-        Findings and assumptions of the reader, in a few words each.
+        Findings and assumptions of the reader, each in a few words.
     source : Source
         The cells.
     lines : sequence of int, optional
-        The line of each row as an editor counts it; None for files without lines.
+        Line of each row as an editor counts lines; None for files without lines.
     step : float
-        Sample step (s) that the file states beside its columns; 0 if it states none.
+        Sample step (s) that the file states outside its columns; 0 without such a statement.
     """
 
     path: str

@@ -1,9 +1,9 @@
 """Cache of unpacked FMUs and SSPs, keyed by the hash of the archive: all runs and processes share one copy.
 
-An entry is checked whenever it is used; a damaged one is unpacked again. It gets its name by an atomic rename, so that
-two processes that unpack the same archive never see a partial copy. The cache may be deleted between runs: unused
-entries are removed automatically, and the oldest ones if it is too large. A process that cannot write it has one in a
-temporary folder, for as long as it runs.
+An entry is checked whenever it is used; a damaged entry is unpacked again. An entry gets its name by an atomic rename,
+so that two processes that unpack the same archive never see a partial copy. Unused entries are removed automatically,
+and the oldest entries are removed if the cache is too large. The user may delete the cache between runs. A process that
+cannot write to the cache uses a temporary cache, which is removed at its end.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ def cache_folder() -> Path:
 
 @cache
 def _temporary() -> tempfile.TemporaryDirectory[str]:
-    """Make a temporary cache for a process that cannot write the cache of the user.
+    """Make a temporary cache for a process that cannot write to the cache of the user.
 
-    It is removed at the end of the process.
+    The temporary cache is removed at the end of the process.
     """
     return tempfile.TemporaryDirectory(prefix="hystfmu-cache-")
 
@@ -67,7 +67,7 @@ def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
     Raises
     ------
     InputError
-        If the file is not an archive, is unsafe or too large, or cannot be unpacked.
+        The file is not an archive, is unsafe or too large, or cannot be unpacked.
     """
     content = read_bytes(path, MOST_UNPACKED)
     digest = hashlib.sha256(content).hexdigest()
@@ -110,7 +110,7 @@ def _copy(within: Path, digest: str, path: str | Path, content: bytes, needs: st
 def _put(made: Path, entry: Path) -> None:
     """Rename an entry to its final name; a damaged entry of this name is removed.
 
-    Another process may have been faster.
+    Another process may have renamed its copy first.
     """
     try:
         os.rename(made / _NEW, entry)
@@ -139,7 +139,7 @@ def is_intact(entry: Path) -> bool:
 
 
 def _hashes(content: Path) -> dict[str, str]:
-    """Return SHA-256 by name.
+    """Return the SHA-256 of each file by its name.
 
     Raises
     ------
@@ -164,7 +164,7 @@ _ENTRY = re.compile(r"[0-9a-f]{64}")
 
 
 def prune(within: Path) -> None:
-    """Remove entries, and remains of killed processes. Other files of the folder stay."""
+    """Remove entries, and files of killed processes. Other files of the folder are kept."""
     with suppress(OSError):
         now = time.time()
         unused = {p: now - p.lstat().st_mtime for p in within.iterdir() if p.is_dir() and not p.is_symlink()}
@@ -189,7 +189,7 @@ def _size(folder: Path) -> int:
 
 
 def _remove(entry: Path) -> None:
-    """Remove an entry: it is renamed first, so that no process finds a part of it."""
+    """Remove an entry. The entry is renamed first, so that no process finds a part of the entry."""
     with suppress(OSError):
         made = tempfile.mkdtemp(prefix=PARTIAL, dir=entry.parent)
         with suppress(OSError):

@@ -22,7 +22,7 @@ _OPAQUE = ("resources/", "documentation/", "extra/")
 
 
 def _is_parsed(name: str) -> bool:
-    """True if this program reads a file as XML. Other files of the FMU may be any XML."""
+    """Return whether this program reads a file as XML. The content of other XML files is not restricted."""
     place = posixpath.normpath(name)
     return place.endswith(_PARSED) and (not place.endswith(".xml") or not place.startswith(_OPAQUE))
 
@@ -32,7 +32,7 @@ def _shown(name: str) -> str:
 
 
 def _unsafe(entry: zipfile.ZipInfo) -> str:
-    """Return why an entry is unsafe, or an empty string."""
+    """Return the reason why an entry is unsafe, or an empty string."""
     name = entry.orig_filename
     if "\\" in name or "\0" in name:
         return "has a backslash or a null byte in its name"
@@ -44,7 +44,7 @@ def _unsafe(entry: zipfile.ZipInfo) -> str:
 
 
 def archive_problems(archive: zipfile.ZipFile, needs: str = XML) -> list[str]:
-    """Return why an archive must not be unpacked, one line each.  `needs` is a file that it must contain."""
+    """Return the reasons why an archive must not be unpacked, one line each; it must contain the file `needs`."""
     entries = archive.infolist()
     if len(entries) > MOST_ENTRIES:
         return [f"the archive must have at most {MOST_ENTRIES} files. Got {len(entries)} instead."]
@@ -66,13 +66,13 @@ def archive_problems(archive: zipfile.ZipFile, needs: str = XML) -> list[str]:
 def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
     """Write the entries of an archive without `archive_problems` to a folder; return the problems found, one line each.
 
-    Entries are copied in pieces to bound memory.  An entry yields at most its declared size, and its checksum is
+    Entries are copied in pieces to limit memory. At most the declared size of an entry is written, and its checksum is
     verified.
 
     Raises
     ------
     OSError
-        The folder takes no more files: its disk is full, read-only or broken.
+        The folder cannot be written: its disk is full, read-only or broken.
     """
     problems = []
     for entry in archive.infolist():

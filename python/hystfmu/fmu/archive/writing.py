@@ -30,7 +30,7 @@ _FILE = 0o100000
 
 @dataclass(frozen=True)
 class Deflated:
-    """A member: its content and its raw deflate stream (RFC 1951)."""
+    """A member of an archive: its content and its raw deflate stream (RFC 1951)."""
 
     content: bytes
     stream: bytes
@@ -55,7 +55,7 @@ def zip_file(members: Mapping[str, bytes | Deflated], executable: str = "") -> b
     Returns
     -------
     bytes
-        Equal for equal members, at any time.
+        The archive; equal members give equal bytes at any time.
     """
     body, directory = b"", b""
     for name, given in members.items():

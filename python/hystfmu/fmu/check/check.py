@@ -29,19 +29,19 @@ Progress = Callable[[float], None]
 
 
 class _Watch:
-    """Reads the notes of a running child: the time limit of a check starts with its note."""
+    """Reader of the notes of a running child; the time limit of a check starts with the note of the check."""
 
     def __init__(self, result: Path, progress: Progress) -> None:
         self.result, self.progress = result, progress
         self.number, self.begin = -1, time.monotonic()
 
     def notes(self) -> dict[str, Any]:
-        """Return the notes of the child; the FMU may have changed them."""
+        """Return the notes of the child; the FMU may have changed these notes."""
         notes: dict[str, Any] = json.loads(read_result(self.result, MOST_NOTES))
         return notes
 
     def look(self) -> bool:
-        """Return whether another check has begun since the last look, or none yet."""
+        """Return whether another check has begun since the last call, or no check has begun yet."""
         with suppress(ValueError, KeyError, TypeError, RecursionError):
             if not self.result.exists():
                 return time.monotonic() - self.begin < MOST_START
@@ -53,7 +53,7 @@ class _Watch:
 
 
 def _part(process: Child, watch: _Watch, seconds: float) -> tuple[Findings, Place | None]:
-    """Return the findings of one child, and the start point of the next one if a check ended it."""
+    """Return the findings of one child, and the start point of the next child if a check ended this child."""
     lines, in_time = process.finish(seconds, watch.look)
     try:
         notes = watch.notes()
@@ -91,7 +91,7 @@ def _run_problems(folder: Path, box: Box | None, seconds: float, progress: Progr
 
 
 def _fmutool_problems(process: Child | None, seconds: float) -> Findings:
-    """Return the errors that fmutool reports.  It is optional (extra `dev`)."""
+    """Return the errors that fmutool reports; fmutool is optional (extra `dev`)."""
     if process is None:
         return Findings()
     begin = time.monotonic()
@@ -108,16 +108,17 @@ def check_fmu(
     """Check archive, model description and behaviour of an FMU of any origin.
 
     The archive is inspected before it is unpacked. Then the static checks of fmpy and, if installed, of fmutool are
-    applied. The trials of `hystfmu.fmu.check.trials` run the FMU in Co-Simulation and check start values,
-    repeatability, side effects of get and set, reset, saved states, NULL pointers, two instances, lengths of steps,
-    dependencies, directional derivatives, memory leaks, repeated loading, and folders with spaces and non-ASCII
-    letters. The trials of `hystfmu.fmu.check.exchange_trials` run it in Model Exchange and check repeatability, events,
-    the order of states, effects of rejected steps, dependencies and directional derivatives. Those of
-    `hystfmu.fmu.check.scheduled_trials` activate the partitions of Scheduled Execution. An FMU may end its simulation
-    by itself: a run is then as long as the FMU allows. Except for the inspection of the archive, everything runs in
-    child processes with limits of time and memory, without network, and with write access to one folder only. A problem
-    does not end the list of checks: after a crash, the next check runs in another process. If something that a check
-    needs is missing, such as an instance, a line says so.
+    applied. The trials of `hystfmu.fmu.check.trials` run the FMU in Co-Simulation. They check start values,
+    repeatability, side effects of get and set, reset, saved states, NULL pointers and two instances. They also check
+    lengths of steps, dependencies, directional derivatives, memory leaks, repeated loading, and folders with spaces and
+    non-ASCII letters. The trials of `hystfmu.fmu.check.exchange_trials` run the FMU in Model Exchange. They check
+    repeatability, events, the order of states, effects of rejected steps, dependencies and directional derivatives. The
+    trials of `hystfmu.fmu.check.scheduled_trials` activate the partitions of Scheduled Execution.
+
+    If an FMU ends its simulation by itself, a run is as long as the FMU allows. Except for the inspection of the
+    archive, all checks run in child processes with limits of time and memory, without network, and with write access to
+    one folder only. A problem does not end the list of checks: after a crash, the next check runs in another process.
+    If a check needs something that is missing, such as an instance, the findings state this in one line.
 
     Parameters
     ----------
@@ -126,20 +127,20 @@ def check_fmu(
     seconds : float
         Time limit of each check (s).
     confined : bool
-        Whether the FMU runs without network and writes into a folder of its own only, where the system can.
+        Whether the FMU runs without network and may write only into its own folder, if the system supports this.
     progress : function
         Called with the approximate fraction of the checks that is done.
 
     Returns
     -------
     Findings
-        Problems, one line each; empty if none is found; `checks` says what was tried.  A problem of the archive ends
-        the check before unpacking.
+        Problems, one line each; empty if no problem is found. `checks` lists the checks that were made. A problem of
+        the archive ends the check before unpacking.
 
     Raises
     ------
     InputError
-        If the file cannot be read or is not a complete ZIP archive.
+        The file cannot be read, or is not a complete ZIP archive.
     """
     check_source(path)
     begin = time.monotonic()

@@ -1,7 +1,7 @@
 """Trials of a foreign FMU in Model Exchange: a simple solver checks the properties that solvers rely on.
 
-Forward Euler is sufficient, because no result is compared with an exact solution.  A run that grows without bound is
-ended, because the method may be unstable.
+The solver is forward Euler, which is sufficient because no result is compared with an exact solution. Forward Euler may
+be unstable, so a run that grows without bound is ended.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ class _Unit:
         self.x, self.z = self.time.states(), self.time.indicators()
 
     def put(self, t: float, k: int, x: list[float]) -> None:
-        """Set the time, row k of the continuous inputs and the continuous states."""
+        """Set the time, the continuous states, and row k of the continuous inputs."""
         self.time.put(t, x)
         for v in self.fmu.continuous:
             self.made.set(v, self.fmu.excitation(v, k))
 
     def event(self, k: int) -> None:
-        """Handle an event; the other inputs take the values of row k in Event Mode."""
+        """Handle an event; in Event Mode all other inputs get the values of row k."""
 
         def put() -> None:
             for v in self.fmu.discrete:
@@ -48,7 +48,7 @@ class _Unit:
         self.x, self.z = self.time.states(), self.time.indicators()
 
     def accept(self, t: float, k: int, close: float) -> None:
-        """Accept the step that ends at t, and handle an event if one is due."""
+        """Accept the step that ends at t, and handle an event if there is one at t."""
         asked = self.time.completed()
         if self.time.ended:
             return
@@ -61,7 +61,7 @@ class _Unit:
             self.z = z
 
     def step(self, k: int, rejected: bool) -> bool:
-        """Make step k; with `rejected`, try every substep with other inputs first and reject it.
+        """Make step k; with `rejected`, first try and reject every substep with other inputs.
 
         Returns False if a state grows without bound or the FMU ends the simulation.
         """
@@ -158,7 +158,7 @@ class _Point:
         self.unknowns = [v for v in self.fmu.outputs if v.type in ("Real", "Float64")] + self.rates
 
     def same(self, unknown: Any, known: Any) -> bool:
-        """Return whether both are the same variable: an output that is a state depends on no other variable."""
+        """Return whether output and state are the same variable; an output that is a state depends on nothing else."""
         return bool(unknown.valueReference == known.valueReference)
 
     def size(self, known: Any) -> float:
@@ -178,7 +178,7 @@ class _Point:
 
 
 def exchange_dependencies(fmu: ForeignFmu) -> Iterator[str]:
-    """Direct dependencies on inputs and continuous states are declared, in Event Mode too."""
+    """Direct dependencies on inputs and continuous states are declared, also in Event Mode."""
     if fmu.version == 1:
         return
     structure = [*fmu.description.outputs, *fmu.description.derivatives]

@@ -1,4 +1,4 @@
-"""Findings of a check of an FMU, and the checks that it tried."""
+"""Findings of the check of an FMU, and the list of its checks."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Check:
     name : str
         The property.
     tried : str
-        Extent of the check, such as ``3 instances, 250 steps``; empty if it does not apply to the FMU.
+        Extent of the check, such as ``3 instances, 250 steps``; empty if the check does not apply to the FMU.
     problems : int
         Number of problems.
     seconds : float
@@ -35,7 +35,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Place:
-    """Start point of a child process after another one did not survive a check.
+    """Start point of a child process after a check has ended another child process.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Place:
     steps : int
         Number of steps that the FMU makes.
     failed : sequence of str
-        Names of the checks that could not be completed: others may need them.
+        Names of the checks that could not be completed; other checks may need their success.
     """
 
     first: int
@@ -53,7 +53,7 @@ class Place:
 
     @classmethod
     def of(cls, notes: Any) -> Place:
-        """Return the start point noted by a child process; the FMU may have changed the notes.
+        """Return the start point in the notes of a child process; the FMU may have changed the notes.
 
         Raises
         ------
@@ -65,13 +65,13 @@ class Place:
 
 
 class Findings(list[str]):
-    """Problems, a line each, with the `checks` that were made.
+    """Problems, one line each, with the `checks` that were made.
 
     Parameters
     ----------
     problems : sequence of str
     checks : sequence of Check
-        In their order; the last one may have ended the process.
+        Checks in their order; the last check may have ended the process.
     """
 
     def __init__(self, problems: Sequence[str] = (), checks: Sequence[Check] = ()) -> None:
@@ -80,7 +80,7 @@ class Findings(list[str]):
 
 
 def checks_of(notes: Any) -> list[Check]:
-    """Return the checks noted by a child process; the FMU may have changed the notes.
+    """Return the checks in the notes of a child process; the FMU may have changed the notes.
 
     Raises
     ------

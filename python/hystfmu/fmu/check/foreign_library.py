@@ -1,4 +1,4 @@
-"""A foreign FMU under check: model description, instances, runs in Co-Simulation with varying inputs, and trials of it.
+"""A foreign FMU under check: model description, instances, trials, and Co-Simulation with varying inputs.
 
 Only the child process of `check_fmu` uses this module, because the FMU executes foreign native code.
 """
@@ -22,10 +22,10 @@ _ROUNDING = 2**-50  # four units in the last place
 
 
 def tangent_differs(got: float, value: Callable[[float], float], e: float) -> str:
-    """Compare a derivative with finite differences of step e; return the central difference if they disagree, else "".
+    """Compare a derivative with finite differences of step e; return the central difference if they differ, else "".
 
-    At a kink the difference of either side is accepted.  At a discontinuity every value is accepted, as no derivative
-    exists.  The tolerance includes rounding: values of 1e12 have a spacing of 1e-4.
+    At a kink the one-sided differences are accepted. At a discontinuity every value is accepted, because no derivative
+    exists. The tolerance includes rounding: values of 1e12 have a spacing of 1e-4.
     """
     low, here, high = (value(off) for off in (-e, 0.0, e))
     quotients = (high - low) / (2 * e), (high - here) / e, (here - low) / e
@@ -37,7 +37,7 @@ def tangent_differs(got: float, value: Callable[[float], float], e: float) -> st
 
 
 def _varied(v: Any) -> bool:
-    """Return whether the trials vary an input: its valid values are known, and it needs no clock."""
+    """Return whether the trials vary an input: its valid values are known, and the input needs no clock."""
     if v.causality != "input" or getattr(v, "clocks", None):
         return False
     bounded = v.min is not None and v.max is not None
@@ -54,14 +54,14 @@ class ForeignFmu:
     description : ModelDescription
         Model description read by fmpy.
     seconds : float, optional
-        Time for a trial that repeats something as often as it can (s).
+        Time (s) of a trial that repeats an action as often as possible.
 
     Attributes
     ----------
     with_derivatives : set of str
         Interfaces that provide directional derivatives: "CoSimulation", "ModelExchange".
     steps : int
-        Number of steps in a run: fewer than `STEPS` if the FMU ends the simulation by design or cannot go on.
+        Number of steps in a run. It is less than `STEPS` if the FMU ends the simulation by design or cannot continue.
     """
 
     def __init__(self, folder: Path, description: Any, seconds: float = 10.0) -> None:
@@ -89,7 +89,7 @@ class ForeignFmu:
 
     @contextmanager
     def instance(self, interface: Interface = "CoSimulation") -> Iterator[Instance]:
-        """Create an instance in Initialization Mode; it is freed at the end, also after a finding."""
+        """Create an instance in Initialization Mode; the instance is freed at the end, also after a finding."""
         made = Instance(self.folder, self.description, interface)
         try:
             made.initialize(self.t0)
@@ -106,12 +106,12 @@ class ForeignFmu:
 
     @contextmanager
     def readable(self) -> Iterator[Instance]:
-        """Create an instance whose variables can be set and read: FMI 1.0 reads none before initialization."""
+        """Create an instance whose variables can be set and read; in FMI 1.0 this needs initialization."""
         with self.running() if self.version == 1 else self.instance() as made:
             yield made
 
     def start(self, v: Any) -> Values:
-        """Return the start value in the model description, one number per element; 0 where it wrongly has none."""
+        """Return the start value in the model description, one number per element; 0 where it is missing."""
         values = numbers(v.start or 0)
         return values * count(v) if len(values) == 1 else values
 
@@ -144,7 +144,7 @@ class ForeignFmu:
         return tuple([x for v in self.outputs for x in made.get(v)])
 
     def step(self, made: Instance, k: int, row: int | None = None) -> Values | None:
-        """Set row k (or `row`) of the inputs, make step k, read the outputs; None if the FMU ends the simulation."""
+        """Set row k (or `row`) of the inputs, make step k, read outputs; None if the FMU ends the simulation."""
         self.put(made, k if row is None else row)
         if not made.step(f"step {k + 1}", self.t0 + k * self.h, self.h):
             return None
@@ -168,7 +168,7 @@ class ForeignFmu:
         return out
 
     def difference(self, want: Sequence[Values], got: Sequence[Values], first: int = 0) -> str:
-        """Describe the first output that differs in its bits; "" if all are equal."""
+        """Describe the first output whose bits differ; "" if all outputs are equal."""
         names = [v.name for v in self.outputs for _ in range(count(v))]
         for k, (a, b) in enumerate(zip(want, got, strict=False)):
             for name, x, y in zip(names, a, b, strict=True):
@@ -182,21 +182,21 @@ MADE: dict[Interface, str] = {
     "ModelExchange": "making an instance for Model Exchange",
     "ScheduledExecution": "making an instance for Scheduled Execution",
 }
-"""Names of the trials that all others of an interface need."""
+"""Names of the trials that all other trials of an interface need."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One property.
+    """Trial of one property.
 
     Attributes
     ----------
     name : str
-        What is done.
+        Action of the trial.
     find : callable
-        Yields the problems of an FMU as sentences. A `Finding` that it raises means that the trial cannot be made.
+        Function that yields the problems of an FMU as sentences. If it raises a `Finding`, the trial cannot be made.
     needs : str
-        Name of the trial that must pass first; otherwise this one would repeat its problem.
+        Name of the trial that must pass first. Otherwise this trial would report the same problem again.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Trials of what an instance in Co-Simulation remembers and holds: reset, saved states, memory, repeated loading."""
+"""Trials of state and memory of an instance in Co-Simulation: reset, saved states, memory leaks, repeated loading."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def reset(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def _reset_parameters(fmu: ForeignFmu) -> Iterator[str]:
-    """Reset restores the start values of parameters and inputs: those of a new instance."""
+    """Reset restores the start values of parameters and inputs, as in a new instance."""
     kept = [v for v in fmu.variables if v.type in REAL and v.causality in ("parameter", "input") and v.start]
     with fmu.readable() as made:
         starts = [made.get(v) for v in kept]
@@ -73,7 +73,7 @@ def null_pointers(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def saved_states(fmu: ForeignFmu) -> Iterator[str]:
-    """A run continues bit for bit from a restored state, repeatedly, and from a deserialized state."""
+    """A run continues with equal bits from a restored state, repeatedly, and from a deserialized state."""
     can = fmu.description.coSimulation
     if fmu.version == 1 or not can.canGetAndSetFMUstate:
         return

@@ -1,7 +1,7 @@
 """The child process of `check_fmu`: make the checks of an unpacked FMU and write the findings as JSON.
 
-It notes every check before it starts. So the parent can name a check that ended the process, and another child can
-start with the next one.
+The child notes every check before the check starts. So the parent can name a check that ended the process, and another
+child can start with the next check.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ _RULES = "the rules of fmpy cannot be applied: {}: {}"
 
 
 def rule_problems(folder: Path, description: Any) -> Iterator[str]:
-    """Yield the problems found by the schema and the rules of fmpy, a sentence each.
+    """Yield the problems found by the schema and the rules of fmpy, one sentence each.
 
     Parameters
     ----------
     folder : Path
         The unpacked FMU.
     description : ModelDescription or None
-        Read by fmpy without its rules; None if that fails.
+        Model description read by fmpy without its rules; None if reading fails.
     """
     from fmpy import read_model_description
     from fmpy.model_description import ValidationError
@@ -62,12 +62,12 @@ def rule_problems(folder: Path, description: Any) -> Iterator[str]:
 
 
 def description_problems(description: Any) -> Iterator[str]:
-    """Yield a sentence for each contradiction.
+    """Yield a sentence for each contradiction in a model description.
 
     Parameters
     ----------
     description : ModelDescription
-        Read by fmpy.
+        Model description read by fmpy.
     """
     for v in description.modelVariables:
         if v.type in CARRIED and v.type != "Boolean":
@@ -116,7 +116,7 @@ _TABLES = {"CoSimulation": TRIALS, "ModelExchange": EXCHANGE_TRIALS, "ScheduledE
 
 
 class Notes:
-    """Findings and current activity, always up to date on disk: any call may end the process."""
+    """Findings and current activity; the file is always up to date, because any call may end the process."""
 
     def __init__(self, path: Path, place: Place) -> None:
         self.path, self.doing, self.place = path, "starting", place
@@ -134,19 +134,19 @@ class Notes:
         part.replace(self.path)
 
     def due(self) -> bool:
-        """Start the next check; return whether it must be made, because no earlier process has made it."""
+        """Start the next check; return whether it must be made. It is not made if an earlier process has made it."""
         self.number += 1
         return self.number >= self.place.first
 
     def add(self, problems: Iterator[str]) -> int:
-        """Add problems, each once and as one line; return how many there were."""
+        """Add problems, each only once and as one line; return their number."""
         lines = [" ".join(p.split()) for p in problems]
         self.problems += [p for p in dict.fromkeys(lines) if p not in self.problems]
         return len(lines)
 
     @contextmanager
     def check(self, doing: str, tried: str = "") -> Iterator[None]:
-        """Record an activity; a crash from now on is attributed to it.  Then record how much was tried."""
+        """Record an activity, to which a crash is attributed; at its end, record the extent of the trial."""
         self.doing = doing
         self.save(False)
         begin, known, before = time.monotonic(), len(self.problems), TALLY.copy()
@@ -156,7 +156,7 @@ class Notes:
         self.checks.append(found | {"seconds": time.monotonic() - begin})
 
     def reach(self, steps: int) -> None:
-        """Record how many steps an FMU makes, so that the other trials make no more after a crash."""
+        """Record the number of steps of an FMU; after a crash, other trials make at most this number."""
         self.steps = steps
         if steps:
             self.failed.discard(STEPPED)
@@ -164,7 +164,7 @@ class Notes:
 
 
 class _NotedFmu(ForeignFmu):
-    """An FMU whose steps are noted."""
+    """An FMU that records its number of steps in the notes."""
 
     def __init__(self, folder: Path, description: Any, seconds: float, notes: Notes) -> None:
         super().__init__(folder, description, seconds)
@@ -176,13 +176,13 @@ class _NotedFmu(ForeignFmu):
 
 
 def _counted(n: int, what: str) -> str:
-    """Return a number of things, whose word has the plural at the end of its first part."""
+    """Return a number with a noun; the first part of the noun gets the plural."""
     first, *others = what.split(" ")
     return " ".join([f"{n}", first if n > 1 else first[:-1], *others])
 
 
 def _try(fmu: ForeignFmu, trial: Trial, notes: Notes) -> None:
-    """Make a trial. A finding ends its own trial, and the trials that need it."""
+    """Make a trial. A finding ends this trial, and the trials that need it."""
     missing = "a binary" if trial.name in notes.failed else repr(trial.needs) if trial.needs in notes.failed else ""
     notes.failed.add(trial.name)  # until it ends
     if missing:

@@ -15,7 +15,7 @@ _PERIODIC = {"constant", "fixed", "calculated", "tunable", "changing"}
 
 
 class _Scheduler:
-    """Activates partitions in the order of time and priority; triggered clocks tick in the first ticks only."""
+    """Scheduler that activates partitions by time and priority; triggered clocks tick in the first ticks only."""
 
     def __init__(self, fmu: ForeignFmu, made: Instance) -> None:
         self.fmu, self.made = fmu, made
@@ -51,7 +51,7 @@ class _Scheduler:
 
 
 def scheduled_execution(fmu: ForeignFmu) -> Iterator[str]:
-    """Partitions of all input clocks run; a second instance and one that was reset give the same outputs."""
+    """Partitions of all input clocks run; a second instance and a reset instance give the same outputs."""
     with fmu.instance("ScheduledExecution") as made:
         made.begin()
         want = _Scheduler(fmu, made).run()

@@ -1,7 +1,7 @@
 """Trials of a foreign FMU in Co-Simulation: every trial checks one property and yields its findings as sentences.
 
-The defects occur in published FMUs: states that advance when an output is read, memory leaks in every step, global
-variables shared by instances, an incomplete reset.  Runs are compared bit for bit.
+The trials search for defects that occur in published FMUs: states that advance when an output is read, memory leaks in
+every step, global variables shared by instances, an incomplete reset. Runs are compared bit by bit.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ STEPPED = f"making {STEPS} steps"
 
 
 def start_values(fmu: ForeignFmu) -> Iterator[str]:
-    """All variables can be read, start values are those of the model description, values that were set are returned."""
+    """All variables can be read, start values agree with the model description, and set values are returned."""
     with fmu.readable() as made:
         for v in fmu.variables:
             if getattr(v, "clocks", None):
@@ -41,14 +41,14 @@ def start_values(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def _stored(v: Any, values: Values) -> Values:
-    """Return values as a variable of the type of v holds them."""
+    """Return values after conversion to the type of the variable v."""
     return tuple([struct.unpack("f", struct.pack("f", x))[0] for x in values]) if v.type == "Float32" else values
 
 
 def steps(fmu: ForeignFmu) -> Iterator[str]:
     """Outputs are finite and the run ends with `terminate`.
 
-    If an FMU ends the simulation earlier, refuses a step or crashes, all other trials make only as many steps.
+    If an FMU ends the simulation earlier, refuses a step or crashes, all other trials make only the steps before.
     """
     names = [v.name for v in fmu.outputs for _ in range(count(v))]
     finite = True
@@ -129,7 +129,7 @@ def setting(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def _after(fmu: ForeignFmu, v: Any, value: Values, h: float) -> Values:
-    """Read the outputs after some steps and one of length h with the input v set to `value`."""
+    """Read the outputs after several steps and one step of length h with the input v set to `value`."""
     n = fmu.steps // 5
     with fmu.running() as made:
         fmu.run(made, range(n))
@@ -140,14 +140,14 @@ def _after(fmu: ForeignFmu, v: Any, value: Values, h: float) -> Values:
 
 
 def _any_step(fmu: ForeignFmu) -> bool:
-    """Return whether communication steps of any length are declared to work."""
+    """Return whether the description allows communication steps of any length."""
     can = fmu.description.coSimulation
     fixed = getattr(can, "fixedInternalStepSize", None)
     return fixed is None and bool(getattr(can, "canHandleVariableCommunicationStepSize", fmu.version == 1))
 
 
 def step_lengths(fmu: ForeignFmu) -> Iterator[str]:
-    """Steps of different lengths are accepted where the description says so."""
+    """Steps of different lengths are accepted if the description allows them."""
     if fmu.version == 1 or not _any_step(fmu):
         return
     with fmu.running() as made:
@@ -162,9 +162,9 @@ def step_lengths(fmu: ForeignFmu) -> Iterator[str]:
 def dependencies(fmu: ForeignFmu) -> Iterator[str]:
     """Direct feed-through is declared in `dependencies`.
 
-    Direct feed-through acts within a step of any length. A unit that differentiates a filtered signal behaves in the
-    same way without a dependency. Only Model Exchange can hold its states, so an FMU with Model Exchange is checked
-    there.
+    Direct feed-through acts within a step of any length. A unit that differentiates a filtered signal shows the same
+    behaviour without direct feed-through. Only Model Exchange can keep the states constant, so an FMU with Model
+    Exchange is checked in Model Exchange.
     """
     can = fmu.description
     if can.modelExchange or not _any_step(fmu):

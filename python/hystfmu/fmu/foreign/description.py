@@ -30,12 +30,12 @@ def read_description(path: str | Path, folder: Path) -> tuple[Any, ET.Element]:
     description : ModelDescription
         Read by fmpy.
     root : Element
-        The same file, for elements that fmpy does not read.
+        Root element of the same file, for elements that fmpy does not read.
 
     Raises
     ------
     InputError
-        No XML, or a content that cannot be read.
+        The file is not XML, or its content cannot be read.
     """
     import fmpy
 
@@ -65,7 +65,7 @@ def _is_number(text: Any) -> bool:
 
 
 def _reason(folder: Path, error: Exception) -> str:
-    """Return the error of the schema with its line; otherwise the error of fmpy, without a line."""
+    """Return the error of the schema with its line, or else the error of fmpy without a line."""
     from fmpy.model_description import ValidationError, read_model_description
 
     try:
@@ -83,7 +83,7 @@ def check_binary(path: str | Path, folder: Path, description: Any) -> None:
     Raises
     ------
     InputError
-        One line that names the missing file, the platforms that are there, and what to do.
+        One line that names the missing file, the available platforms, and a remedy.
     """
     from fmpy import platform, platform_tuple, sharedLibraryExtension
 

@@ -1,4 +1,4 @@
-"""Model Exchange of an FMU of any origin: Continuous-Time Mode (FMI 1.0 to 3.0), and steps with events located.
+"""Model Exchange of an FMU of any origin: Continuous-Time Mode (FMI 1.0 to 3.0), and steps that locate events.
 
 The steps are adaptive Runge-Kutta 5(4).  The local error of an integrator step is at most 1e-8 of a state plus 1e-11 of
 its nominal value (Dormand & Prince 1980, scipy's RK45).  State events are located to the rounding of the time, on the
@@ -31,15 +31,15 @@ class Continuous:
     Parameters
     ----------
     made : Instance
-        In Initialization Mode.
+        Instance in Initialization Mode.
     n, signs : int
-        Numbers of continuous states and of event indicators in the model description.  FMI 3.0 asks the binary, because
-        structural parameters change them.
+        Numbers of continuous states and of event indicators in the model description. In FMI 3.0 the binary states
+        these numbers, because structural parameters change them.
 
     Attributes
     ----------
     next : float
-        Time of the next time event (s); infinite if none is announced.
+        Time of the next time event (s); infinite if no event is announced.
     ended : bool
         Whether the FMU has ended the simulation.
     """
@@ -125,13 +125,13 @@ _LOOKS = 4  # points of an integrator step at which the event indicators are rea
 
 
 def _point(dense: Any, solver: Any, t: float) -> list[float]:
-    """Return the states at t in the last step of a solver; at its end they are those of the solver itself."""
+    """Return the states at t in the last step of a solver; at the end of the step, exactly the solver's states."""
     x: list[float] = (solver.y if t == solver.t else dense(t)).tolist()
     return x
 
 
 class Integrator:
-    """Advances an FMU from its start in steps of any length; inputs are held during a step.
+    """Integrator that advances an FMU from its start in steps of any length; inputs are held during a step.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ class Integrator:
         self._first: float | None = None
 
     def inputs(self, put: Callable[[], None]) -> None:
-        """Set inputs that jump: in Event Mode, as the standard has it."""
+        """Set inputs that jump, in Event Mode as the standard requires."""
         self._event(put)
 
     def _event(self, put: Callable[[], None] | None = None) -> None:
@@ -160,7 +160,7 @@ class Integrator:
             raise Ended(f"the FMU ends the simulation at {self._t:g} s")
 
     def advance(self, end: float) -> None:
-        """Integrate to the time `end` (s), events at that time included."""
+        """Integrate to the time `end` (s), including events at this time."""
         close = 4 * np.spacing(max(abs(self._t), abs(end)))
         for _ in range(_MOST_EVENTS):
             if self._unit.next <= self._t + close:
@@ -178,7 +178,7 @@ class Integrator:
         raise Finding(f"more than {_MOST_EVENTS} events before {end:g} s")
 
     def _integrate(self, limit: float) -> bool:
-        """Integrate to `limit` or the first event; return whether there is one."""
+        """Integrate to `limit` or the first event; return whether there is an event."""
         if not self._x:
             return self._accept(self._t, limit, lambda t: [])
         from scipy.integrate import RK45
@@ -201,7 +201,7 @@ class Integrator:
         return np.array(self._unit.derivatives())
 
     def _accept(self, before: float, now: float, at: Callable[[float], list[float]]) -> bool:
-        """Accept a step, or its part up to the first change of sign of an indicator; return whether events follow."""
+        """Accept a step, or its part up to the first sign change of an indicator; return whether events follow."""
         crossed = False
         left, looks = before, _LOOKS if self._z else 1
         for k in range(looks):
@@ -224,7 +224,7 @@ class Integrator:
         return any((a > 0) != (b > 0) for a, b in zip(self._z, self._unit.indicators(), strict=True))
 
     def _located(self, left: float, right: float, at: Callable[[float], list[float]]) -> float:
-        """Return the time just behind the first change of sign."""
+        """Return the time just after the first sign change."""
         while right - left > 2 * np.spacing(abs(right)):
             middle = (left + right) / 2
             if self._changed(middle, at):
@@ -234,10 +234,10 @@ class Integrator:
         return right
 
     def save(self) -> tuple[Any, ...]:
-        """Return the state of the integrator, besides the state of the FMU."""
+        """Return the state of the integrator, without the state of the FMU."""
         return self._t, list(self._x), list(self._z), self._unit.next, self._first
 
     def restore(self, saved: tuple[Any, ...]) -> None:
-        """Go back to a saved point; the state of the FMU is restored before."""
+        """Return to a saved point; the state of the FMU must be restored first."""
         self._t, x, z, self._unit.next, self._first = saved
         self._x, self._z = list(x), list(z)

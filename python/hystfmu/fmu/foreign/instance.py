@@ -1,4 +1,4 @@
-"""One instance of an FMU of any origin: the same calls for FMI 1.0, 2.0 and 3.0 and for every interface (by fmpy).
+"""Instance of an FMU of any origin: the same calls for FMI 1.0, 2.0 and 3.0 and all interfaces (by fmpy).
 
 Only child processes make instances, because the FMU executes foreign native code.
 """
@@ -14,11 +14,11 @@ from typing import Any, Literal
 
 
 class Finding(Exception):
-    """A finding as a sentence; ends the trial or the run in which it occurs."""
+    """A finding as a sentence; it ends the trial or the run in which it occurs."""
 
 
 class Ended(Finding):
-    """The FMU ends the simulation by itself, as the standard allows it."""
+    """The FMU ends the simulation by itself, as the standard allows."""
 
 
 Values = tuple[float, ...]
@@ -26,7 +26,7 @@ Interface = Literal["CoSimulation", "ModelExchange", "ScheduledExecution"]
 REAL = frozenset({"Real", "Float64", "Float32"})
 NUMBERS = REAL | {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)} | {"Integer", "Enumeration"}
 CARRIED = NUMBERS | {"Boolean"}
-"""Types whose values are carried as numbers."""
+"""Types whose values are represented as numbers."""
 
 _DISCARD, _TERMINATED = 2, 3  # fmi2Status, fmi2StatusKind
 _TEXT = {"fmi1GetVersion", "fmi1GetTypesPlatform", "fmi1GetModelTypesPlatform"}
@@ -75,12 +75,12 @@ class Instance:
     name : str
         Name of the instance.
     log : callable, optional
-        Takes each log message; by default they are printed.
+        Function that takes each log message; by default messages are printed.
 
     Raises
     ------
     Finding
-        The binary cannot be loaded, lacks a function of the standard, or makes no instance.
+        The binary cannot be loaded, lacks a function of the standard, or creates no instance.
     """
 
     def __init__(
@@ -152,7 +152,7 @@ class Instance:
             raise Finding(f"{what}: {e}") from None
 
     def initialize(self, t: float) -> None:
-        """Enter Initialization Mode at time t (s).  FMI 1.0 has none: values are set before its one call."""
+        """Enter Initialization Mode at time t (s); FMI 1.0 has no such mode, values are set before its single call."""
         self._t0 = t
         if self.version == 2:
             self.call("setting up the experiment", "setupExperiment", startTime=t)
@@ -163,7 +163,7 @@ class Instance:
             self.call(f"setting the time {t:g} s", "setTime", t)
 
     def begin(self) -> Any:
-        """Leave Initialization Mode; for Model Exchange in FMI 1.0 return what its first event told."""
+        """Leave Initialization Mode; for Model Exchange in FMI 1.0 return the result of its first event."""
         if self.version > 1:
             self.call("leaving Initialization Mode", "exitInitializationMode")
             return None
@@ -172,7 +172,7 @@ class Instance:
         return told if self.interface == "ModelExchange" else None
 
     def step(self, what: str, t: float, h: float) -> bool:
-        """Make a communication step.  Returns False if the FMU ends the simulation, as the standard allows it."""
+        """Make a communication step; return False if the FMU ends the simulation, as the standard allows."""
         TALLY["steps"] += 1
         if self.version == 3:
             _, ended, early, _ = self.call(what, "doStep", t, h)
@@ -206,7 +206,7 @@ class Instance:
         return self._methods[key]
 
     def get(self, v: Any, n: int | None = None) -> Values:
-        """Read all elements of a variable (`n` of them, by default as many as declared)."""
+        """Read all elements of a variable; their number is `n`, by default the declared number."""
         references = [v.valueReference]
         TALLY["values read"] += 1
         try:
@@ -218,7 +218,7 @@ class Instance:
             raise Finding(f"{v.name} (value reference {v.valueReference}) cannot be read: {e}") from None
 
     def set(self, v: Any, values: Sequence[float]) -> None:
-        """Set all elements of a variable; whole numbers are taken from floats that are whole."""
+        """Set all elements of a variable; floats with whole values are accepted for integers."""
         TALLY["values set"] += 1
         try:
             exact: Any = list(values) if v.type in REAL else [int(x) for x in values]
@@ -243,8 +243,10 @@ _WORDS = {"true": 1.0, "false": 0.0}
 
 
 def numbers(text: Any) -> tuple[float, ...]:
-    """Return the numbers in a start value; `true` and `false` are 1 and 0, and integers beyond the range of doubles
-    stay ints."""
+    """Return the numbers in a start value; `true` and `false` are 1 and 0.
+
+    Integers beyond the exact range of doubles remain ints.
+    """
     return tuple(_WORDS[w] if w in _WORDS else _number(w) for w in str(text).split())
 
 
@@ -262,7 +264,7 @@ def carried(v: Any, x: float) -> float:
     Raises
     ------
     Finding
-        A whole number that is not finite or does not fit the type.
+        The value is not finite or does not fit the integer type.
     """
     if v.type in REAL:
         return x

@@ -11,7 +11,7 @@ from hystfmu.fmu.foreign.instance import Ended, Instance, carried
 
 
 class Simulated:
-    """One instance that runs in Co-Simulation, or in Model Exchange with an integrator if it has no Co-Simulation.
+    """One instance in Co-Simulation, or in Model Exchange with an integrator if the FMU has no Co-Simulation.
 
     Parameters
     ----------
@@ -23,12 +23,12 @@ class Simulated:
         Variables to set and read, with the number of elements of each.
     name : str
     log : callable, optional
-        Takes each log message.
+        Function that takes each log message.
 
     Raises
     ------
     Finding
-        As `Instance`; so do all methods.
+        As in `Instance`; all methods raise it, too.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Simulated:
         self._held: list[float] | None = None
 
     def set_parameters(self, settings: Mapping[str, Any]) -> None:
-        """Set parameters by name before initialization; structural ones in Configuration Mode."""
+        """Set parameters by name before initialization; structural parameters are set in Configuration Mode."""
         variables = {v.name: v for v in self._description.modelVariables}
         structural = {k: x for k, x in settings.items() if variables[k].causality == "structuralParameter"}
         if structural:
@@ -89,7 +89,7 @@ class Simulated:
             at += n
 
     def put(self, u: Sequence[float]) -> None:
-        """Set all inputs; they are held from here on."""
+        """Set all inputs; the instance holds them until the next call."""
         if self._integrator is None:
             self._put(u)
         elif self._held is None or list(u) != self._held:

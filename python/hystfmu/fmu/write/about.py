@@ -1,6 +1,6 @@
 """Facts of an FMU from the fitted model in it: name, description, and the ranges and sizes of its ports.
 
-All comes from the model and the record that it was fitted to, so that equal models give equal bytes.
+All facts come from the model and from the record of its fit, so that equal models give equal bytes.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ def record_of(model: Model) -> Mapping[str, Any]:
 
 
 def name_of(model: Model) -> str:
-    """Return the name of an FMU: record and kind."""
+    """Return the name of an FMU, made of record and kind."""
     record = record_of(model)
     return f"{_short(record['data'])} {model.key}" if record else model.key
 
 
 def description_of(model: Model) -> str:
-    """Return one line: the kind, the record, its range and units of measure, and the error on it."""
+    """Return one line: kind, record, range and units of measure of the record, and error on the record."""
     record = record_of(model)
     if not record:
         return model.text
@@ -73,14 +73,14 @@ def _error(percent: Any) -> str:
 
 @dataclass(frozen=True)
 class Facts:
-    """Data of one port; None and "" if unknown.
+    """Data of one port; unknown data are None or "".
 
     Parameters
     ----------
     low, high : float or None
-        Least and largest value of the training rows, the start value included.
+        Least and largest value of the training rows, including the start value.
     nominal : float or None
-        Size of its values.
+        Typical size of the values.
     text : str
         Description.
     """
@@ -92,7 +92,7 @@ class Facts:
 
 
 def _size(x: float) -> float | None:
-    """Return a size with two digits; None if it cannot be a nominal value."""
+    """Return a size with two digits; None if the size cannot be a nominal value."""
     return float(f"{x:.2g}") if math.isfinite(x) and x > 0 else None
 
 
@@ -106,14 +106,14 @@ def _of_input(port: Port, span: object) -> Facts:
 def facts_of(model: Model, y: Array) -> Mapping[str, Facts]:
     """Return the data of a model on its real ports, by name.
 
-    Inputs have the range of the training rows. Outputs have the size that the reference run reaches. They have no
+    Inputs have the range of the training rows. Outputs have the largest size in the reference run. Outputs have no
     range, because a model may leave the range of the training rows.
 
     Parameters
     ----------
     model : Model
     y : array, shape (n, n_outputs)
-        Outputs of its reference run.
+        Outputs of the reference run of the model.
     """
     found: dict[str, Facts] = {}
     spans = {**model.provenance.get(COVARIATES, {})}

@@ -41,7 +41,7 @@ def _type_name(graph: Graph, p: Port) -> str:
 
 
 def _limits(v: Var, facts: Facts) -> dict[str, str]:
-    """Return the limits of the block, or the narrower ones of a training record, and the nominal value."""
+    """Return the limits of the block, or narrower limits from a training record, and the nominal value."""
     if v.type not in ("real", "int"):
         return {}
     low, high = (own if known is None else known for own, known in ((v.lo, facts.low), (v.hi, facts.high)))
@@ -94,9 +94,9 @@ def _scalars(graph: Graph) -> Iterator[tuple[Port, int, str]]:
 
 
 def _continuous(graph: Graph) -> Iterator[tuple[dict[str, str], str, int | None]]:
-    """Yield attributes, unit of measure and, for a derivative, the index of its state: all states, then derivatives.
+    """Yield attributes and unit of measure of all states, then of all derivatives, with the index of their state.
 
-    Their value references follow that of the time.
+    The value references follow the value reference of the time.
     """
     states, first = graph.continuous_states, sum(p.size for p in graph.ports) + 1
     local = {"causality": "local", "variability": "continuous", "initial": "calculated"}
@@ -259,7 +259,7 @@ def model_description(
     fmi : {2, 3}
         Version of the standard.
     name : str
-        Model name, for a reader.
+        Model name, any text.
     identifier : str
         Model identifier: a letter or _ followed by letters, digits or _.
     text : str
@@ -269,7 +269,7 @@ def model_description(
     sources : sequence of str
         Files of the sources directory, listed in FMI 2.0 only (FMI 3.0 has buildDescription.xml).
     known : mapping of str to Facts, optional
-        Data of a fitted model on its ports.
+        Data about the ports of a fitted model.
 
     Returns
     -------

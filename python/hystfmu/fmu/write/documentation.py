@@ -165,7 +165,7 @@ def documentation(
     reference : Reference
         The reference experiment; its curve is the plot.
     model : Model, optional
-        Source of fit and provenance.
+        Model whose fit and provenance are shown.
     source : bool
         Whether the archive has a sources directory.
     explorer : Explorer, optional

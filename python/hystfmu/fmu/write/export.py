@@ -56,17 +56,19 @@ def export_fmu(
     Parameters
     ----------
     model : Model or Graph
-        Content of the FMU.  A model also gives the description, and fit and data range for the documentation.  With
-        sampled blocks, its step is their sample time: the FMU refuses communication steps that are no multiple of it.
+        Content of the FMU. A model also gives the description, and fit and data range for the documentation. If the
+        model has sampled blocks, its step is their sample time. The FMU then refuses communication steps that are not a
+        multiple of the sample time.
     path : str or Path
         FMU to write, usually ``*.fmu``; written atomically.
     fmi : {2, 3}
         Version of the standard.
     name : str, optional
-        Model name, any text; by default the record and the key of the model, or the name of its only block.  The model
-        identifier is its first 60 characters, with _ for all that is no letter of ASCII and no digit.
+        Model name, any text; by default the record and the key of the model, or the name of its only block. The model
+        identifier is the first 60 characters of the name, with _ for every character that is neither an ASCII letter
+        nor a digit.
     platforms : {"host", "all"}
-        Pack the binary of this machine, or those of all platforms.
+        Pack the binary of this machine, or the binaries of all platforms.
     source : bool
         Also pack the source: one C file, which needs the headers of the FMI standard and the C library.
     explorer : Explorer, optional
@@ -74,7 +76,7 @@ def export_fmu(
     stop : float, optional
         End (s) of the default experiment; by default 1000 steps.
     text : str, optional
-        Description; by default what the model and its record, or the only block, say.
+        Description; by default a text from the model and its record, or from its only block.
 
     Returns
     -------
@@ -84,8 +86,8 @@ def export_fmu(
     Raises
     ------
     InputError
-        If the version or the name is invalid, FMI defines no folder for this platform, a binary of all platforms is not
-        installed, or the file cannot be written.
+        The version or the name is invalid, FMI defines no folder for this platform, a binary for all platforms is
+        requested but not installed, or the file cannot be written.
     """
     if fmi not in (2, 3):
         raise InputError(f"The FMI version must be 2 or 3. Got {fmi} instead.")

@@ -1,4 +1,4 @@
-"""UnitDefinitions of modelDescription.xml: each unit of measure with its exponents of SI base units.
+"""UnitDefinitions of modelDescription.xml: units of measure with exponents of SI base units.
 
 A unit of measure is a product such as `um/V` or `N.s/m2`: symbols with prefix and exponent.
 """
@@ -14,7 +14,7 @@ from hystfmu.graph import Graph
 
 @dataclass(frozen=True)
 class _Unit:
-    """Exponents of the SI base units, and the factor to SI: `scale` times 10^`ten`, exact in decimal digits."""
+    """Exponents of the SI base units, and the factor to SI, `scale` times 10^`ten`, in exact decimal digits."""
 
     exponents: dict[str, int]
     ten: int = 0
@@ -98,7 +98,7 @@ def rate_unit(unit: str) -> str:
 
 
 def base_unit(unit: str) -> dict[str, str] | None:
-    """Return the attributes of `BaseUnit` of a unit of measure, None if it is not known.
+    """Return the attributes of `BaseUnit` for a unit of measure; None if the unit is not known.
 
     Examples
     --------

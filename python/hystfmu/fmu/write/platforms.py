@@ -57,7 +57,7 @@ def host() -> Platform:
     Raises
     ------
     InputError
-        If no folder is defined for it.
+        FMI defines no folder for this platform.
     """
     key = (sys.platform, platform.machine())
     if key not in _HOSTS:
@@ -71,7 +71,7 @@ def _installed(file: str) -> Path:
 
 
 def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
-    """Return the prebuilt binary of a platform, identical in every FMU; None if it is not installed.
+    """Return the prebuilt binary of a platform, the same in all FMUs; None if it is not installed.
 
     An FMU for all platforms prefers the cross-compiled binary, which runs with older C libraries.
     """
@@ -82,7 +82,7 @@ def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
 
 @functools.cache
 def _deflated(path: Path) -> Deflated:
-    """Return a deflated binary. `make platforms` compresses better, because that would take too long in an export."""
+    """Return a deflated binary. `make platforms` has compressed it well, which would take too long in an export."""
     content = path.read_bytes()
     made = path.with_name(f"{path.name}.deflate")
     if made.exists():
@@ -103,9 +103,9 @@ def binaries(fmi: Fmi, name: str, which: Literal["host", "all"]) -> dict[str, De
     Raises
     ------
     ImportError
-        If the binary of this machine is not installed.
+        The binary of this machine is not installed.
     InputError
-        If all platforms are wanted and the binary of one is not installed.
+        All platforms are requested, and the binary of a platform is not installed.
     """
     if _path(host(), which) is None:
         raise ImportError("the compiled FMU binary is missing: install the package with 'pip install .'")

@@ -1,7 +1,8 @@
-"""The reference experiment of an FMU: a stimulus with nested loops and the response of the model, as CSV and XML files.
+"""Reference experiment of an FMU: a stimulus with nested loops and the response, as CSV and XML files.
 
-Importers can repeat the experiment and compare.  The formats are the FMI Layered Standard for References (fmi-ls-ref
-1.0.0-beta.1) and, for the experiment, MA-HS-Experiments.  The documentation and the icon show the same loop.
+Importers can repeat the experiment and compare results. The formats are the FMI Layered Standard for References
+(fmi-ls-ref 1.0.0-beta.1) and, for the experiment, MA-HS-Experiments. The documentation and the icon show the loop of
+this experiment.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def _path() -> Array:
 
 
 def _span(port: Port, model: Model | None) -> tuple[float, float]:
-    """Return the range of the stimulus: that of the identification data, else the start value plus and minus 1."""
+    """Return the range of the stimulus: the range of the identification data, else the start value +- 1."""
     span = model.provenance.get("span_u") if model else None
     if isinstance(span, Sequence) and len(span) == 2 and math.isfinite(span[1] - span[0]) and port.size == 1:
         return float(span[0]), float(span[1])
@@ -50,8 +51,8 @@ def _span(port: Port, model: Model | None) -> tuple[float, float]:
 class Reference:
     """Inputs u (rows, scalar inputs) and outputs y (rows, scalar outputs) of a graph, with a step of h (s).
 
-    Row 0 is the initialisation. Row k contains the outputs after setting the inputs of row k - 1 and stepping to the
-    time of row k, like a master that sets inputs at the beginning of every step.
+    Row 0 is the initialisation. For row k, the inputs of row k - 1 are set, and a step to the time of row k is made. So
+    the experiment behaves like a master that sets inputs at the beginning of every step.
     """
 
     graph: Graph
@@ -61,7 +62,7 @@ class Reference:
 
     @classmethod
     def of(cls, graph: Graph, model: Model | None = None) -> Reference:
-        """Simulate the response of a graph to the stimulus, in its step; `model` gives the range of the data.
+        """Simulate the response of a graph to the stimulus with its step; `model` gives the range of the data.
 
         Covariates drift over the range of the data, from its lower to its upper end.
         """
@@ -84,7 +85,7 @@ class Reference:
 
     @cached_property
     def curve(self) -> tuple[Array, Array]:
-        """The curve for plots: first output over first input at equal times, or over time without inputs.
+        """Curve for plots: the first output over the first input at equal times, or over time without inputs.
 
         Values are finite, even if the model overflows.
         """

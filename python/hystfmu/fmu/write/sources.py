@@ -1,7 +1,7 @@
 """A graph as C99 (and C++20) text: the `sources` directory of an FMU, and two files for a target without FMI.
 
-The package contains the amalgamated text of the core (`fmu_build/sources/amalgamate.py`).  The C file holds the block
-file as a constant, then the sections of that text that the graph needs.
+The package contains the amalgamated text of the core (`fmu_build/sources/amalgamate.py`). The C file contains the block
+file as a constant, then the sections of the amalgamated text that the graph needs.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def _sections() -> dict[str, str]:
 
 
 def wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
-    """Return whether a section belongs to the source of an FMU: used blocks and functions of its standard."""
+    """Return whether a section belongs to the source of an FMU: used blocks, and functions of the standard."""
     folder, _, file = name.rpartition("/")
     if folder.startswith("core/blocks/") and file.endswith(".c"):
         return file.removesuffix(".c") in blocks
@@ -47,7 +47,7 @@ def core_text(graph: Graph, name: str, comment: str, wanted: Callable[[str], boo
     Parameters
     ----------
     graph : Graph
-        Gives the block file and names the blocks.
+        Graph with the blocks, for the block file and the names of blocks.
     name : str
         Every public symbol begins with ``name_``.
     comment : str
@@ -73,7 +73,7 @@ def core_text(graph: Graph, name: str, comment: str, wanted: Callable[[str], boo
 def source_file(graph: Graph, fmi: Fmi, name: str) -> bytes:
     """Return the C file: licence, data, the sections of the core for the blocks in use, the functions of one standard.
 
-    Every public symbol begins with ``name``.  The functions of the standard do so if the build defines
+    Every public symbol begins with ``name``. This applies to the functions of the standard if the build defines
     FMI2_FUNCTION_PREFIX (FMI3_FUNCTION_PREFIX) as ``name_``.
     """
     blocks = {n.type for n in graph.nodes}
@@ -226,7 +226,7 @@ def _meaning(p: Port) -> str:
 
 
 def _bytes(graph: Graph) -> int:
-    """Return the memory of an instance on a machine with pointers of 8 bytes; others need less."""
+    """Return the memory of an instance on a machine with pointers of 8 bytes; other machines need less."""
     content, size, error = graph.to_bytes(), C.c_size_t(), RawError()
     if library().hyst_graph_measure(content, len(content), C.byref(size), C.byref(error)):
         raise RuntimeError("the core does not open its own block file")

@@ -1,4 +1,4 @@
-"""Icon and terminals of an FMU: the loop of the model as PNG of 128 x 128 pixels and as SVG, terminalsAndIcons.xml."""
+"""Icon and terminals of an FMU: terminalsAndIcons.xml, and the loop as PNG of 128 x 128 pixels and as SVG."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ _SQUARE = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
 
 
 def terminals_and_icons(graph: Graph) -> bytes:
-    """Write the file of a graph.  Terminals match by name ("bus"): two units connect where names agree."""
+    """Write the file of a graph. Terminals match by name ("bus"): ports of two units connect if their names agree."""
     root = ET.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     picture = ET.SubElement(root, "GraphicalRepresentation")
     ET.SubElement(picture, "CoordinateSystem", {**_SQUARE, "suggestedScalingFactorTo_mm": "0.1"})

@@ -1,1 +1,1 @@
-"""One estimator for all graphs: free parameters, linear ones projected out, searched from several starts."""
+"""One estimator for all graphs: linear free parameters are projected out, a search finds all other free parameters."""

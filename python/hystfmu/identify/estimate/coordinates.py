@@ -1,11 +1,11 @@
-"""Coordinates of a search: bounds, scales, and the values of parameters at a point; those of free parameters.
+"""Coordinates of a search: bounds, scales, and the values of the free parameters at a point.
 
-Free parameters are searched by logarithms, steps of values that rise, ratios of values with a given sum. Bounds that
-are not given follow from the unit of measure of a parameter, its block, and the record. A frequency lies between a
-cycle per record and half the sample rate, a time between a tenth of a step and ten records. A parameter in the unit of
-an input (threshold, input at rest) lies within one span around the range of this input. A parameter with limits in its
-block lies between these limits. A positive parameter is searched by its logarithm, over three decades to both sides of
-its value in the graph.
+A coordinate is a value, the logarithm of a value, a step between rising values, or a ratio of values with a given sum.
+Bounds that are not given follow from the unit of measure of a parameter, its block, and the record. A frequency lies
+between one cycle per record and half the sample rate. A time lies between a tenth of a step and ten record lengths. A
+parameter in the unit of measure of an input (threshold, input at rest) lies within the range of this input, extended by
+one span to each side. A parameter with limits in its block lies between these limits. A positive parameter is searched
+by its logarithm, from a thousandth to the thousandfold of its value in the graph.
 """
 
 from __future__ import annotations
@@ -35,8 +35,9 @@ SHARE = 0.1  # scale of another coordinate, relative to the room between its bou
 class Coordinates:
     """The coordinates (n,) of a search with their bounds `lo`, `hi`.
 
-    `scale` has a size for each coordinate: steps of this size change the output by similar amounts. `values` returns
-    the values of parameters, by ``node.parameter``, at a point (n,); arrays are complete.
+    `scale` contains a size for each coordinate: steps of this size change the output by similar amounts. `values`
+    returns the values of the parameters at a point (n,), by ``node.parameter``. It returns complete arrays, also if
+    only some elements are free.
     """
 
     lo: Array
@@ -45,7 +46,7 @@ class Coordinates:
     values: Callable[[Array], Mapping[str, ArrayLike]]
 
     def inside(self, p: Array) -> Array:
-        """Return the point moved off its bounds."""
+        """Return the point, moved inside its bounds."""
         room = MARGIN * np.minimum(np.maximum(self.hi - self.lo, 0.0), 1.0)
         return np.clip(p, self.lo + room, self.hi - room)
 
@@ -56,7 +57,7 @@ class Coordinates:
         return found
 
     def only(self, moved: NDArray[np.bool_], p: Array) -> Coordinates:
-        """Return the coordinates `moved` (n,) alone, with the others held at their values in `p` (n,)."""
+        """Return the search over the coordinates `moved` (n,); all other coordinates keep their values in `p` (n,)."""
 
         def values(q: Array) -> Mapping[str, ArrayLike]:
             return self.values(self.joined(moved, p, q))
@@ -133,7 +134,7 @@ def made_coordinates(
 ) -> tuple[Coordinates, Array]:
     """Return the coordinates of a search over free parameters with their bounds, and its first start point.
 
-    `whole` holds the values of the parameters in the graph, by ``node.parameter``, with the elements that are not
+    `whole` contains the values of the parameters in the graph, by ``node.parameter``, including elements that are not
     free.
     """
     parts = [_part(free, lo, hi) for free, (lo, hi) in zip(frees, bounds, strict=True)]

@@ -1,10 +1,11 @@
 """Search for linear dynamics after a hysteresis: G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1) with a delay.
 
-If the response of the record shows further modes, they are added in parallel with their shares of the static gain, if
-this reduces the residuals.
+Further modes in the response of the record are added in parallel, with their shares of the static gain, if they reduce
+the residuals.
 
-The delay is a whole number of samples in a delay block; its rest is a Pade approximant of e^(-s tau) of order 2 inside
-the transfer function, with a phase error of (omega tau)^5/720, 5e-9 rad at a fiftieth of the sample rate.
+The whole samples of the delay are in a delay block. The fractional rest tau is a Pade approximant of e^(-s tau) of
+order 2 inside the transfer function. Its phase error is (omega tau)^5/720, or 5e-9 rad at a fiftieth of the sample
+rate.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ class Dynamics:
 
     @property
     def told(self) -> dict[str, Any]:
-        """Entries of `Model.fit`; ``modes`` are further ones: natural frequency (Hz), damping ratio and share."""
+        """Entries of `Model.fit`; ``modes`` lists frequency (Hz), damping ratio and share of further modes."""
         further = {"modes": [list(mode) for mode in self.beside]} if self.beside else {}
         return {"f_n": self.f_n, "zeta": self.zeta, "delay": self.delay, **further}
 
@@ -87,8 +88,10 @@ class Dynamics:
         return np.array([np.log(self.f_n), np.log(self.zeta), self.delay / h])
 
     def nodes(self, h: float, hold: str) -> list[Node]:
-        """Return a chain of blocks for the step h (s): ``g0`` (transfer_function), and ``delay`` if it has a whole
-        sample."""
+        """Return a chain of blocks for the step h (s).
+
+        The chain has ``g0`` (transfer_function), and ``delay`` if the delay has whole samples.
+        """
         whole = math.floor(self.delay / h + LEAST_REST)
         b, a = polynomials(self, max(self.delay - whole * h, 0.0) if self.delay / h - whole > LEAST_REST else 0.0)
         g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})
@@ -105,7 +108,7 @@ class Dynamics:
 
 
 def polynomials(g: Dynamics, rest: float) -> tuple[Array, Array]:
-    """Return numerator and denominator of G0(s) times Pade(2, 2) of e^(-s rest), highest power of s first."""
+    """Return numerator and denominator of G0(s) times Pade(2, 2) of e^(-s rest), the highest power of s first."""
     modes = [(g.f_n, g.zeta, 1 - sum(share for *_, share in g.beside)), *g.beside]
     dens = [np.array([1.0, 2 * zeta * 2 * np.pi * f, (2 * np.pi * f) ** 2]) for f, zeta, _ in modes]
     b, a = np.zeros(1), np.ones(1)
@@ -121,7 +124,10 @@ def polynomials(g: Dynamics, rest: float) -> tuple[Array, Array]:
 
 
 def bounds(data: Dataset, options: Options) -> tuple[Array, Array]:
-    """Return the bounds of (ln f_n, ln zeta, delay in samples): one cycle per record to Nyquist, 0.01 to zeta_max."""
+    """Return the bounds of (ln f_n, ln zeta, delay in samples).
+
+    f_n lies between one cycle per record and Nyquist, zeta between 0.01 and zeta_max.
+    """
     n = data.train.stop - data.train.start
     lo = np.array([np.log(1 / (n * data.h)), np.log(0.01), 0.0])
     return lo, np.array([np.log(0.5 / data.h), np.log(options["zeta_max"]), max(options["delay_max"], 1e-9)])
@@ -134,7 +140,7 @@ def search(
     progress: Progress,
     near: Dynamics | None = None,
 ) -> Dynamics:
-    """Minimise the residuals by trust-region steps from `near`, or from the best two of a grid of f_n."""
+    """Minimise the residuals by trust-region steps from `near`, or from the best two points of a grid of f_n."""
     h = data.h
     lo, hi = bounds(data, options)
 
@@ -188,7 +194,7 @@ def search(
 
 
 def _modes(data: Dataset) -> list[Dynamics]:
-    """Return the modes that the record shows after its input, single and combined; none for a long record."""
+    """Return the modes that the record shows after its input, one by one and combined; empty for a long record."""
     if len(data.u) > MOST_ROWS:
         return []
     shown = evidence(data)
@@ -219,8 +225,8 @@ def uncertainty(residuals: Callable[[Dynamics], Array], g: Dynamics, data: Datas
 def unknown(g: Dynamics, spread: Array, data: Dataset, options: Options) -> list[str]:
     """Return a warning for each of f_n, zeta and the delay that the data do not determine.
 
-    `spread` (3,) holds the standard errors of ln f_n, ln zeta and the delay (samples); options give the bounds of
-    the search.
+    `spread` (3,) contains the standard errors of ln f_n, ln zeta and the delay (samples). The options define the bounds
+    of the search.
     """
     lo, hi = bounds(data, options)
     p, room = g.point(data.h), 1e-3
@@ -254,8 +260,9 @@ def told(g: Dynamics, spread: Array, data: Dataset, options: Options) -> dict[st
 def hysteresis(model: Model) -> Model:
     """Return the model without G0 and delay: the static part, which `hystfmu.inverse.inverse` inverts.
 
-    Put a ``feedforward`` block with ``f_n`` and ``zeta`` of ``model.fit`` in front of that inverse.  It needs the
-    reference with two derivatives, ``delay`` seconds ahead.  A model without such dynamics is an InputError.
+    Put a ``feedforward`` block with ``f_n`` and ``zeta`` of ``model.fit`` in front of the inverse. This block needs the
+    reference and its first two derivatives, ``delay`` seconds ahead. A model without these dynamics raises an
+    InputError.
     """
     g = model.graph
     if not model.key.startswith("g0_"):

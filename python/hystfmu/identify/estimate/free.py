@@ -1,4 +1,4 @@
-"""Free parameters of a graph as a user names them, with bounds, scale and ties, checked against the blocks.
+"""Free parameters of a graph as a user names them, with bounds, scale and constraints, checked for the blocks.
 
 A free parameter is named ``node.parameter``, or ``node.parameter[i]`` for one element, counted from 1.  It is given as
 True, as (lower, upper), or as a table with any of
@@ -8,7 +8,7 @@ True, as (lower, upper), or as a table with any of
   rising         True: the elements of an array do not decrease,
   sum            the elements of an array are positive and make this sum.
 
-As a file a graph with free parameters has the tables of a model file, and a table ``[free]``.
+A file of a graph with free parameters has the tables of a model file, and a table ``[free]``.
 """
 
 from __future__ import annotations
@@ -40,10 +40,11 @@ Spec = bool | Sequence[float] | Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Free:
-    """One free parameter as given, of the node and parameter of these names.
+    """One free parameter as given: names of its node and of its parameter, and settings of the search.
 
-    `elements` are free, from 0, of the `whole` number; `start` (n,) are their values in the graph, `row` is that of
-    the block's table.  Bounds, scale, rising and sum as given.
+    `elements` are the indices of the free elements, from 0, of an array with `whole` elements. `start` (n,) contains
+    the values of these elements in the graph. `row` is the row of the parameter in the table of its block. Bounds,
+    scale, rising and sum are as given.
     """
 
     name: str
@@ -61,19 +62,19 @@ class Free:
 
     @property
     def place(self) -> str:
-        """The parameter, ``node.parameter``."""
+        """Name of the parameter, ``node.parameter``."""
         return f"{self.node}.{self.parameter}"
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Names of the elements, as they are given one by one."""
+        """Names of the single elements, as a user names them."""
         if self.whole == 1:
             return (self.place,)
         return tuple(f"{self.place}[{k + 1}]" for k in self.elements)
 
     @property
     def rises(self) -> bool:
-        """True if the elements must not decrease: as given, or required by the block."""
+        """True if the elements must not decrease, because the user or the block requires it."""
         return len(self.elements) > 1 and (self.rising or "not decreasing" in self.row.text)
 
     @property
@@ -89,10 +90,11 @@ class Free:
 
 
 def read(graph: Graph, given: Mapping[str, Spec]) -> tuple[Free, ...]:
-    """Check what is freed, see the module.
+    """Check the free parameters; the module docstring states their form.
 
-    An InputError are an unknown node or parameter, a size or another structural parameter, a bad table, bounds that
-    exclude the value in the graph, an element freed twice, nothing freed.
+    An InputError is raised for an unknown node or parameter, for a size or another structural parameter, and for an
+    invalid table. It is also raised for bounds that exclude the value in the graph, for an element that is freed twice,
+    and if no parameter is free.
     """
     if not given:
         raise InputError("The free parameters must be at least one, e.g. free={'node.parameter': True}. Got none.")
@@ -164,7 +166,7 @@ def _table(name: str, spec: Spec) -> dict[str, Any]:
 
 
 def _check_start(free: Free) -> None:
-    """Refuse bounds and ties that exclude the values in the graph."""
+    """Refuse bounds and constraints that exclude the values in the graph."""
     lo, hi = free.lo, free.hi
     if free.lower is not None and free.upper is not None and not free.lower < free.upper:
         raise InputError(
@@ -192,7 +194,7 @@ def _check_start(free: Free) -> None:
 
 
 def plain(spec: Spec) -> bool | list[float] | dict[str, Any]:
-    """Return a free parameter as it stands in a TOML file."""
+    """Return a free parameter in the form of a TOML file."""
     if isinstance(spec, Mapping):
         return {k: v if isinstance(v, str | bool) else float(v) for k, v in spec.items()}
     return True if spec is True else [float(v) for v in spec]  # type: ignore[union-attr]
@@ -212,7 +214,7 @@ class _File(GraphTable):
 def read_graph(path: Path) -> tuple[Graph, dict[str, Spec]]:
     """Read a graph and its free parameters from `path`; the blocks may stand in any order.
 
-    An InputError is one line with file, key, rule and value.
+    The message of an InputError is one line with file, key, rule and value.
     """
     table = load_toml(path)
     check_format(table, FORMAT, path, required=True)

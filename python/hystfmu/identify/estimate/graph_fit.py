@@ -1,6 +1,6 @@
 """Fit of the free parameters of any graph of blocks: bounds, linear parts, starts, search, standard errors.
 
-A block alone is fitted as a graph too: its input scaled to [-1, 1], its outputs weighted and shifted.
+A single block is also fitted as a graph: its input is scaled to [-1, 1], and its outputs are weighted and shifted.
 """
 
 from __future__ import annotations
@@ -46,11 +46,12 @@ def fit_graph(
 ) -> Built:
     """Fit the free parameters of a graph to the free run on every record.
 
-    The graph has one output; its first input is u, further ones are covariates of the data, by name. `free` as in
-    `hystfmu.identify.estimate.free`; with `hold` redundant parameters are held. Found are ``free`` and ``condition`` of
-    `determined`, ``held``, ``bounded`` and ``warnings``.
+    The graph has one output. Its first input is u; further inputs are covariates of the data, by name. `free` has the
+    form of `hystfmu.identify.estimate.free`. With `hold`, redundant parameters are held. The further results are
+    ``free`` and ``condition`` of `determined`, ``held``, ``bounded`` and ``warnings``.
 
-    An InputError are other ports, a bad free parameter, a graph that the core cannot run on the data as it is.
+    An InputError is raised for other ports, for an invalid free parameter, and for a graph that the core cannot run on
+    the data with its given values.
     """
     _check_ports(graph, data)
     frees, until = read(graph, free), time.monotonic() + options["seconds"]
@@ -91,7 +92,7 @@ def fit_graph(
 
 
 class _Problem:
-    """The objective of free parameters that are searched, beside those that are eliminated."""
+    """Objective of a fit: some free parameters are searched, all others are eliminated as linear parameters."""
 
     def __init__(
         self, data: Dataset, graph: Graph, searched: Sequence[Free], linear: Sequence[Linear], until: float
@@ -105,7 +106,7 @@ class _Problem:
     def repeated(self, seed: int) -> tuple[str, ...]:
         """Return the redundant parameters, whose effect is a combination of the effects of others.
 
-        Of two, the first one.
+        If two parameters have the same effect, the first is redundant.
         """
         c, rng = self.objective.coordinates, np.random.default_rng(seed)
         for _ in range(TRIED):
@@ -170,7 +171,7 @@ def _check_logs(searched: Sequence[Free], bounds: Sequence[tuple[float, float]])
 
 
 def _drawn(objective: Objective, count: int, seed: int, progress: Progress) -> list[Array]:
-    """Draw points between the bounds and return the best of them."""
+    """Draw points between the bounds, and return the best points."""
     c, rng = objective.coordinates, np.random.default_rng(seed)
     if not len(c.lo):
         return []
@@ -187,9 +188,9 @@ def _drawn(objective: Objective, count: int, seed: int, progress: Progress) -> l
 def around(node: Node, data: Dataset) -> tuple[Graph, dict[str, Spec]]:
     """Return ``input -> node -> readout`` and its free parameters.
 
-    Free are the weights of the outputs, the offset, and every real parameter of the block whose value is not given.
-    Inputs at rest that are not given are the first one of the record.  A block with other inputs than one, or
-    without output, is an InputError.
+    The weights of the outputs, the offset, and every real parameter of the block without a given value are free. An
+    input at rest without a given value is the first input of the record. A block that has no output, or not exactly one
+    input, raises an InputError.
     """
     block, sizes = node.block, node.sizes
     inputs, outputs = block.of("input"), block.of("output")

@@ -1,8 +1,9 @@
-"""Free parameters that enter the output linearly, found by runs of the graph.
+"""Free parameters that enter the output linearly. Runs of the graph find them.
 
-A parameter is linear if equal steps of it change the output equally; several are linear together if the change by one
-does not depend on the others. The runs use random values around those of the graph, because a weight of 0 would hide
-parameters behind it. It needs no knowledge of the blocks, so that a new block is handled, too.
+A parameter is linear if equal steps of this parameter change the output equally. Several parameters are linear together
+if the change by each one does not depend on the others. The runs use random values around the values of the graph,
+because a weight of 0 would hide the parameters that it multiplies. The test needs no knowledge of the blocks, so new
+blocks need no further code.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ EQUAL = 1e-9  # difference of two changes, relative to their size and to the out
 
 
 def linear_parts(graph: Graph, frees: Sequence[Free], data: Dataset, seed: int = 0) -> tuple[Linear, ...]:
-    """Return the parameters to eliminate: linear individually and together, without bounds other than 0.
+    """Return the parameters to eliminate. They are linear individually and together, and have no bounds other than 0.
 
-    The first rows of the data are run, with random values by `seed`.
+    The graph runs on the first rows of the data, with random values from `seed`.
     """
     able = [f for f in frees if _may(f)]
     if not able:
@@ -56,7 +57,7 @@ def linear_parts(graph: Graph, frees: Sequence[Free], data: Dataset, seed: int =
     steps = [rng.uniform(0.5, 1.5, len(size)) * size for size in sizes]
 
     def zeroed(chosen: Sequence[int]) -> bool:
-        """Return whether the core takes the weight 0, without which no column can be made."""
+        """Return whether the core accepts the weight 0, which is needed to compute a column."""
         values = dict(start)
         for i in chosen:
             values = moved(values, able[i], -values[able[i].place][list(able[i].elements)])
@@ -88,7 +89,7 @@ def linear_parts(graph: Graph, frees: Sequence[Free], data: Dataset, seed: int =
 
 
 def _may(free: Free) -> bool:
-    """Return whether a parameter has no bounds other than 0 from below, and no scale or tie."""
+    """Return whether a parameter has no bound except a lower bound of 0, no scale and no constraint."""
     plain = free.scale is None and not free.rises and free.sum is None
     return plain and free.lo in (0.0, -np.inf) and free.hi == np.inf
 

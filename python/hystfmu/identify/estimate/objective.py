@@ -1,9 +1,9 @@
-"""The misfit of the free run of a graph, by coordinates; parameters that enter linearly are eliminated.
+"""Misfit of the free run of a graph as a function of the coordinates; linear parameters are eliminated.
 
-For every point of the search the linear parameters follow from linear least squares, with non-negative weights where a
-parameter must not be negative (variable projection, Golub & Pereyra 1973). The Jacobian is that of the run with these
-weights held, projected on the orthogonal complement of the columns (Kaufman 1975). It neglects only a term of second
-order in the residuals.
+At every point of the search, linear least squares gives the linear parameters, with weights >= 0 for parameters that
+must not be negative (variable projection, Golub & Pereyra 1973). The Jacobian is computed for a run with these weights
+held, and is projected on the orthogonal complement of the columns (Kaufman 1975). This Jacobian neglects only a term of
+second order in the residuals.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MOST = 1e100  # largest output: squares of larger ones overflow
 
 @dataclass(frozen=True)
 class Linear:
-    """A parameter ``node.parameter`` that enters the output linearly, whose elements, from 0, are eliminated."""
+    """A parameter ``node.parameter`` that enters the output linearly, with the indices of its eliminated elements."""
 
     name: str
     elements: tuple[int, ...] = (0,)
@@ -47,9 +47,10 @@ class Objective:
     """Residuals of the free run at the rows that count.
 
     The graph has one output; its inputs are u and covariates of the data. A function returns the graph at a point of
-    the coordinates, the same object for the same structure: a delay of other samples is another structure. Residuals
-    are relative to `size`, which includes the root of the number of rows; default that of the span of y. `rows` count,
-    by default those of the data. At the time `until` (`time.monotonic`) a search ends, with the best point so far.
+    the coordinates. It returns the same object for the same structure; a delay of another number of samples is another
+    structure. Residuals are divided by `size`, which includes the root of the number of rows; its default is computed
+    from the span of y. `rows` are the counted rows, by default the counted rows of the data. At the time `until`
+    (`time.monotonic`) a search ends with the best point so far.
     """
 
     def __init__(
@@ -109,7 +110,7 @@ class Objective:
         changes: Sequence[Mapping[str, Array]],
         step: float = DIFFERENCE,
     ) -> tuple[Array, Array]:
-        """Run over the records; output (rows,) and its derivatives (rows, changes) at the rows that count."""
+        """Run over the records; return the output (rows,) and its derivatives (rows, changes) at the counted rows."""
         if self.best[0] < np.inf and time.monotonic() > self.until:
             raise OutOfTime
         if graph not in self._runs:
@@ -123,9 +124,9 @@ class Objective:
         return y, dy
 
     def columns(self, p: Array) -> tuple[Array, Array]:
-        """Return the output without the linear part, (rows,), and what a weight of 1 of each adds, (rows, weights).
+        """Return the output without linear part, (rows,), and the output of each weight of 1, (rows, weights).
 
-        Values that the core refuses are an InputError, as is an output that is not finite.
+        Values that the core refuses, or an output that is not finite, raise an InputError.
         """
         values = self.values(p, np.zeros(len(self.positive)))
         base, found = self._run(self.structure(p), values, self.weighed(values), 1.0)
@@ -136,7 +137,8 @@ class Objective:
     def project(self, p: Array) -> tuple[Array, Array, Array]:
         """Return residuals (rows,), weights of the linear parameters, and an orthonormal basis of their columns.
 
-        The basis spans the columns whose weights can change: the free ones and the positive non-negative ones.
+        The basis spans the columns whose weights can change: columns with free weights, and columns with positive
+        weights.
         """
         key = p.tobytes()
         if key != self._point[0]:
@@ -193,7 +195,7 @@ class Objective:
         ]
 
     def turns(self, p: Array, weights: Array) -> list[dict[str, Array]]:
-        """Return the derivatives of the values by each coordinate, inside the bounds and within the structure of p."""
+        """Return the derivatives of the values by each coordinate; steps keep the bounds and the structure of p."""
         c, graph, here = self.coordinates, self.structure(p), self.values(p, weights)
         found: list[dict[str, Array]] = []
         for k, unit in enumerate(np.eye(len(p))):

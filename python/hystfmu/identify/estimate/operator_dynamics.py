@@ -1,13 +1,14 @@
 """Rate-independent operator followed by linear dynamics with delay: y = c + e^(-s tau) G0(s) sum_i k_i x_i.
 
-The x_i are outputs of the operator and of the scaling in front of it.  Offset and gains enter linearly and are
-eliminated (variable projection, Golub & Pereyra 1973).  The search has f_n, zeta, tau and the shape of the operator.
+The x_i are outputs of the operator and of the scaling before the operator. Offset and gains enter linearly and are
+eliminated (variable projection, Golub & Pereyra 1973). The search varies f_n, zeta, tau and the shape of the operator.
 
-The search starts with the dynamics alone: a bank of responses of fixed shapes, filtered by G0 and delayed, is combined
-by least squares. The bank represents a loop of any shape to about one percent. So the dynamics do not compensate for
-the shape of the loop, as they would with a sum of plays (f_n 3176 Hz instead of 500 Hz). Then the shape is searched
-with these dynamics, then all parameters together on all rows. A delay that the data do not support is omitted (Bayesian
-information criterion), because it would triple the standard error of f_n.
+The search has three stages. The first stage varies only the dynamics: responses of a bank of fixed shapes are filtered
+by G0, delayed, and combined by least squares. The bank represents a loop of any shape to about one percent. So the
+dynamics do not compensate for an error in the shape of the loop. With a sum of plays they do: f_n is 3176 Hz instead of
+500 Hz. The second stage varies the shape with these dynamics. The third stage varies all parameters on all rows. A
+delay that the data do not support is omitted (Bayesian information criterion), because it would triple the standard
+error of f_n.
 """
 
 from __future__ import annotations
@@ -39,10 +40,11 @@ EVALUATIONS = (15, 60)  # limit on evaluations of residuals and Jacobian: per st
 class Operator:
     """A class of operators with a searched shape, a point (n,) with bounds `lo`, `hi` and `scale`.
 
-    `nodes` returns the blocks ``input``, which scales u, ``operator`` and more behind it for a record, with `wires`
-    between them; `shape` the values of these blocks, by ``node.parameter``, at a point; `searched` the parameters
-    with their bounds at (p, lo, hi), as ``bounded`` of the fit.  The weighted sum of the ports `columns` enters the
-    dynamics.  `starts` are points of the search, the likeliest first, `bank` those of the bank.
+    `nodes` returns the blocks for a record: ``input``, which scales u, then ``operator`` and further blocks. `wires`
+    connect these blocks. `shape` returns the values of these blocks at a point, by ``node.parameter``. `searched`
+    returns the parameters with their bounds at (p, lo, hi), for ``bounded`` of the fit. The weighted sum of the ports
+    `columns` enters the dynamics. `starts` are start points of the search, the likeliest first; `bank` contains the
+    points of the bank.
     """
 
     nodes: Callable[[Dataset], list[Node]]
@@ -60,8 +62,8 @@ class Operator:
 def build(operator: Operator, data: Dataset, options: Options, progress: Progress) -> Built:
     """Build the graph ``scaling -> operator -> sum -> transfer_function [-> delay] -> scaling``.
 
-    It returns the graph, the number of its parameters, and f_n (Hz), zeta, delay (s), with a warning for each of these
-    that the data do not determine.
+    The result is the graph, the number of its parameters, and f_n (Hz), zeta and delay (s), with a warning for each of
+    these three values that the data do not determine.
     """
     h, hold = data.h, options["hold"]
     rows = np.arange(len(data.u))[data.counted]
@@ -109,7 +111,7 @@ def build(operator: Operator, data: Dataset, options: Options, progress: Progres
 
 
 def _bank(operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) -> Callable[[Dynamics], Array]:
-    """Return the residuals, by the dynamics, that 1 and responses of fixed shapes behind them leave, combined."""
+    """Return a function of the dynamics: the residuals of the best sum of 1 and filtered responses of the bank."""
     front, found = operator.nodes(data), []
     for point in operator.bank:
         given = [(*name.partition(".")[::2], value) for name, value in operator.shape(point).items()]
@@ -127,10 +129,10 @@ def _bank(operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) 
 
 
 class _Chains:
-    """Graphs by the whole samples of the delay and by whether there is a rest.
+    """Graphs by two keys: the whole samples of the delay, and whether the delay has a fractional rest.
 
-    In a search the delay precedes the hysteresis, which commutes with it. Then its initial output does not depend on
-    the gains.
+    In a search the delay block precedes the hysteresis, because delay and hysteresis commute. Then the initial output
+    of the delay block does not depend on the gains.
     """
 
     def __init__(self, operator: Operator, data: Dataset, hold: str) -> None:
@@ -138,7 +140,7 @@ class _Chains:
         self.made: dict[tuple[int, int], Graph] = {}
 
     def values(self, p: Array) -> dict[str, ArrayLike]:
-        """Return the values at p = (ln f_n, ln zeta, delay in samples, and those of the shape)."""
+        """Return the values at p = (ln f_n, ln zeta, delay in samples, coordinates of the shape)."""
         g0, *late = Dynamics.at(p, self.data.h).nodes(self.data.h, self.hold)
         shape: dict[str, float] = self.operator.shape(p[3:])
         if late and "input.offset" in shape:  # before its first input the delay gives the first row

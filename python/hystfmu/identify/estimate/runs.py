@@ -1,4 +1,4 @@
-"""Runs of a graph with its sensitivities: values of parameters by name, derivatives by changes of them."""
+"""Runs of a graph: output for values of parameters by name, and derivatives by changes of these values."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hystfmu.core.executor import SEED, Executor
 from hystfmu.graph import Graph
 
 Values = Mapping[str, ArrayLike]
-"""Values of parameters by name, ``node.parameter``; each a number or an array with all elements."""
+"""Values of parameters by name, ``node.parameter``; each value is a number or an array with all elements."""
 DIFFERENCE = 1e-6  # of a change, by which blocks without a sensitivity are moved
 
 
 class Runs:
-    """A graph with one output, loaded into the core, which raises InputError where it refuses values."""
+    """A graph with one output, loaded into the core. Values that the core refuses raise an InputError."""
 
     def __init__(self, graph: Graph) -> None:
         self._executor = Executor(graph.to_bytes())
@@ -57,8 +57,9 @@ class Runs:
         """Run with the derivatives of the output by changes of values.
 
         For each derivative, `changes` contains the changes of the elements of parameters. `step` is the step of finite
-        differences, relative to a change, for blocks without a sensitivity; 1 for linear parameters. It returns the
-        output (k,) and derivatives (k, changes) at `rows` (k,), which rise; a derivative is 0 for a change of nothing.
+        differences, relative to a change, for blocks without a sensitivity; use 1 for linear parameters. The method
+        returns the output (k,) and the derivatives (k, changes) at `rows` (k,) in rising order. The derivative by an
+        empty change is 0.
         """
         if self._implicit:
             return self._differences(inputs, h, changes, rows, step)
@@ -85,8 +86,10 @@ class Runs:
     def _differences(
         self, inputs: Array, h: float, changes: Sequence[Mapping[str, Array]], rows: NDArray[np.intp], step: float
     ) -> tuple[Array, Array]:
-        """Compute the same by finite differences of whole runs, because the core has no sensitivities for an implicit
-        inverse."""
+        """Compute output and derivatives by finite differences of whole runs.
+
+        The core has no sensitivities for an implicit inverse.
+        """
         y, before = self.run(inputs, h)[rows], dict(self._last)
         dy = np.zeros((len(y), len(changes)))
         for column, change in enumerate(changes):

@@ -1,10 +1,11 @@
 """Search of the coordinates from several starts, standard errors, and the parameters that a record does not determine.
 
-A short search runs from each start, a full one from the best. For residuals e of variance s^2 and integrated
-correlation time T (in rows), the covariance of the parameters is about T s^2 (J' J)^-1 (Ljung, System Identification,
-2nd ed. 1999, eq. 9.10 to 9.14). White noise gives T near 1; a model of the wrong class leaves slowly varying residuals,
-which increase its standard errors. The Jacobian of the output by all free parameters, each column of length 1, is split
-by singular values. A direction without effect means that the record determines only a combination of its parameters.
+A short search runs from each start, and a full search continues from the best result. For residuals e of variance s^2
+and integrated correlation time T (in rows), the covariance of the parameters is about T s^2 (J' J)^-1 (Ljung, System
+Identification, 2nd ed. 1999, eq. 9.10 to 9.14). White noise gives T near 1. A model of the wrong class has slowly
+varying residuals, which increase its standard errors. The Jacobian of the output by all free parameters is scaled to
+columns of length 1 and decomposed by singular values. If a direction has no effect, the record determines only a
+combination of the parameters in this direction.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ class Found:
 
     @property
     def misfit(self) -> float:
-        """RMS of the residuals, relative to their size."""
+        """RMS of the residuals, relative to the size of `Objective`."""
         return float(np.sqrt(2 * self.cost))
 
 
@@ -47,8 +48,9 @@ def refined(
 ) -> Found:
     """Minimise the misfit from a point p (n,) by trust-region steps.
 
-    They end at a relative change of cost and coordinates of `tolerance`, or a number of evaluations of residuals and
-    Jacobian.  With `by_jacobian` the columns of the Jacobian scale the steps, not the coordinates.
+    The steps end when the relative change of cost and coordinates is at most `tolerance`, or after the given number of
+    evaluations of residuals and Jacobian. With `by_jacobian`, the columns of the Jacobian define the scale of the
+    steps. Otherwise the scale of the coordinates defines it.
     """
     c = objective.coordinates
     if not len(p):
@@ -70,7 +72,7 @@ def refined(
 def best_of(
     objective: Objective, starts: Iterable[Array], evaluations: int, progress: Progress = silent, enough: float = ENOUGH
 ) -> Found:
-    """Search briefly from each start, and return the best; parameters as in `search`."""
+    """Search briefly from each start, and return the best point; parameters as in `search`."""
     points, best = list(starts), None
     for i, point in enumerate(points):
         progress(i / len(points))
@@ -90,10 +92,10 @@ def search(
     evaluations: tuple[int, int] = EVALUATIONS,
     enough: float = ENOUGH,
 ) -> Found:
-    """Search briefly from each start (n,), the likeliest first, from the best to the end.
+    """Search briefly from each start (n,), the likeliest first, then search in full from the best result.
 
-    `evaluations` of residuals and Jacobian limit the search per start and that from the best.  Below the misfit
-    `enough`, relative to the size of the residuals, no further start is tried.
+    `evaluations` are two limits on the evaluations of residuals and Jacobian: for the search from each start, and for
+    the full search. Below the misfit `enough`, relative to the size of the residuals, no further start is tried.
     """
     share = len(starts) / (len(starts) + 1)
     try:
@@ -110,8 +112,7 @@ def search(
 def standard_errors(residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> Array:
     """Compute the standard errors of parameters (n,) from residuals (m,) and their Jacobian (m, n).
 
-    Free are those off their bounds; the others have an error of 0, one without effect on the residuals an infinite
-    one.
+    A parameter at a bound has an error of 0. A parameter without effect on the residuals has an infinite error.
     """
     found = np.zeros(jacobian.shape[1])
     j = jacobian[:, free]
@@ -142,9 +143,10 @@ def correlation_time(residuals: Array) -> float:
 class Determined:
     """Values and standard errors of elements of the free parameters, in the order of their labels.
 
-    An error is infinite if the record does not determine the parameter, 0 at a bound. `condition` is the ratio of the
-    largest to the smallest singular value of the scaled Jacobian, without parameters at a bound. `together` contains
-    the parameters of which the record determines only a combination; a single one has no effect.
+    An error is infinite if the record does not determine the parameter, and 0 if the parameter is at a bound.
+    `condition` is the ratio of the largest to the smallest singular value of the scaled Jacobian, without parameters at
+    a bound. `together` contains groups of parameters of which the record determines only a combination. A group of one
+    parameter means that this parameter has no effect.
     """
 
     labels: tuple[str, ...]
@@ -165,7 +167,7 @@ class Determined:
 
     @property
     def warnings(self) -> list[str]:
-        """A line for each combination that the record does not determine."""
+        """One warning for each group of parameters that the record does not determine."""
         found = []
         for names in self.together:
             if len(names) == 1:

@@ -20,7 +20,7 @@ def evidence(data: Dataset, v: Array | None = None) -> Evidence:
     Parameters
     ----------
     data : Dataset
-        With a measured output; its training rows count.
+        Data with a measured output; only its training rows are used.
     v : array, shape (n,), optional
         Output of the static hysteresis in front of the dynamics; default the input.
     """

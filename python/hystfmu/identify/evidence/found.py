@@ -13,9 +13,9 @@ from hystfmu.base.arrays import Array
 
 @dataclass(frozen=True)
 class Mode:
-    """A mode 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) of the response, with standard errors.
+    """One mode 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) of the response, with standard errors.
 
-    ``f_n`` in Hz; ``share`` is the static gain of the mode over that of all.
+    ``f_n`` is in Hz. ``share`` is the static gain of the mode divided by the static gain of the whole response.
     """
 
     f_n: float
@@ -39,13 +39,15 @@ class Evidence:
     band : tuple of float
         Contiguous band (Hz) from low frequency in which input and output are coherent; (0, 0): none.
     f, gain, phase, coherence, significant : array, shape (n,)
-        Frequency response with static gain 1 (phase in rad), coherence, and the coherence that chance exceeds in 1 %.
+        Frequency response with static gain 1 (phase in rad), coherence, and the level that the coherence of unrelated
+        signals exceeds with a probability of 1 %.
     modes : tuple of Mode
-        Up to three, sorted by frequency; only those that the record determines.
+        Up to three modes that the record determines, sorted by frequency.
     delay, delay_se : float
         Delay (s) beyond the modes; infinite `delay_se`: not known.
     noise, noise_density : float
-        Noise of the sensor: RMS (unit of measure of y) if white, and one-sided density (the same per sqrt(Hz)).
+        Noise of the sensor: RMS for white noise (unit of measure of y), and one-sided density (unit of measure of y per
+        sqrt(Hz)).
     """
 
     h: float
@@ -63,7 +65,7 @@ class Evidence:
     noise_density: float
 
     def lines(self, unit: str = "") -> list[str]:
-        """Say in a few lines what the record shows, with the unit of measure of y."""
+        """Return the findings in a few lines of text; `unit` is the unit of measure of y."""
         lowest, highest = self.band
         band = f"input and output are coherent from {lowest:.3g} to {highest:.4g} Hz" if highest else "no coherent band"
         of = f" {unit}" if unit not in ("", "1") else ""
@@ -96,7 +98,7 @@ class Evidence:
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> Evidence:
-        """Return what `to_dict` wrote."""
+        """Return the evidence from the tables of `to_dict`."""
         unknown = {"delay_se": np.inf, "noise": np.nan, "noise_density": np.nan}
         values: dict[str, Any] = {item.name: {**unknown, **table}[item.name] for item in fields(cls)}
         for key in ("f", "gain", "phase", "coherence", "significant"):
@@ -108,6 +110,6 @@ class Evidence:
 
 
 def _known(value: float, error: float) -> str:
-    """Return a value with its standard error, to the digits that are known."""
+    """Return a value with its standard error, rounded to the digits that the error leaves certain."""
     digits = max(int(np.ceil(np.log10(abs(value) / error))) + 1, 2) if error > 0 and value else 4
     return f"{value:.{min(digits, 8)}g} +- {error:.2g}"

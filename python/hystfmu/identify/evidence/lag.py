@@ -1,12 +1,12 @@
-"""A signal behind a mode and a delay, at the rows of a record: 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) e^(-s tau).
+"""Signal after a mode and a delay, at the rows of a record: 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) e^(-s tau).
 
 Between rows the input is a ramp (``foh``), held at the new value (``zoh``), or smooth (``smooth``: limited to the band
-below half the sample rate). For each there is an exact filter with four taps and the two poles of the mode, also for a
-fractional delay: the state at a row is propagated over the rest of a step.
+below half the sample rate). Each of these inputs has an exact filter with four taps and the two poles of the mode. The
+filter is also exact for a fractional delay: the state at a row is propagated over the rest of a step.
 
-A smooth input is treated as ramps after a correction: ramps reduce the spectrum by sinc^2 (f h), which 1 + D/12 +
-D^2/90 + ... compensates, D = 2 - 2 cos(2 pi f h) (the series of arcsin^2). This matters for a chirp with seven rows per
-period, of which ramps alone lose 6 %.
+A smooth input is corrected and then treated as ramps. Ramps reduce the spectrum by sinc^2 (f h). The factor 1 + D/12 +
+D^2/90 + ... compensates for this, with D = 2 - 2 cos(2 pi f h) (the series of arcsin^2). The correction matters for a
+chirp with seven rows per period: ramps alone reduce its amplitude by 6 %.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ def prepared(v: Array, hold: str) -> Array:
 
 
 def _second(v: Array) -> Array:
-    """Return minus the second difference; ends continue as straight lines."""
+    """Return the negative second difference; straight lines extend the ends."""
     out = np.zeros_like(v)
     out[1:-1] = 2 * v[1:-1] - v[:-2] - v[2:]
     return out
 
 
 def behind_mode(v: Array, f_n: float, zeta: float, delay: float, h: float, hold: str) -> Array:
-    """Return the prepared signal v (n,) behind a mode (Hz) and a delay (s), from rest at its first value; h in s."""
+    """Return the prepared signal v (n,) after a mode (Hz) and a delay (s), from rest at its first value; h in s."""
     w = 2 * np.pi * f_n * h  # time in steps
     a = np.array([[0.0, 1.0], [-w * w, -2 * zeta * w]])
     whole, rest = _parts(delay / h)
@@ -58,7 +58,7 @@ def behind_mode(v: Array, f_n: float, zeta: float, delay: float, h: float, hold:
 def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
     """Return a free decay (n,) of a mode from row 0.
 
-    All free decays are combinations of it and itself one row later.
+    Every free decay is a combination of this decay and the same decay one row later.
     """
     w = 2 * np.pi * f_n * h
     step = expm(np.array([[0.0, 1.0], [-w * w, -2 * zeta * w]]))
@@ -68,7 +68,7 @@ def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
 
 
 def behind_delay(v: Array, delay: float, h: float, hold: str) -> Array:
-    """Return the prepared signal behind a delay alone, by ramps between rows."""
+    """Return the prepared signal after a delay alone, with ramps between rows."""
     whole, rest = _parts(delay / h)
     x = v - v[0]
     before = np.concatenate([[0.0], x[:-1]])
@@ -92,8 +92,10 @@ def _shift(x: Array, whole: int) -> Array:
 
 
 def _propagate(a: Array, b: float, t: float) -> tuple[Array, Array, Array]:
-    """Return the effects of the state (2,), of a held input and of a ramp over one step on the state after `t`
-    steps."""
+    """Return three effects on the state after `t` steps.
+
+    They are the effects of the state (2,), of a held input, and of a ramp over one step.
+    """
     m = np.zeros((4, 4))
     m[:2, :2], m[1, 2], m[2, 3] = a, b, 1.0
     e = expm(m * t)

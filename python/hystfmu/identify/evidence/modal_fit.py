@@ -1,9 +1,8 @@
-"""Fit of modes and a delay to records: columns run over the records, compared with the output in weighted bins.
+"""Fit of modes and a delay to records: columns are compared with the output in weighted bins of the spectrum.
 
-The columns are the input behind each mode, slow parts, and the input behind the delay only, which represents modes
-above the band. Their weights are linear and are computed for every trial (variable projection: Golub & Pereyra 1973,
-SIAM J. Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975); Levenberg-Marquardt finds frequencies, dampings and
-the delay.
+The columns are the input after each mode, slow parts, and the delayed input, which represents modes above the band. The
+weights of the columns are linear and are computed for every trial (variable projection: Golub & Pereyra 1973, SIAM J.
+Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975). Levenberg-Marquardt finds frequencies, dampings and the delay.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ class Problem:
     slow: tuple[float, ...]
 
     def rows(self, columns: Array) -> Array:
-        """Return the weighted bins of columns (n, m), real and imaginary parts as rows."""
+        """Return the weighted bins of columns (n, m); real and imaginary parts are rows."""
         parts = [w.transform(columns)[b] for w, b in zip(self.windows, self.bins, strict=True)]
         seen = np.concatenate(parts) * self.weight[:, None]
         return np.asarray(np.sqrt(2) * np.concatenate([seen.real, seen.imag]))
@@ -67,9 +66,10 @@ class Structure:
 class Fitted:
     """A fit.
 
-    ``p`` holds ln f_n and ln zeta of each mode and the delay in steps; ``gain`` the weights of modes and rest;
-    ``error`` the sum of squares over ``count`` rows; ``covariance`` that of p and gain, in this order; ``rest_se`` the
-    standard error of a rest that was left out.  ``decay`` holds the weights of the free decays.
+    ``p`` contains ln f_n and ln zeta of each mode, and the delay in steps. ``gain`` contains the weights of the modes
+    and of the rest column, which is the delayed input. ``error`` is the sum of squares over ``count`` rows.
+    ``covariance`` is the covariance of p and gain, in this order. ``rest_se`` is the standard error of the weight of an
+    omitted rest column. ``decay`` contains the weights of the free decays.
     """
 
     structure: Structure
@@ -104,7 +104,7 @@ def columns(problem: Problem, structure: Structure, p: Array) -> Array:
 
 
 def decays(problem: Problem, structure: Structure, p: Array) -> Array:
-    """Return the free decays (n, 2 modes of each record): a record may begin while the device moves."""
+    """Return the free decays, (n, 2 modes of each record), because a record may begin while the device moves."""
     parts = [_decays(problem, p, k) for k in range(structure.modes)]
     return np.hstack(parts) if parts else np.zeros((len(problem.v), 0))
 
@@ -230,9 +230,9 @@ def _bounds(problem: Problem, structure: Structure) -> tuple[Array, Array]:
 def _covariance(j: Array, e: Array) -> Array:
     """Return the covariance of the parameters.
 
-    For each parameter it is the larger of two: that for white errors of the size of the residuals, and that for errors
-    which are correlated within clusters of bins, like model errors (sandwich estimator: Liang & Zeger 1986, Biometrika
-    73(1) 13).
+    Each parameter has the larger of two covariances. The first assumes white errors of the size of the residuals. The
+    second assumes errors that are correlated within clusters of bins, like model errors (sandwich estimator: Liang &
+    Zeger 1986, Biometrika 73(1) 13).
     """
     size = np.linalg.norm(j, axis=0)
     size[size < 1e-100] = 1.0

@@ -1,4 +1,4 @@
-"""Search for modes: their number, from several starts, and the behaviour of the input between rows.
+"""Search for modes from several starts: the number of modes, and the behaviour of the input between rows.
 
 The start values of a mode and the delay come from a scan of frequency, damping and delay over pooled cross-spectra.
 """
@@ -24,14 +24,14 @@ DOUBTFUL, WRONG = 2.0, 6.0  # misfit that asks for other starts, and that no fit
 FITS_BETTER = 0.7  # misfit over that of a fit with as many known modes
 WIDE, SHORT, LONG = np.arange(-0.5, 6.01, 0.25), np.arange(-0.5, 1.51, 0.25), np.arange(1.5, 3.51, 0.25)
 STARTS = ((WIDE, True), (WIDE, False), (SHORT, False), (LONG, False))
-"""Delays (steps) of starts, and whether the first mode stands for the whole response, without a rest."""
+"""Delays (steps) of starts, and whether the first mode represents the whole response, without a rest column."""
 REST_PAYS, HOLD_PAYS = 25.0, 50.0  # the same for a rest, and for held values against a smooth input
 BELOW, SLOW = 100.0, 20.0  # lowest frequency of the fit and of the slow parts, as fractions of the lowest mode
 
 
 @dataclass(frozen=True)
 class Pooled:
-    """Weighted spectra at frequencies (n,): |V|^2 and V* Y over the noise."""
+    """Weighted spectra at frequencies (n,): |V|^2 and V* Y, both divided by the noise."""
 
     f: Array
     power: Array
@@ -39,7 +39,7 @@ class Pooled:
 
     @classmethod
     def of(cls, f: Array, v: Complex, y: Complex, weight: Array) -> Pooled:
-        """Pool bins, of which the last has the highest frequency."""
+        """Pool bins; the last bin has the highest frequency."""
         order = np.argsort(f, kind="stable")
         f, power = f[order], (np.abs(v) ** 2 * weight**2)[order]
         cross = (v.conj() * y * weight**2)[order]
@@ -60,8 +60,8 @@ def scan(
 ) -> tuple[float, float, float]:
     """Return f_n (Hz), zeta and delay (steps) of the mode that explains most in addition to known responses.
 
-    Known are those of modes, slow parts and the rest, without the delay.  f_n lies between `lowest` and `highest`
-    (Hz), `delays` (steps) are tried, h is the step (s).
+    The known responses are the responses of modes, slow parts and the rest column, without the delay. f_n lies between
+    `lowest` and `highest` (Hz). `delays` (steps) are the tried delays; h is the step (s).
     """
     root = np.sqrt(pooled.power)
     some = root > 0
@@ -92,8 +92,7 @@ def _real(x: Complex) -> Array:
 
 
 def modes(seen: Seen) -> tuple[str, Fitted] | None:
-    """Return the hold and the fit with the number of modes that the data support; None if the record shows no
-    response."""
+    """Return the hold and the fit with the supported number of modes; None if the record shows no response."""
     at = np.flatnonzero(seen.response.seen)
     if len(at) < 3:
         return None
@@ -141,8 +140,10 @@ def _branch(
 
 
 def _highest(r: Response) -> float:
-    """Return the highest frequency (Hz) up to which at least half of the points of each third of an octave are
-    coherent."""
+    """Return the highest frequency (Hz) of the coherent band.
+
+    Up to this frequency, at least half of the points of each third of an octave are coherent.
+    """
     seen = r.seen
     for k in range(len(seen) - 1, -1, -1):
         near = (r.f <= r.f[k]) & (r.f >= r.f[k] / 2 ** (1 / 3))
@@ -152,11 +153,11 @@ def _highest(r: Response) -> float:
 
 
 def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
-    """Decide how the input behaves between rows, and whether the rest is needed.
+    """Decide how the input behaves between rows, and whether the rest column is needed.
 
-    A hold changes the response by a factor 1 - (omega h)^2/12 or /24, which looks like a rest term; held values also
-    add half a step of delay. So a hold is identified only if the fit with it needs no rest term. A true rest term
-    rarely equals the effect of a hold within five standard errors.
+    A hold changes the response by a factor 1 - (omega h)^2/12 or 1 - (omega h)^2/24, which looks like a rest column.
+    Held values also add half a step of delay. So a hold is identified only if the fit with this hold needs no rest
+    column. A true rest column rarely equals the effect of a hold within five standard errors.
     """
     modes = best.structure.modes
     tried = {}
@@ -174,7 +175,10 @@ def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
 
 
 def _half(found: Fitted) -> Fitted:
-    """Widen the delay of a smooth input so that it also covers held values: a quarter of a step less, plus or minus."""
+    """Reduce the delay of a smooth input by a quarter of a step, and widen its error by as much.
+
+    The delay then covers held values as well.
+    """
     p, covariance = found.p.copy(), found.covariance.copy()
     at = len(p) - 1
     p[at] -= 0.25

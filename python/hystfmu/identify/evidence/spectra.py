@@ -1,9 +1,9 @@
 """Spectra of records, cell by cell: the part of the output that follows the input, and the remaining noise.
 
-A cell is eight neighbouring bins of the Fourier transform of a whole record. In it Y = (g_0 + g_1 f) V + E is fitted (a
-local polynomial: Pintelon & Schoukens, System Identification, 2nd ed. 2012, section 7.2): E is noise, or what no linear
-response explains. Whole records need no windows, which could hide a short chirp, and give the finest resolution for
-light damping.
+A cell is eight neighbouring bins of the Fourier transform of a whole record. In each cell, Y = (g_0 + g_1 f) V + E is
+fitted (a local polynomial: Pintelon & Schoukens, System Identification, 2nd ed. 2012, section 7.2). E is noise and
+every other part of the output that no linear response explains. Whole records need no windows, which could hide a short
+chirp. They also give the finest resolution for light damping.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Window:
 
     @classmethod
     def of(cls, rows: slice) -> Window | None:
-        """Cut at most a few per cent off the beginning; None if the record is too short."""
+        """Cut at most a few per cent off the beginning; return None if the record is too short."""
         n = rows.stop - rows.start
         while n >= LEAST_ROWS and next_fast_len(n, real=True) != n:
             n -= 1
@@ -49,7 +49,7 @@ class Window:
 
     @property
     def cells(self) -> int:
-        """Number of cells; they exclude the bins of DC and of half the sample rate."""
+        """Number of cells; the cells exclude the bins at DC and at half the sample rate."""
         return (self.n // 2 - 1) // CELL
 
     def frequencies(self, h: float) -> Array:
@@ -70,7 +70,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells of all records, each field of shape (cells,): centre (Hz), response, powers, noise of one bin."""
+    """Cells of all records: centre (Hz), response, powers, and noise of one bin; each field has shape (cells,)."""
 
     f: Array
     g: Complex
@@ -107,7 +107,7 @@ def _cells(window: Window, h: float, v: Array, y: Array) -> Cells:
 
 
 def smooth(x: Array) -> Array:
-    """Return the mean over neighbours, wider at higher frequency: 2 cells, or 4 % of the frequency."""
+    """Return the mean over neighbours within 2 cells, or within 4 % of the frequency if that is more."""
     k = np.arange(len(x))
     wide = np.maximum(2, (0.04 * k).astype(int))
     total = np.concatenate([[0.0], np.cumsum(x)])
@@ -127,11 +127,11 @@ class Response:
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """Frequencies at which chance does not explain the coherence."""
+        """True at frequencies where chance does not explain the coherence."""
         return self.coherence > self.level
 
     def band(self) -> tuple[float, float]:
-        """Return the band (Hz) from the lowest frequency without a gap; (0, 0): none.
+        """Return the band (Hz) from the lowest frequency to the first gap; (0, 0) if there is none.
 
         A mode between two points an octave apart affects the response at both. In a wider gap, a mode with a share of
         the static gain changes the response by twice this share from one side to the other.
@@ -187,8 +187,8 @@ def response(cells: Cells) -> Response:
 def noise_density(power: Array, freedom: int, f: Array, h: float) -> float:
     """Return the one-sided density of the noise: the median of the powers of cells in the upper three quarters.
 
-    The powers are means with `freedom` degrees of freedom; the median of a chi-square lies below its mean (Wilson &
-    Hilferty 1931).
+    The powers are means with `freedom` degrees of freedom. The median of a chi-square distribution lies below its mean,
+    which the result takes into account (Wilson & Hilferty 1931).
     """
     top = f >= f.max() / 4
     mean = np.median(power[top]) / (1 - 2 / (9 * freedom)) ** 3
@@ -198,7 +198,7 @@ def noise_density(power: Array, freedom: int, f: Array, h: float) -> float:
 def quiet_density(parts: Sequence[Array], h: float) -> float:
     """Return the one-sided density of white noise from fourth differences, which suppress slow signals.
 
-    The median over blocks of rows ignores blocks with jumps and corners.
+    The result is the median over blocks of rows, so that a few blocks with jumps and corners have no effect.
     """
     rows = np.concatenate([np.diff(x, 4)[: (len(x) - 4) // QUIET * QUIET].reshape(-1, QUIET) for x in parts])
     # a fourth difference has 70 times the variance; its correlation leaves `QUIET_FREEDOM` of `QUIET` rows

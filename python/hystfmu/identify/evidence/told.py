@@ -1,4 +1,4 @@
-"""Evidence of a fit: records prepared for fits, known modes, standard errors, the delay, the noise of the sensor."""
+"""Evidence from a fit: prepared records, known modes, standard errors, the delay, and the noise of the sensor."""
 
 from __future__ import annotations
 
@@ -22,13 +22,16 @@ OVERDAMPED = 0.5  # damping ratio from which a part below the modes is creep, an
 REST_SHAPE = 0.5  # share of a rest that may be the rise of its mode towards its resonance
 BENT = 0.5  # error of f_n over the half width of the resonance, for an error of the response there
 LEAST_F, LEAST_ZETA_SE, LEAST_SHARE, LEAST_DELAY = 1e-4, 3e-3, 2e-3, 0.05
-"""Least standard errors: relative of f_n and zeta, of a share, and of the delay in steps.  Drawn devices with modes
-above the band and inputs that are no ramps between rows have such errors where the noise allows smaller ones."""
+"""Least standard errors: relative errors of f_n and zeta, error of a share, and error of the delay in steps.
+
+Tests with drawn devices show errors of this size even if the noise allows smaller errors. Modes above the band, and
+inputs that are not ramps between rows, cause these errors.
+"""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """Input and output over their spans, with the spectra of the records."""
+    """Input and output, each divided by its span, with the spectra of the records."""
 
     h: float
     v: Array
@@ -40,7 +43,7 @@ class Seen:
 
 
 def problem_of(seen: Seen, hold: str, noise: Array, lowest: float, highest: float, slow: tuple[float, ...]) -> Problem:
-    """Return the problem of a fit to the bins from `lowest` to beyond `highest` (Hz), with the noise of each cell."""
+    """Return the problem of a fit to the bins from `lowest` to above `highest` (Hz), with the noise of each cell."""
     bins = []
     for w in seen.windows:
         f = w.frequencies(seen.h)
@@ -51,12 +54,12 @@ def problem_of(seen: Seen, hold: str, noise: Array, lowest: float, highest: floa
 
 
 def held_input(seen: Seen, hold: str) -> Array:
-    """Return the input (n,) whose ramps or steps stand for the input between rows."""
+    """Return the input (n,) whose ramps or steps represent the input between rows."""
     return np.concatenate([prepared(seen.v[r], hold) for r in seen.records])
 
 
 def weight_of(seen: Seen, problem: Problem, noise: Array) -> Array:
-    """Return the inverse of the RMS of noise and model error in each bin that counts."""
+    """Return 1 / RMS of noise and model error, for each bin that the fit uses."""
     both = np.repeat(noise + INEXACT**2 * seen.cells.total / CELL, CELL)
     out, at = [], 0
     for w, b in zip(seen.windows, problem.bins, strict=True):
@@ -67,7 +70,7 @@ def weight_of(seen: Seen, problem: Problem, noise: Array) -> Array:
 
 
 def left_over(seen: Seen, hold: str, found: Fitted) -> Array:
-    """Return the output (n,) minus that of a fit."""
+    """Return the measured output (n,) minus the output of a fit."""
     problem = Problem(seen.h, hold, held_input(seen, hold), seen.y, seen.records, (), (), np.zeros(0), ())
     return np.asarray(seen.y - found.output(problem))
 
@@ -78,7 +81,7 @@ def powers(seen: Seen, e: Array) -> Array:
 
 
 def noise_of(seen: Seen, e: Array) -> Array:
-    """Return the noise of each cell: the residual of a fit or of the local response, whichever is smaller.
+    """Return the noise of each cell: the smaller residual, either of a fit or of the local response.
 
     With a lightly damped resonance the response is curved within a cell.
     """
@@ -90,7 +93,7 @@ def noise_of(seen: Seen, e: Array) -> Array:
 
 
 def known_modes(found: Fitted, seen: Seen) -> NDArray[np.bool_]:
-    """Tell which modes the record determines: standard errors, bounds, and excitation around them."""
+    """Return which modes the record determines, by standard errors, bounds, and the excitation around each mode."""
     r = seen.response
     sd = np.sqrt(np.diag(found.covariance))
     known = np.zeros(found.structure.modes, dtype=bool)
@@ -110,8 +113,10 @@ def known_modes(found: Fitted, seen: Seen) -> NDArray[np.bool_]:
 
 
 def density_of(seen: Seen, e: Array) -> float:
-    """Return the density of the noise in spans of y: the least of the residuals of local responses, of a fit, and of
-    rows at rest."""
+    """Return the noise density in spans of y.
+
+    It is the least residual of local responses, of a fit, and of rows at rest.
+    """
     left = seen.cells.left / (CELL - LOCAL)
     return min(
         noise_density(left, 2 * (CELL - LOCAL), seen.cells.f, seen.h),
@@ -121,7 +126,7 @@ def density_of(seen: Seen, e: Array) -> float:
 
 
 def static_gain(r: Response, found: Fitted | None) -> float:
-    """Return the static gain: of all parts of a fit, or of the lowest third of the coherent points."""
+    """Return the static gain of a fit; without a fit, the median gain of the lowest third of coherent points."""
     if found is not None and found.structure.modes:
         return abs(float(found.gain.sum())) or 1.0
     seen = np.flatnonzero(r.seen)
@@ -129,9 +134,9 @@ def static_gain(r: Response, found: Fitted | None) -> float:
 
 
 def told(found: Fitted | None, seen: Seen, e: Array, density: float) -> tuple[tuple[Mode, ...], float, float]:
-    """Return the modes that are known by frequency, the delay and its standard error (s).
+    """Return the known modes, sorted by frequency, and the delay with its standard error (s).
 
-    e (n,) is the residual of the fit, `density` that of the noise in spans of y.
+    e (n,) is the residual of the fit; `density` is the density of the noise in spans of y.
     """
     h = seen.h
     if found is None:
@@ -177,7 +182,7 @@ def told(found: Fitted | None, seen: Seen, e: Array, density: float) -> tuple[tu
 
 
 def _model_error(seen: Seen, noise: Array, density: float, f_n: float, zeta: float) -> float:
-    """Return the relative error of the response around a mode that the noise of the sensor does not explain."""
+    """Return the relative error of the response around a mode, without the part that the sensor noise explains."""
     near = np.abs(np.log(seen.cells.f / f_n)) < max(2 * zeta, 0.05)
     if not near.any():
         return 1.0

@@ -1,10 +1,11 @@
 """Records that look like closed-loop data: the input follows the error of the output.
 
-In open loop the noise of the output does not reach the input. Under feedback it does, and a fit then attributes the
-controller to the device (Ljung, System Identification, 2nd ed. 1999, section 13.4). The residual of a sum of plays and
-a cubic, and the increments of the input, are whitened by linear prediction; under feedback the residual of a row is
-correlated with later increments and hardly with earlier ones. Rank correlation is used, so that jumps of a command have
-little effect. A loop is not detected if its noise is far below the error of this sum of plays.
+In open loop the noise of the output does not reach the input. Under feedback the noise reaches the input, and a fit
+then attributes the controller to the device (Ljung, System Identification, 2nd ed. 1999, section 13.4). The test
+computes the residual of a sum of plays and a cubic. The residual and the increments of the input are whitened by linear
+prediction. Under feedback the residual of a row is correlated with later increments, and hardly with earlier
+increments. Rank correlation is used, so that jumps of a command have little effect. Feedback is not detected if the
+noise is far below the error of the sum of plays.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def correlation(data: Dataset) -> tuple[float, float]:
     Returns
     -------
     later, earlier : float
-        Sums of squared correlations times the number of rows; about 10 each without any.
+        Sums of squared correlations times the number of rows; each is about 10 without correlation.
     """
     data = data.longest()
     first = data.train.start
@@ -46,7 +47,7 @@ def correlation(data: Dataset) -> tuple[float, float]:
 
 
 def warnings(data: Dataset) -> list[str]:
-    """Report closed-loop data, one line."""
+    """Return a warning in one line if the record looks like closed-loop data."""
     later, earlier = correlation(data)
     if later < SURE or later < CLEARLY * earlier:
         return []

@@ -1,10 +1,10 @@
 """Dead time: rows without any response of the output to kinks and jumps of the input.
 
-A lag has two parts. Dynamics respond at once but gradually; a late sensor or a delay does not respond at first, and
-then fully. A smooth input does not distinguish them. At its kinks and jumps the second difference is a pulse, and the
-response to it is given by the least-squares weights of the second differences of y on those of u, shifted row by row.
-Weights for shifts with y leading u show the effect of chance, noise and hysteresis: the response begins with the first
-weight that exceeds them at the 5 % level.
+A lag has two parts. Dynamics respond at once but gradually. With a late sensor or a delay, the output does not respond
+at first, and then responds fully. A smooth input does not distinguish the two parts. At kinks and jumps of the input
+its second difference is a pulse. The response to this pulse follows from a regression: the second differences of y on
+the second differences of u, shifted row by row. The weights for shifts with y before u show the effect of chance, noise
+and hysteresis. The response begins with the first weight that exceeds these weights at the 5 % level.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ROWS = 20  # per weight, at least
 
 
 def answer(data: Dataset, lag: int) -> tuple[Array, Array]:
-    """Return weights of the input `LEAD` rows later to lag + `TAIL` rows earlier, and their standard errors."""
+    """Return weights and their standard errors for the input from `LEAD` rows later to lag + `TAIL` rows earlier."""
     du, dy = np.diff(data.u, 2), np.diff(data.y, 2)
     last = lag + TAIL
     end = len(du) - LEAD

@@ -1,9 +1,10 @@
 """Drift of the output over the training rows, which no model of the input can represent.
 
-The residuals of a fit are averaged over chunks of consecutive rows.  The slope of a straight line through the averages
-is the drift; their scatter about the line gives its standard error.  Averages are used because neighbouring residuals
-of a hysteresis model are not independent.  Wide plays, which move rarely, absorb part of the drift, so the result is a
-lower bound.  Creep is not drift: it follows the input, and models with lags represent it.
+The residuals of a fit are averaged over chunks of consecutive rows. The slope of a straight line through the averages
+is the drift. The scatter of the averages about this line gives the standard error of the drift. Averages are used
+because neighbouring residuals of a hysteresis model are not independent. Wide plays, which move rarely, absorb part of
+the drift, so the result is a lower bound. Creep is not drift: creep follows the input, and models with lags represent
+creep.
 """
 
 from __future__ import annotations

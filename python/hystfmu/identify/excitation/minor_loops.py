@@ -1,8 +1,9 @@
 """Memory class of the data: reversals outside the noise, minor loops, closure; warnings if it is not informative.
 
-A sum of plays has return-point memory: after an excursion u: a -> b -> a its output returns, and the minor loop is
-closed (wiping-out and congruence: Mayergoyz 1991, ch. 1).  A Bouc-Wen operator has none: it drifts along the outer
-branch (Ikhouane & Rodellar 2007, ch. 3).  So the gap of the minor loops in the data gives the class before any fit.
+A sum of plays has return-point memory: after an excursion u: a -> b -> a the output returns to its value, and the minor
+loop is closed (wiping-out and congruence: Mayergoyz 1991, ch. 1). A Bouc-Wen operator has no return-point memory: its
+output drifts along the outer branch (Ikhouane & Rodellar 2007, ch. 3). So the gap of the minor loops in the data gives
+the memory class before any fit.
 """
 
 from __future__ import annotations
@@ -36,20 +37,22 @@ class Excitation:
     reversals : int
         Number of turning points of u outside its noise.
     samples_per_cycle : float
-        Mean number of rows per two reversals.
+        Mean number of rows between every second reversal.
     loops : int
         Number of minor loops that u closes.
     gap : float
-        RMS over the loops of y after minus y before, corrected for noise, in percent of the span of y.
+        Gap: RMS over the loops of y after the loop minus y before it, corrected for noise, in percent of the span of y.
     several_speeds : bool
-        Whether the mean speeds of half cycles differ twofold (10th and 90th percentile): rate dependence is visible.
+        Whether the mean speeds of half cycles differ by a factor of 2 (10th and 90th percentile), so that rate
+        dependence is visible.
     memory : str
-        ``return-point``; ``no return-point``, as of Bouc-Wen or of a memory of the last extremum only; ``none`` if y is
-        a function of u; ``unknown``.
+        ``return-point``; ``no return-point``, for example the memory of a Bouc-Wen operator or of the last extremum
+        only; ``none`` if y is a function of u; or ``unknown``.
     warnings : tuple of str
         Reasons why the excitation is not informative enough to identify memory; empty if it is.
     coarse : tuple of str
-        Warning that the rows are too far apart to contain the extrema of a static model; dynamics smooth them.
+        Warning that the rows are too far apart to contain the extrema of a static model. Models with dynamics do not
+        need this warning, because dynamics smooth the extrema.
     """
 
     reversals: int
@@ -63,9 +66,11 @@ class Excitation:
 
 
 def gaps(u: Array, y: Array, turns: Array) -> Array:
-    """Return, for every extremum that u (n,) returns to, y at the return (interpolated) minus y at the extremum.
+    """Return the gap of y for every extremum that u (n,) returns to.
 
-    Before it returns, u must stay inside the branch that led to the extremum; smaller loops are allowed.
+    The gap is y at the return, interpolated, minus y at the extremum.
+
+    Before the return, u must stay inside the branch that led to the extremum; smaller loops are allowed.
     """
     found = []
     level = np.append(u[turns], u[-1])
@@ -88,7 +93,7 @@ def gaps(u: Array, y: Array, turns: Array) -> Array:
 
 
 def width(u: Array, y: Array) -> float:
-    """Return the RMS distance of y (n,) from a function of u (n,), straight lines over `BINS` parts of sorted rows."""
+    """Return the RMS distance of y (n,) from a function of u (n,): straight lines over `BINS` parts of sorted rows."""
     order = np.argsort(u, kind="stable")
     square = 0.0
     for part in np.array_split(order, min(BINS, len(u) // 4)):
@@ -100,9 +105,9 @@ def width(u: Array, y: Array) -> float:
 def examine(data: Dataset) -> Excitation:
     """Determine reversals, minor loops and memory class of the training rows.
 
-    Rate dependence and creep open loops too, so the gap is an upper bound for the effect of the memory.  The gap is
-    corrected for the noise of y; if the noise hides the limit of 0.5 %, or extrema between two samples explain the gap,
-    the class is ``unknown``.
+    Rate dependence and creep also open loops, so the gap is an upper bound for the effect of the memory. The gap is
+    corrected for the noise of y. The class is ``unknown`` if the noise hides the limit of 0.5 %, or if extrema between
+    two samples explain the gap.
 
     Parameters
     ----------

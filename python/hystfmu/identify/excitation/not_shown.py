@@ -1,8 +1,8 @@
-"""Kinds of signals whose states a record does not show: what is known of the errors of a model does not count there.
+"""Kinds of signals whose states a record does not contain; the stated error of a model does not apply to them.
 
-A state is the input and `PLAYS` plays of it, which stand for the memory.  A kind of signal, over the range of the
-record, is not shown if more than `FEW` of its states have no near state in the record.  A record of one speed, or of
-one frequency, is not informative about others.
+A state consists of the input and of `PLAYS` plays of the input, which represent the memory. A kind of signal over the
+range of the record is not shown if more than `FEW` of its states have no near state in the record. A record with one
+speed or one frequency is not informative about other speeds or frequencies.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SPEEDS, SPREAD = "other speeds", 2.0  # 90th over 10th percentile: more show a r
 
 
 def kinds_not_shown(data: Dataset) -> tuple[str, ...]:
-    """Return the kinds of signals, within the range of the training rows, that they do not show.
+    """Return the kinds of signals within the range of the training rows that the training rows do not contain.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def kinds_not_shown(data: Dataset) -> tuple[str, ...]:
 
 
 def new_states(data: Dataset, u: Array, first: int = 0) -> float:
-    """Return the share of the states of another input u (n,), from a row on, without a near state in the record."""
+    """Return the share of the states of another input u (n,), from a row on, that have no near state in the record."""
     from scipy.spatial import cKDTree
 
     span = float(np.ptp(data.u[data.train]))
@@ -68,7 +68,7 @@ def new_states(data: Dataset, u: Array, first: int = 0) -> float:
 
 
 def one_speed(data: Dataset) -> bool:
-    """Return whether the half cycles of a record have one mean speed, or one duration, such as those of a sine."""
+    """Return whether all half cycles of a record have about the same mean speed, or the same duration as in a sine."""
     u = data.longest().u
     turns = reversals(u)
     if len(turns) < 2:

@@ -1,10 +1,10 @@
 """Estimate of the memory state before row 0 from the record.
 
-A device that was raised from 0 V, or from a bias, to its working point before the first row has plays that lean to one
-side. If the model started at rest at the first input, these plays would be centred, and all rows would have errors
-until a full swing wipes out the initial memory. Plays that start at each of several inputs are fitted in closed form. A
-start is chosen only if its fit is clearly better. The fit includes a cubic bend after the plays, because the error of a
-bent output would hide the improvement.
+Before the first row, the input of a device often rises from 0 V, or from a bias, to the working point. Then the plays
+of the device are displaced to one side. A model that starts at rest at the first input has centred plays. Its output
+has an error until a full swing wipes out the initial memory. Therefore sums of plays that start at rest at several
+inputs are fitted in closed form. A start is chosen only if its fit is clearly better. The fit includes a cubic bend
+after the plays, because the error of a nonlinear output would hide the improvement.
 """
 
 from __future__ import annotations
@@ -32,18 +32,20 @@ STEPS = 16  # of the range of the input, between its ends
 
 
 def rest(data: Dataset) -> float:
-    """Return the input at which the memory rested.
+    """Return the input at which the device was at rest before row 0.
 
     Parameters
     ----------
     data : Dataset
-        With a measured output. With several records, or with further inputs, each record rests at its first input.
+        Data with a measured output. With several records, or with further inputs, each record is assumed to start at
+        rest at its first input.
 
     Returns
     -------
     float
-        In the unit of measure of u. If several inputs explain the record equally well: the first input of the record,
-        or 0, or the end of its range. Also the first input if plays do not explain the record.
+        Input in the unit of measure of u. If several inputs explain the record equally well, it is the first input of
+        the record, or 0, or the end of the range, in this order. If plays do not explain the record, it is the first
+        input.
     """
     first = float(data.u[0])
     if len(data.starts) > 1 or data.covariates:
@@ -80,21 +82,21 @@ def places_memory(key: str) -> bool:
 
 
 def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
-    """Return the options of a kind of model for a memory that rested at u0.
+    """Return the options of a kind of model for a memory that was at rest at u0.
 
     Parameters
     ----------
     key : str
-        Of the kind.
+        Key of the kind.
     u0 : float
-        Input at which it rested (unit of measure of u).
+        Input at which the memory was at rest (unit of measure of u).
     data : Dataset
 
     Returns
     -------
     dict
-        ``u0``, or ``start`` = low or high where u0 lies at that end of the range; empty for the first input, the
-        default, and for a kind without such options.
+        ``u0``, or ``start`` = low or high if u0 is that end of the range. Empty if u0 is the first input, which is the
+        default, and for a kind without these options.
     """
     if u0 == float(data.u[0]) or not places_memory(key):
         return {}
@@ -105,7 +107,7 @@ def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
 
 
 def _error(data: Dataset, u0: float, bends: int = BENDS) -> float:
-    """Return the RMS error of plays that rest at u0, with a cubic bend behind them (unit of measure of y)."""
+    """Return the RMS error of plays that start at rest at u0, followed by a cubic bend (unit of measure of y)."""
     rows = np.arange(len(data.u))[data.counted]
     rows = rows[:: max(1, len(rows) // ROWS)]
     columns = np.column_stack([data.u, plays(data.u, thresholds(data.u[data.train], PLAYS), u0)])[rows]
@@ -115,7 +117,7 @@ def _error(data: Dataset, u0: float, bends: int = BENDS) -> float:
 
 
 def _bent(columns: Array, y: Array, one: Array, bends: int, span: float) -> float:
-    """Return the RMS error of a sum of plays, given as columns (n, p), behind a bend that is refined `bends` times."""
+    """Return the RMS error of a sum of plays, columns (n, p), followed by a bend that is refined `bends` times."""
     w, _ = nonnegative(columns, y, one[:, None])
     found = []
     for _ in range(bends):

@@ -1,10 +1,10 @@
 """Lag of the sensor: delay of the output in whole rows.
 
 A sensor that is read before the input is written, or that averages, lags by whole rows. A model without a delay cannot
-represent it, and the loops become wider with faster inputs. A sum of plays and a cubic, fitted to the training rows for
-the input delayed by 0, 1, 2, ... rows, shows it: the residual has its minimum at the lag. Dynamics of the device look
-the same, and creep moves the minimum by a row, so the lag is reported and not removed. Kinks of the input show how much
-of the lag is dead time (`hystfmu.identify.excitation.dead_time`).
+represent this lag, and the loops become wider with faster inputs. A sum of plays and a cubic is fitted to the training
+rows with the input delayed by 0, 1, 2, ... rows. The residual has its minimum at the lag. Dynamics of the device have
+the same effect, and creep moves the minimum by a row. So the lag is reported and not removed. Kinks of the input show
+how much of the lag is dead time (`hystfmu.identify.excitation.dead_time`).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ LEAST = 0.1  # % of the span: the residual that the lag takes away
 
 
 def columns(data: Dataset) -> Array:
-    """Return a constant, the powers of the input to the third, and plays, up to the last training row; (rows, 16)."""
+    """Return columns (rows, 16) up to the last training row: a constant, powers of the input up to 3, and plays."""
     rows = data.train
     u = data.u[: rows.stop]
     x = (u - u[rows].mean()) / np.ptp(u[rows])
@@ -61,7 +61,7 @@ def residuals(data: Dataset) -> Array:
 
 
 def lag(data: Dataset) -> tuple[int, Array]:
-    """Find the lag of the output in rows, 0 if there is no relevant one; return it with `residuals`."""
+    """Return the lag of the output in rows, 0 if no lag is relevant, and the result of `residuals`."""
     found = residuals(data)
     best = int(np.argmin(found))
     clear = found[0] > CLEARLY * found[best] and found[0] - found[best] > LEAST and best < len(found) - 1
@@ -81,8 +81,8 @@ def told(data: Dataset, error: float) -> tuple[dict[str, Any], list[str]]:
     Returns
     -------
     dict
-        ``lag_rows``; ``dead_rows``, the part that is dead time, if the record shows it; ``lag``, both in words. Empty
-        without a lag.
+        ``lag_rows``: the lag. ``dead_rows``: the part of the lag that is dead time, if the record shows this part.
+        ``lag``: a text with these numbers. Empty without a lag.
     list of str
         The warning, if any.
     """

@@ -2,8 +2,8 @@
 
 `bent_sum` fits weights, bend and creep of a structure.
 
-The bend is a sum of dead zones that interpolates the polynomial, because that has an exact inverse and continues as a
-straight line outside the range of the training rows.
+The bend is a polynomial in the fit and a sum of dead zones in the graph. The sum interpolates the polynomial. It has an
+exact inverse, and continues as a straight line outside the range of the training rows.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ class Trial:
 class Fitting:
     """Columns and rows of one fit, and the structures fitted to them.
 
-    Scaled input x = (u - middle) / half and its start x0, thresholds r of the plays, covariates theta, scaled to
-    [-1, 1] from their range low..high; rows that count, those kept for fits and those held out.
+    Fields: scaled input x = (u - middle) / half and its start x0; thresholds r of the plays; covariates theta, scaled
+    to [-1, 1] from their range low..high; all counted rows, the fitted rows, and the held-out rows.
     """
 
     def __init__(self, data: Dataset, options: Options) -> None:
@@ -104,7 +104,7 @@ class Fitting:
     def fit(
         self, parts: Parts, rows: NDArray[np.intp], start: BentSum | None = None, wanted: float = np.inf
     ) -> BentSum:
-        """Fit weights, bend and creep on some rows, from a fit with fewer parts or from a straight one."""
+        """Fit weights, bend and creep on some rows; start from a fit with fewer parts, or from a fit without a bend."""
         p = self.problem(parts, rows)
         if start is None:
             return bent_sum.fit(p, bent_sum.fit_linear(p, parts.degree))
@@ -115,7 +115,7 @@ class Fitting:
         return bent_sum.fit(p, replace(start, q=grown, k=k, g=g, c=np.zeros((len(g), len(grown)))), wanted)
 
     def tried(self, parts: Parts, start: BentSum | None = None, wanted: float = np.inf) -> Trial:
-        """Fit a structure on the rows outside the validation blocks, and give its error on those."""
+        """Fit a structure on the rows outside the validation blocks, and compute its error in the blocks."""
         fitted = self.fit(parts, self.kept, start, wanted)
         e = bent_sum.model(self.problem(parts, self.held), fitted) - self.data.y[self.held]
         return Trial(parts, fitted, float(np.sqrt(np.mean(e**2))))
@@ -125,7 +125,7 @@ class Fitting:
         return search(self.residuals(trial, rows), self.data, self.options, progress, trial.parts.g)
 
     def residuals(self, trial: Trial, rows: NDArray[np.intp]) -> Callable[[Dynamics], Array]:
-        """Return a function that maps other dynamics to the residuals with a hysteresis near that of the trial."""
+        """Return a function from dynamics to the residuals, with a hysteresis near the hysteresis of the trial."""
         left = bent_sum.residuals(self.problem(trial.parts, rows), trial.fit)
         return lambda g: left(self.filtered(g))
 
@@ -169,9 +169,10 @@ def _hysteresis(f: Fitting, operator: str, w: Array) -> Node:
 def _beside(
     f: Fitting, parts: Parts, s: BentSum, used: list[int], at_0: float
 ) -> tuple[list[Node], list[tuple[str, str]], list[tuple[str, ...]]]:
-    """Return blocks and wires of a bend that depends on covariates, and their ends.
+    """Return the blocks and wires of a bend that depends on covariates, and their endpoints.
 
-    `used` are the numbers of the covariates that act, `at_0` is the value of the bend at 0, which its block omits.
+    `used` are the numbers of the covariates with an effect. `at_0` is the value of the bend at 0, which the block of
+    the bend does not include.
     """
     names, n = f.data.covariates.names, len(used)
     half = (f.high - f.low)[used] / 2

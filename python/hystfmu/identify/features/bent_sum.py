@@ -1,20 +1,21 @@
-"""A sum of plays, a bend, creep and linear dynamics behind it: weights, bend and creep for given dynamics.
+"""Fit of a sum of plays followed by a bend, creep and given linear dynamics: weights, bend and creep.
 
   v = w0 x + sum_i w_i p_i[x],  b = b(v),  c = b + sum_j k_j L_{T_j}[b],  y = F[c] + offset
 
-F is linear (G0 with delay, or nothing) with gain 1 at rest, L_T a first-order lag, b a polynomial (Legendre basis on
-the range of v).  The fit takes Gauss-Newton steps in the non-negative w and k, each a non-negative least-squares
-problem on the columns F[(1 + sum k_j L_j)[b'(v) p_i]] and F[L_j[b]]; between the steps the coefficients of b follow by
-linear least squares.  This is a Wiener-Hammerstein structure with a hysteresis at its front (Giri & Bai 2010,
-Block-oriented Nonlinear System Identification, ch. 1), solved as a separable problem (Golub & Pereyra 1973).
+F is linear with static gain 1 (G0 with delay, or F = 1). L_T is a first-order lag. b is a polynomial (Legendre basis on
+the range of v). The fit takes Gauss-Newton steps in the non-negative w and k. Each step is a non-negative least-squares
+problem on the columns F[(1 + sum k_j L_j)[b'(v) p_i]] and F[L_j[b]]. Between the steps, linear least squares gives the
+coefficients of b. This is a Wiener-Hammerstein structure that begins with a hysteresis (Giri & Bai 2010, Block-oriented
+Nonlinear System Identification, ch. 1), solved as a separable problem (Golub & Pereyra 1973).
 
 The bend may depend on covariates theta, scaled to [-1, 1], linear in each of them:
 
   b(v, theta) = (1 + g' theta) b(v) + sum_j theta_j b_j(v)
 
-A covariate acts at one of four levels: none; ``offset``, b_j constant; ``gain``, b_j constant and g_j free; ``bend``,
-b_j a polynomial of the degree of b. The gains g are variables of the Gauss-Newton steps, without bounds. With a gain,
-the inverse follows from that of b(v); with a bend it is a root.
+A covariate has one of four levels. Without a level it has no effect. With ``offset``, b_j is constant. With ``gain``,
+b_j is constant and g_j is free. With ``bend``, b_j is a polynomial of the degree of b. The gains g are variables of the
+Gauss-Newton steps, without bounds. With ``gain``, the inverse follows from the inverse of b(v). With ``bend``, the
+inverse is found by root finding.
 """
 
 from __future__ import annotations
@@ -65,13 +66,13 @@ class Following:
     def columns(self, basis: Array, g: Array) -> Array:
         """Return the columns of a regression on the coefficients of b and the free ones of b_j.
 
-        The basis (n, size) are polynomials of v, g (m,) the gains.
+        `basis` (n, size) contains polynomials of v; g (m,) contains the gains.
         """
         rows, orders = np.nonzero(self.free(basis.shape[1]))
         return np.hstack([basis * self.factor(g)[:, None], self.theta[:, rows] * basis[:, orders]])
 
     def coefficients(self, found: Array, size: int) -> tuple[Array, Array]:
-        """Split the weights of `columns` into those of b (size,) and of b_j (m, size)."""
+        """Split the weights of `columns` into the coefficients of b (size,) and of b_j (m, size)."""
         free = self.free(size)
         c = np.zeros(free.shape)
         c[free] = found[size:]
@@ -92,7 +93,7 @@ class Following:
         return self.value(v, of_q, of_c, g)
 
     def started(self, y: Array, rows: NDArray[np.intp]) -> Array:
-        """Return free columns (rows, ...) that stand for offset and gain in a fit without a bend, y (rows,)."""
+        """Return free columns (rows, ...) for offset and gain in a fit without a bend; y has shape (rows,)."""
         used = self.theta[rows][:, [level != "none" for level in self.levels]] if self.levels else np.zeros((len(y), 0))
         return np.hstack([np.ones((len(y), 1)), used, used * y[:, None]])
 
@@ -105,9 +106,9 @@ class Following:
 class BentSum:
     """Result of a fit.
 
-    Weights w (p,) of the columns, so that v lies in [-1, 1]; Legendre coefficients q of the bend, the first one the
-    offset; weights k of the lags; RMS error on the rows of the fit; gains g (m,) of the covariates and Legendre
-    coefficients c (m, degree + 1) of their bends.
+    Fields: weights w (p,) of the columns, so that v lies in [-1, 1]; Legendre coefficients q of the bend, of which the
+    first is the offset; weights k of the lags; RMS error on the rows of the fit; gains g (m,) of the covariates; and
+    Legendre coefficients c (m, degree + 1) of the bends of the covariates.
     """
 
     w: Array
@@ -131,11 +132,12 @@ class BentSum:
 class Problem:
     """Data and settings of a fit.
 
-    Columns (n, p): input and plays, or stops, over all rows from the first on; output y (m,) on the rows of the fit;
-    step h (s); time constants T (s) of the lags, empty without creep; linear dynamics F, `after`, None: F = 1; least
-    weight of the first column, relative to the sum of all; covariates that the bend depends on, over all rows.
-    Penalties for smooth weights are strengths and matrices (l, p), for columns of median size; None instead of a
-    matrix: a ridge. Without penalties, weights with little excitation would be arbitrary.
+    The columns (n, p) are the input and plays, or stops, over all rows. The output y (m,) is given on the rows of the
+    fit. h is the step (s). T contains the time constants (s) of the lags and is empty without creep. `after` is the
+    linear dynamics F; None means F = 1. The least weight of the first column is relative to the sum of all weights. The
+    covariates of the bend are given over all rows. Penalties for smooth weights are strengths and matrices (l, p), for
+    columns of median size; None instead of a matrix is a ridge. Without penalties, weights with little excitation would
+    be arbitrary.
     """
 
     columns: Array
@@ -149,7 +151,7 @@ class Problem:
     penalties: tuple[tuple[float, Array | None], ...] = ()
 
     def solved(self, linear: Array, target: Array, free: Array) -> tuple[Array, Array]:
-        """Return the non-negative weights of columns, the first p those of the operator, and the free ones."""
+        """Return the non-negative weights of columns, the operator's p weights first, and the free weights."""
         if not self.penalties:
             return nonnegative(linear, target, free)
         n = self.columns.shape[1]
@@ -165,7 +167,7 @@ class Problem:
         return np.asarray((columns if self.after is None else self.after(columns))[self.rows])
 
     def lag(self, columns: Array, T: float) -> Array:
-        """Return the first-order lag of columns, from their steady state, held over each step as `creep` does."""
+        """Return a first-order lag of columns from the steady state; inputs are held over each step as in `creep`."""
         return lagged(columns, -np.expm1(-self.h / T))
 
     def crept(self, columns: Array, k: Array) -> Array:
@@ -190,7 +192,7 @@ def model(p: Problem, s: BentSum) -> Array:
 
 
 def fit_linear(p: Problem, degree: int) -> BentSum:
-    """Return the fit without bend and creep, as the start of `fit`; for `degree` the coefficients of b are padded."""
+    """Return the fit without bend and creep, as the start of `fit`; the coefficients of b are padded to `degree`."""
     w, _ = p.solved(p.seen(p.columns), p.y, p.following.started(p.y, p.rows))
     if not w.any():
         w = np.full(len(w), 1.0)
@@ -201,9 +203,10 @@ def fit_linear(p: Problem, degree: int) -> BentSum:
 
 
 def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
-    """Take Gauss-Newton steps from `start` while the error decreases, and return the best point; its q has the degree.
+    """Take Gauss-Newton steps from `start` while the error decreases; return the best point, with a bend of the degree.
 
-    `wanted` is the RMS error from another start: the steps also end if they will not reach it at their present rate.
+    `wanted` is the RMS error from another start. The steps also end if their present rate is too slow to reach this
+    error.
     """
     best = _with_bend(p, start)
     # penalties pull on the scale of the weights, which the bend makes up for: steps drift on and gain nearly nothing
@@ -256,13 +259,15 @@ def _newton(p: Problem, s: BentSum) -> BentSum:
 
 
 def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array, Array]:
-    """Return the derivatives of the output by w and k at `s`, those by free variables, and the target of both."""
+    """Return the derivatives of the output at `s`, by w and k, then by free variables, and the common target."""
     return _after(p, s, _before(p, s))
 
 
 def _before(p: Problem, s: BentSum) -> Array:
-    """Return the columns that `_linearised` filters by the dynamics: derivatives by w, the output, derivatives by k,
-    free columns."""
+    """Return the columns that `_linearised` filters by the dynamics.
+
+    They are the derivatives by w, the output, the derivatives by k, and the free columns.
+    """
     v = p.columns @ s.w
     slope, b = (f(v, s.q, s.c, s.g)[:, None] for f in (p.following.slope, p.following.value))
     parts = [p.crept(slope * p.columns, s.k), p.crept(b, s.k), *(p.lag(b - b[:1], T) for T in p.T)]

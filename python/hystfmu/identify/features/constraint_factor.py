@@ -1,13 +1,14 @@
 """Fit of the constraint-factor operator with the branch g(d) = (1 - e^-d)(a_0 + sum_j a_j d^(2j-1)).
 
-The start of each branch and the distance from it depend on the input alone, so the operator is linear in the
-coefficients: h = sum_j a_j H_j, H_j the operator with the branch b_j(d) = (1 - e^-d) d^(2j-1).  The columns H_j are
-orthogonalised (SVD).  The slope g' is kept positive on a grid, which gives a least-distance problem (Lawson & Hanson
-1974, ch. 23).  A small penalty on the third derivative keeps g smooth where the data do not determine it, and beyond
-the longest branch.
+The start of each branch and the distance d from this start depend on the input alone. So the operator is linear in the
+coefficients: h = sum_j a_j H_j, where H_j is the operator with the branch b_j(d) = (1 - e^-d) d^(2j-1). The columns H_j
+are orthogonalised (SVD). The slope g' is kept positive on a grid, which gives a least-distance problem (Lawson & Hanson
+1974, ch. 23). A small penalty on the third derivative keeps g smooth where the data do not determine g, and beyond the
+longest branch.
 
-Shen & Ma 2017, eq. 1-10, fit increments from the last extremum by normal equations instead (`literal_branch`).  These
-square an already large condition number, and nothing keeps the branch increasing: the printed a_0 = g'(0) is negative.
+Shen & Ma 2017, eq. 1-10, fit increments from the last extremum by normal equations (`literal_branch`). Normal equations
+square an already large condition number. No constraint keeps the branch increasing: the printed a_0 = g'(0) is
+negative.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ DEPENDENT = (
 class Branch:
     """A fitted branch function.
 
-    Coefficients a_0 of the constant, a_1 .. a_m of d, d^3, .., d^(2m-1); the longest branch of the data; the
-    condition number of the least-squares system with columns of length 1, or of the normal equations.
+    Fields: the coefficients a_0 of the constant and a_1 .. a_m of d, d^3, .., d^(2m-1); the longest branch of the data;
+    and the condition number of the least-squares system with columns of length 1, or of the normal equations.
     """
 
     a: Array
@@ -78,9 +79,9 @@ def _powers(d: Array, m: int) -> Array:
 class StackCoordinates:
     """Position of every input row (n,) on its branch: h[k] = h[start[k]] + weight[k] g(d[k]).
 
-    `start` is the row of the extremum at which the branch starts; -1 is the origin, where h = 0.  `weight` is the
-    sign of the branch, halved on the virgin branch (Masing: h = sgn(x - x0) g(2 |x - x0|) / 2), d the distance from
-    the extremum, doubled there.
+    `start` is the row of the extremum at which the branch starts; -1 is the origin, where h = 0. `weight` is the sign
+    of the branch, and d is the distance from the extremum. On the virgin branch the weight is halved and d is doubled
+    (Masing: h = sgn(x - x0) g(2 |x - x0|) / 2).
     """
 
     start: np.typing.NDArray[np.int_]
@@ -88,7 +89,7 @@ class StackCoordinates:
     d: Array
 
     def columns(self, m: int, d_max: float) -> Array:
-        """Return H_j, j = 0..m, the operator with each basis function as its branch; shape (n, m + 1)."""
+        """Return H_j, j = 0..m, the operator with basis function j as its branch; shape (n, m + 1)."""
         steps = self.weight[:, None] * basis(self.d, m, d_max)
         H = np.zeros((len(steps) + 1, m + 1))  # the last row is the origin
         for k, p in enumerate(self.start):
@@ -97,7 +98,7 @@ class StackCoordinates:
 
 
 def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoordinates:
-    """Find the branches of an input x (n,) from rest at x0; memory is "dominant" (return-point) or "last" extremum."""
+    """Find the branches of an input x (n,) from rest at x0; `memory` is "dominant" (return-point) or "last"."""
     n = len(x)
     start, weight, d = np.full(n, -1), np.zeros(n), np.zeros(n)
     extrema: list[int] = []
@@ -129,8 +130,8 @@ def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoo
 def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: Rows, m: int, roughness: float) -> Branch:
     """Fit the increasing branch whose operator plus a combination of `free` is nearest to y over `rows`.
 
-    `where` has the coordinates of all rows from the first, y (n,) is the target on the rows that count, `free` (n,
-    q) columns with free weights, the constant among them, m the number of odd powers, `roughness` the weight of the
+    `where` contains the branch positions of all rows. y (n,) is the target on the counted rows. `free` (n, q) contains
+    columns with free weights, among them the constant. m is the number of odd powers. `roughness` is the weight of the
     RMS third derivative of g, with d relative to the longest branch, against the RMS error.
     """
     d_max = float(where.d[rows].max())
@@ -149,7 +150,7 @@ def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: Rows
 
 
 def _nearest(f: Array, E: Array, least: Array) -> Array:
-    """Minimise |z - f| over E z >= least by the dual, a non-negative least-squares problem (Lawson & Hanson, LDP)."""
+    """Minimise |z - f| over E z >= least; the dual is a non-negative least-squares problem (Lawson & Hanson, LDP)."""
     if (E @ f >= least).all():
         return f
     size = np.linalg.norm(E, axis=1)
@@ -165,7 +166,7 @@ def _nearest(f: Array, E: Array, least: Array) -> Array:
 
 
 def literal_branch(where: StackCoordinates, y: Array, rows: Rows, m: int) -> Branch:
-    """Fit as Shen & Ma 2017, eq. 8-10: A = X^-1 Y, increments of y (n,) along branches, X the normal matrix."""
+    """Fit increments of y (n,) along branches as in Shen & Ma 2017, eq. 8-10: A = X^-1 Y with the normal matrix X."""
     every = np.arange(len(where.start))[rows]
     used = every[where.start[every] >= 0]
     v = np.sign(where.weight[used]) * (y[used] - y[where.start[used]])

@@ -1,7 +1,7 @@
-"""States of the memory that a record does not show: an input that reaches them, and their share.
+"""States of the memory that a record does not contain: their share, and an input that reaches these states.
 
-The half cycles of the input keep their shape and duration, so that speeds and shapes are those of the record. Only the
-order and the size of the loops differ, and with them the states of the memory.
+The half cycles of this input have the shapes, durations and speeds of the half cycles of the record. The loops have
+another order and other sizes, so the states of the memory differ.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ PLAYS = 2  # that stand for the memory of a kind with local parameters
 
 
 def other_memory(u: Array, start: float) -> Array:
-    """Return random nested loops within the range of an input u (n,), from `start`, after a full one; (m,).
+    """Return a full loop, then random nested loops in the range of an input u (n,), from `start`; shape (m,).
 
-    Half of the reversals lie inside the last loop, as in `hystfmu.data.signals`.
+    Half of the reversals lie inside the previous loop, as in `hystfmu.data.signals`.
     """
     rng, lo, hi = np.random.default_rng(SEED), float(u.min()), float(u.max())
     turns = reversals(u)
@@ -48,7 +48,7 @@ def other_memory(u: Array, start: float) -> Array:
 
 
 def unseen(data: Dataset) -> float:
-    """Return the share of the states of other signals, the input and `PLAYS` plays, without a near training row."""
+    """Return the share of the states (input and `PLAYS` plays) of other signals that have no near training row."""
     if data.covariates:  # no kind of local parameters takes them
         return 0.0
     u, rows = data.u, data.train

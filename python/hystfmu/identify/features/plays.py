@@ -1,10 +1,11 @@
 """Play operators as columns of a regression, run by the C core; options that operators share; a dead band.
 
-A dead band is a play in front of a model that suppresses the reversals of input noise. A model without return-point
-memory (Bouc-Wen, Duhem) accumulates every reversal of the noise: noise of 0.25 % of the input range costs 2.2 % of the
-output. A play of half-width 2 sigma in front reduces this to 0.5 %; with wider plays the error from their lag exceeds
-the gain. The play is part of the model, so that an FMU has it too. Operators with return-point memory wipe out such
-reversals when the input moves on, so they need no dead band. `hystfmu.data.reversals` estimates the noise.
+A dead band is a play before a model; it suppresses the reversals of input noise. A model without return-point memory
+(Bouc-Wen, Duhem) accumulates every reversal of the noise. Noise of 0.25 % of the input range causes an error of 2.2 %
+of the output. A play of half-width 2 sigma reduces this error to 0.5 %. With a wider play the lag of the play causes a
+larger error. The play is part of the model, so an exported FMU contains the play. Operators with return-point memory
+wipe out the reversals of noise when the input moves on, so they need no dead band. `hystfmu.data.reversals` estimates
+the noise.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ DEAD_BAND = Option("dead_band", None, 0.0, 1e300, text=DEAD_BAND_TEXT)
 def thresholds(u: Array, n: int) -> Array:
     """Return half-widths, shape (n,), in equal steps from 0 (excluded) to 98 % of half the range of u.
 
-    A play wider than half the range never moves back: its column is constant after the first loading (Shen & Ma 2017
-    spread theirs over the whole range, so half of their columns are constant). A play that moves less than 2 % of the
-    range is hardly excited: its weight would fit the noise at the peaks and cause errors for every larger input.
+    A play wider than half the range never moves back: its column is constant after the first loading. Shen & Ma 2017
+    spread the half-widths over the whole range, so half of their columns are constant. A play that moves less than 2 %
+    of the range is hardly excited: its weight would fit the noise at the peaks and cause errors for every larger input.
     """
     return np.asarray((1 - LEAST_TRAVEL) * np.ptp(u) / 2 * np.arange(1, n + 1) / n)
 
@@ -42,12 +43,12 @@ def plays(u: Array, r: Array, u0: float) -> Array:
 
 
 def u0_option(what: str) -> Option:
-    """Return the option of the initial memory; `what` describes the state, e.g. "every play rests"."""
+    """Return the option for the initial memory; `what` describes the state, e.g. "every play rests"."""
     return Option("u0", None, -1e300, 1e300, text=f"initial memory: {what} at this input; default the first input")
 
 
 def branch_option(of: str = "") -> Option:
-    """Return the option of the memory of an operator with a branch function, `of` that name."""
+    """Return the option for the memory of an operator with a branch function; `of` is its name."""
     what = f"a branch of {of}" if of else "a branch"
     return Option(
         "memory",
@@ -63,7 +64,7 @@ def u0_of(data: Dataset, options: Options) -> float:
 
 
 def dead_band(u: Array) -> float:
-    """Return the dead band for a measured input u (n,); 0 without noise, or if the input itself is random."""
+    """Return the dead band for a measured input u (n,): 0 if it has no noise, or if the input is random."""
     sigma = noise(u)
     return WIDTH * sigma if sigma < MOST * float(np.ptp(u)) else 0.0
 
@@ -77,7 +78,7 @@ def behind_dead_band(data: Dataset, band: float) -> Dataset:
 
 
 def with_dead_band(graph: Graph, band: float) -> Graph:
-    """Return the graph with a play of that half-width in front of its first input; unchanged for 0."""
+    """Return the graph with a play of this half-width before its first input; unchanged if the half-width is 0."""
     if band == 0:
         return graph
     port, *others = graph.inputs

@@ -1,15 +1,16 @@
-"""Preisach density of few parameters: a smooth function of the mean of the two thresholds at each half-difference.
+"""Preisach density with few parameters: smooth in the mean of the two thresholds for each half-difference.
 
-With m = (alpha + beta) / 2 and d = (alpha - beta) / 2 the density is a sum of products of a hat function of d and a
-quadratic B-spline of m / (h - d), h half the trained range of the input: the triangle of all relays becomes a
-rectangle, so that every function is excited.  On the line d = 0 a row of B-splines of its own gives the reversible
-part, a monotone function of the input.  A density that does not depend on m is a sum of plays.
+Let m = (alpha + beta) / 2, d = (alpha - beta) / 2, and let h be half the trained range of the input. The density is a
+sum of products of a hat function of d and a quadratic B-spline of m / (h - d). This division maps the triangle of all
+relays to a rectangle, so that every function is excited. On the line d = 0 a separate row of B-splines gives the
+reversible part, a monotone function of the input. A density that does not depend on m is a sum of plays.
 
-Outside the trained range the density goes on as at its border; the grid reaches `MARGIN` of the range beyond it.
+Outside the trained range the density has its value at the border. The grid extends beyond the trained range by `MARGIN`
+times the range.
 
-`RelaySum` has these relays as the columns of a sum, the input itself before them. In a sum of so many columns, weights
-with little excitation would be arbitrary. A ridge and two penalties keep the density smooth. Their strengths are the
-middle ones of the kind `preisach`, which chooses them by cross-validation.
+`RelaySum` is a sum whose columns are the input and these relays. In a sum of so many columns, weights with little
+excitation would be arbitrary. A ridge and two penalties keep the density smooth. Their strengths are the middle levels
+of the kind `preisach`, which chooses its strengths by cross-validation.
 """
 
 from __future__ import annotations
@@ -45,8 +46,8 @@ def triangles(n: int) -> Array:
 class SmoothDensity:
     """A basis of p densities on the grid of the block ``preisach``, n steps from lo to hi, with its initial memory.
 
-    E (n (n + 1) / 2, p) is the Everett function of every density; `along_mean` and `along_width` (m, p) are first
-    differences of the weights over the mean, second differences over the half-difference.
+    E (n (n + 1) / 2, p) is the Everett function of every density. `along_mean` (m, p) gives first differences of the
+    weights over the mean. `along_width` (m, p) gives second differences over the half-difference.
     """
 
     n: int
@@ -63,7 +64,7 @@ class SmoothDensity:
         return Node(name, "preisach", {"n": self.n}, values)
 
     def columns(self, u: Array) -> Array:
-        """Return the output of the block for every density of the basis alone, along u (rows,); shape (rows, p)."""
+        """Return the output of the block along u (rows,) for each single density of the basis; shape (rows, p)."""
         out = np.empty((len(u), self.E.shape[1]), order="F")
         for i, E in enumerate(self.E.T):
             out[:, i] = Graph.single(self.node("relays", E)).run(u)
@@ -113,7 +114,7 @@ class RelaySum:
 
     @cached_property
     def columns(self) -> Array:
-        """Outputs along the input, (n, p), the first that of the input itself."""
+        """Outputs along the input, (n, p); the first column is the input itself."""
         return replace(self._density, E=self._everett).columns(self._x)
 
     @property

@@ -8,12 +8,13 @@ Alici 2005.  `bent_sum` fits weights, bend and creep for given dynamics; f_n, ze
 (variable projection).
 
 A part is kept if it reduces the error on validation blocks inside the training rows by more than `BETTER`. Stops
-replace plays if the loop is clockwise. Relays with a smooth density (Preisach) replace them if minor loops differ with
-their position. Bend, creep and dynamics follow any of these operators. A bend that is not monotone has no inverse: it
-must reduce the error by `NEEDED`.
+replace plays if the loop is clockwise. Relays with a smooth density (Preisach) replace plays if the shape of minor
+loops depends on their position. Bend, creep and dynamics follow any of these operators. A bend that is not monotone has
+no inverse, so it must reduce the error by `NEEDED`.
 
-With covariates, such as temperature and load, the bend depends on each of them, by an offset, a gain, or all of its
-coefficients (`following`), as the validation blocks support. A covariate without effect is not an input of the model.
+The bend can depend on covariates such as temperature and load: by an offset, a gain, or all of its coefficients
+(`following`). The validation blocks decide this for each covariate. A covariate without effect is not an input of the
+model.
 """
 
 from __future__ import annotations
@@ -58,8 +59,8 @@ OPTIONS = (
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the chain of the equation above from the parts that the data support.
 
-    It returns the graph, the number of its parameters, the parts, and f_n (Hz), zeta, delay (s) with a warning for each
-    of these that the data do not determine.
+    The result is the graph, the number of its parameters, the parts, and f_n (Hz), zeta and delay (s), with a warning
+    for each of these three values that the data do not determine.
     """
     f = Fitting(data, options)
     best = _following(f, _operated(f, Parts(levels=(options["covariates"] or "gain",) * len(data.covariates.names))))
@@ -78,7 +79,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
         best = replace(best, parts=parts, fit=f.fit(parts, f.all, best.fit))
     fitted = f.fit(parts, f.all, best.fit)
     warned = [
-        f"the covariate {name!r} does not reduce the error on validation blocks: it is no input of the model"
+        f"the covariate {name!r} does not reduce the error on validation blocks: it is not an input of the model"
         for name, level in zip(data.covariates.names, parts.levels, strict=True)
         if level == "none"
     ]
@@ -94,8 +95,11 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 
 def _following(f: Fitting, trial: Trial) -> Trial:
-    """Choose the dependence on each covariate: the whole bend if clearly better, less than the gain if not clearly
-    worse."""
+    """Choose the dependence on each covariate.
+
+    The gain is the default. The whole bend is chosen if it is clearly better, and a lower level if it is not clearly
+    worse.
+    """
     if f.options["covariates"] is not None:
         return trial
     best = trial
@@ -117,7 +121,7 @@ def _following(f: Fitting, trial: Trial) -> Trial:
 
 
 def _operated(f: Fitting, parts: Parts) -> Trial:
-    """Find the operator, each with a bend; plays, which have an exact inverse, unless another one is clearly better."""
+    """Find the operator; each candidate has a bend. Plays have an exact inverse and are preferred."""
     asked = f.options["operator"]
     if asked is not None:
         return _with_other_start(f, _bent(f, f.tried(replace(parts, operator=asked))))
@@ -129,7 +133,7 @@ def _operated(f: Fitting, parts: Parts) -> Trial:
 def _exchanged(f: Fitting, best: Trial) -> Trial:
     """Try relays instead of plays, or plays instead of relays.
 
-    Relays, without an exact inverse, must be better by more.
+    Relays have no exact inverse, so they need a larger improvement.
     """
     if f.options["operator"] is not None or best.error <= max(CLEAR * f.noise, ENOUGH * f.data.span):
         return best
@@ -141,15 +145,17 @@ def _exchanged(f: Fitting, best: Trial) -> Trial:
 
 
 def _with_other_start(f: Fitting, trial: Trial) -> Trial:
-    """Fit relays behind a bend also from equal weights, because weights from a fit without bend may be far off
-    (butterfly loops)."""
+    """Fit relays followed by a bend, also from equal weights.
+
+    Weights from a fit without a bend may be far off for butterfly loops.
+    """
     if trial.parts.degree == 1 or trial.parts.operator != RELAYS:
         return trial
     return trial.or_better(f.tried(trial.parts, replace(trial.fit, w=np.ones_like(trial.fit.w)), trial.fit.rms))
 
 
 def _bent(f: Fitting, trial: Trial) -> Trial:
-    """Raise the degree of the bend while the validation error falls."""
+    """Increase the degree of the bend while the validation error decreases."""
     if f.options["bend"] is not None:
         asked = int(f.options["bend"])
         return trial if trial.parts.degree == asked else f.tried(replace(trial.parts, degree=asked), trial.fit)
@@ -166,7 +172,7 @@ def _bent(f: Fitting, trial: Trial) -> Trial:
 
 
 def _moving(f: Fitting, trial: Trial, progress: Progress) -> Trial:
-    """Add dynamics after it."""
+    """Add dynamics after the chain."""
     g = f.dynamics(trial, f.kept[::FIRST], progress)
     moved = f.tried(replace(trial.parts, g=g), trial.fit)
     return moved if f.options["dynamics"] == "yes" else trial.or_better(moved)

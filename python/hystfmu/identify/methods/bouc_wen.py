@@ -1,9 +1,9 @@
 """Bouc-Wen operator as a grey box, y = c + a u + b z(u; beta, gamma, n), for loops that no sum of plays represents.
 
-The parameters are redundant in scale: (A, beta, gamma) against the weight of z.  A = 1 removes the redundancy, so that
-z starts with the slope of u.  The nonlinear parameters are the bound z_max = (beta + gamma)^(-1/n), the ratio
-gamma / (beta + gamma) and the exponent n.  Offset, linear term and weight of z follow from linear least squares for
-every trial (variable projection, Golub & Pereyra 1973).  Wen 1976; Ikhouane & Rodellar 2007.
+A scale of (A, beta, gamma) and the weight of z have the same effect. A = 1 removes this redundancy, so that z starts
+with the slope of u. The nonlinear parameters are the bound z_max = (beta + gamma)^(-1/n), the ratio gamma / (beta +
+gamma) and the exponent n. For every trial, linear least squares gives offset, linear term and weight of z (variable
+projection, Golub & Pereyra 1973). Sources: Wen 1976; Ikhouane & Rodellar 2007.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 
 def searched(p: Array, lo: Array, hi: Array) -> dict[str, tuple[float, float, float]]:
-    """Return ln z_max, the gamma share and n with the bounds of their search; the usual n = 1 counts as inside."""
+    """Return ln z_max, the gamma share and n with the bounds of their search; n = 1 is not reported as a bound."""
     limits = zip(("ln z_max", "gamma / (beta + gamma)", "n"), p, (lo[0], lo[1], 0.0), hi, strict=False)
     return {name: (float(value), float(least), float(most)) for name, value, least, most in limits}
 

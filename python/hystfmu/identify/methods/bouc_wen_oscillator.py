@@ -2,13 +2,14 @@
 
   m_L y'' + c_L y' + k_L y + z = u,   z' = alpha y' - beta (gamma |y'| |z|^(nu-1) z + delta y' |z|^nu)
 
-(Noel & Schoukens 2016, eq. 1-2).  beta only scales gamma and delta; |gamma| + |delta| = 1 removes the redundancy.
-The linear oscillator is fitted first to the spectra of u and y (Sanathanan & Koerner 1963); it gives mass, damping and
-the sum of both stiffnesses.  Then the output error of the free run from rest is minimised, from a few loop shapes.
+(Noel & Schoukens 2016, eq. 1-2). beta only scales gamma and delta; |gamma| + |delta| = 1 removes the redundancy. First,
+a linear oscillator is fitted to the spectra of u and y (Sanathanan & Koerner 1963). It gives mass, damping and the sum
+of the stiffnesses of spring and hysteresis. Then the output error of the free run from rest is minimised, from several
+start shapes of the loop.
 
-Trap: the block interpolates u linearly between rows.  Force with power near the sample rate must be given at a finer
-step (band-limited interpolation).  At 5 rows per period of the fastest component, linear interpolation costs 7 % of the
-output; at 100 rows, 0.03 %.
+Trap: the block interpolates u linearly between rows. A force with power near the sample rate must be given at a finer
+step (band-limited interpolation). Linear interpolation causes an error of 7 % of the output with 5 rows per period of
+the fastest component, and of 0.03 % with 100 rows.
 """
 
 from __future__ import annotations
@@ -43,9 +44,9 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph of one ``bouc_wen_oscillator``; return it, the number of its parameters, and those with bounds.
+    """Build the graph of one ``bouc_wen_oscillator``; return graph, number of parameters, and bounded parameters.
 
-    Spectra that give a mass or stiffness that is not positive are an InputError.
+    Spectra that give a mass or stiffness that is not positive raise an InputError.
     """
     rows = np.arange(len(data.u))[data.counted][:: options["stride"]]
     y = data.y[rows]
@@ -89,9 +90,9 @@ def graph(values: Mapping[str, float], data: Dataset) -> Graph:
 def linear_oscillator(u: Array, y: Array, h: float, rounds: int = 10) -> tuple[float, float, float]:
     """Fit mass, damping and stiffness of (m s^2 + c s + k) Y = U at the excited lines of the spectra.
 
-    Force u and displacement y (n,), h (s) apart, are whole periods, or long compared with the decay of the
-    oscillator.  Each round weights the equation by 1/|m s^2 + c s + k| of the last one, which makes it an output
-    error.  The result is in the units of measure of u, y and s.
+    Force u and displacement y (n,), h (s) apart, are whole periods, or long compared with the decay of the oscillator.
+    Each iteration weights the equation by 1/|m s^2 + c s + k| of the previous iteration, so that it minimises an output
+    error. The result is in the units of measure of u, y and s.
     """
     U, Y = np.fft.rfft(u - u.mean()), np.fft.rfft(y)  # the mean of y is at a line that u does not excite
     lines = np.abs(U) > 0.1 * np.abs(U).max()

@@ -2,11 +2,11 @@
 
   y = c + f(x) + sum_l k_l L_{T_l}[x] + b z + sum_l m_l L_{T_l}[z],   z = z[x; beta, gamma, n],  x = scaled u
 
-f is a polynomial, L_T a first-order lag; with a short T the difference x - L_T[x] is the speed times T. A relaxation
-state in parallel with a curve, such as the open-circuit voltage of a battery (Plett 2004), is the case n = 1, gamma =
-0; the damper of Spencer et al. 1997 has a spring and a dashpot in parallel with z. All parameters except the four of z
-are linear and are projected out (variable projection, Golub & Pereyra 1973). The degree of f and the lags are chosen by
-the error on validation blocks inside the training rows.
+f is a polynomial, and L_T is a first-order lag. For a short T the difference x - L_T[x] is the speed times T. The case
+n = 1, gamma = 0 is a relaxation state in parallel with a curve, such as the open-circuit voltage of a battery (Plett
+2004). The damper of Spencer et al. 1997 has a spring and a dashpot in parallel with z. All parameters except the four
+parameters of z are linear and are projected out (variable projection, Golub & Pereyra 1973). The error on validation
+blocks inside the training rows decides the degree of f and the lags.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ class _Fitting:
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph of the equation above; return it, the number of its parameters, and those with bounds."""
+    """Build the graph of the equation above; return graph, number of parameters, and bounded parameters."""
     f = _Fitting(data, options)
     longest = max((data.train.stop - data.train.start) * data.h / 3, 10 * data.h)
     every = tuple(float(T) for T in np.geomspace(2 * data.h, longest, LAGS))
@@ -139,7 +139,10 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 
 def _several_durations(data: Dataset) -> bool:
-    """Return whether half cycles differ twofold in duration; a decaying sine has many speeds and one frequency."""
+    """Return whether durations of half cycles differ by a factor of 2.
+
+    Speeds are no test, because a decaying sine has many speeds and one frequency.
+    """
     lasting = np.diff(reversals(data.longest().u[data.longest().train]))
     long, short = np.percentile(lasting, [90, 10]) if len(lasting) else (1.0, 1.0)
     return bool(long > SPEEDS * short)

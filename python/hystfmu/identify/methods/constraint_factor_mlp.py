@@ -1,8 +1,8 @@
-"""Shen & Ma 2017: expanded input space (x, h), h the constraint-factor operator of x, and a 2-5-1 network on it.
+"""Shen & Ma 2017: a 2-5-1 network on the expanded input space (x, h); h is the constraint-factor operator of x.
 
-The operator is fitted first, then the network.  ``branch = literal`` and ``memory = last`` follow the paper literally.
-``sweep`` tries 1, 2, .. hidden neurons and keeps the number with the least error on the validation split, the last 30 %
-of the training rows.
+The operator is fitted first, then the network. ``branch = literal`` and ``memory = last`` follow the paper literally.
+``sweep`` tries 1, 2, .. hidden neurons. It keeps the number with the least error on the validation split, which is the
+last 30 % of the training rows.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def fit_operator(data: Dataset, options: Options) -> tuple[Features, Branch]:
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``scaling -> constraint_factor -> scaling -> mlp -> scaling``; return it with the number of parameters."""
+    """Build ``scaling -> constraint_factor -> scaling -> mlp -> scaling``; return graph and number of parameters."""
     front, branch = fit_operator(data, options)
     chosen, began = dict(options), 0.0
     if options["sweep"]:

@@ -1,12 +1,12 @@
-"""Duhem model: slopes depend on output and direction, for static loops without return-point memory.
+"""Duhem model for static loops without return-point memory: the slope depends on input, output and direction.
 
-  y = c + k u + w,   dw/du = sum_{i<=m} u^i (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))),  rising and falling apart.
+  y = c + k u + w, dw/du = sum_{i<=m} u^i (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))), per direction of u.
 
-Given k and c, w is known at every row, and the coefficients follow from linear least squares of its increments over
-the rows, or over pieces of the path if u is noisy.  k and c minimise the residual (variable projection, Golub & Pereyra
-1973).  From this start, all parameters and w at the first row are refined on the free run, in the orthonormal basis of
-the increments, because the powers themselves are nearly dependent.  Oh & Bernstein, IEEE Trans. Autom. Control 50
-(2005) 631-645.
+For given k and c, w is known at every row. Then linear least squares of the increments of w gives the coefficients. The
+increments extend over single rows, or over pieces of the path if u is noisy. k and c minimise the residual (variable
+projection, Golub & Pereyra 1973). From this start, all parameters and w at the first row are refined on the free run.
+This search uses the orthonormal basis of the increments, because the powers are nearly dependent. Source: Oh &
+Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645.
 """
 
 from __future__ import annotations
@@ -55,9 +55,9 @@ def basis(u: Array, w: Array, m: int, q: int) -> Array:
 
 
 def segments(u: Array, least: float) -> tuple[Rows, Rows]:
-    """Return first and last rows of the monotone pieces of a path u (n,), of length `least` or up to the next reversal.
+    """Return first and last rows of monotone pieces of a path u (n,), at least `least` long or up to a reversal.
 
-    The increment between two rows is mostly noise; the increment over a longer piece is not.
+    The increment between two rows is mostly noise. The increment over a longer piece is mostly signal.
     """
     first, last, direction = [0], [], 0.0
     for k in range(1, len(u)):
@@ -71,7 +71,7 @@ def segments(u: Array, least: float) -> tuple[Rows, Rows]:
 
 
 class _Slopes:
-    """Linear least-squares problem by direction: increments of w over pieces of the path, sums of the terms."""
+    """Linear least-squares problem for each direction: increments of w over pieces of the path, sums of terms."""
 
     def __init__(self, u: Array, y: Array, kept: NDArray[np.bool_], m: int, q: int, least: float) -> None:
         self.u, self.y, self.m, self.q = u, y, m, q
@@ -85,8 +85,8 @@ class _Slopes:
     def solve(self, k: float, c: float) -> tuple[list[Array], list[Array], Array]:
         """Solve for both directions, rising and falling.
 
-        It returns coefficients (p,), factors (p, p) that make the terms orthonormal, and the residuals of the
-        increments.
+        The result is the coefficients (p,), the factors (p, p) that make the terms orthonormal, and the residuals of
+        the increments.
         """
         u, w = self.u, self.y - k * self.u - c
         theta, factors, left = [], [], []
@@ -125,14 +125,14 @@ class _Start:
         self.cost = float(np.sum(self.error(np.zeros(3 + 2 * slopes.terms)) ** 2))
 
     def parts(self, x: Array) -> tuple[list[Array], float, float, float]:
-        """Return slopes, k, c and w at the first row for changes x of k, c, w and of the slopes."""
+        """Return slopes, k, c and the first w for changes x of k, c, w and the slopes."""
         p = self.slopes.terms
         pairs = enumerate(zip(self.theta, self.factors, strict=True))
         changed = [t + f @ x[3 + d * p : 3 + (d + 1) * p] for d, (t, f) in pairs]
         return changed, self.k + x[0], self.c + x[1], self.first + x[2]
 
     def error(self, x: Array) -> Array:
-        """Return the errors of the free run at the rows that count."""
+        """Return the errors of the free run at the counted rows."""
         now, slope, offset, w0 = self.parts(x)
         node = _node(now, slope, w0, float(self.u[0]), self.w_max, self.slopes.m, self.slopes.q)
         run = Graph.single(node).run(self.u)
@@ -141,9 +141,9 @@ class _Start:
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build the graph ``scaling -> duhem -> scaling``; return it with the number of its parameters.
+    """Build the graph ``scaling -> duhem -> scaling``; return graph and number of parameters.
 
-    Fewer rows of rising or of falling input than coefficients are an InputError.
+    If the rows of rising or of falling input are fewer than the coefficients, an InputError is raised.
     """
     rows, counted, m, q = data.train, data.counted, options["m"], options["q"]
     seen = data.u[: rows.stop]  # later rows do not affect the training rows

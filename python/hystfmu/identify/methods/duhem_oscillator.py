@@ -2,16 +2,16 @@
 
   m_L y'' + c_L y' + k_L y + z = u,   dz/dy = f(s z), s = sgn(y')
 
-f is piecewise linear on equal knots and the same for both directions of motion (odd symmetry of the loop).  The linear
-oscillator gives the first estimates; the output error of the free run from rest is then minimised, on the first quarter
-of the train rows and on all of them.  Knots are added between the knots while the data support them (Bayesian
-information criterion).
+f is piecewise linear on equally spaced knots. The directions of motion have the same f (odd symmetry of the loop). The
+linear oscillator gives the first estimates. Then the output error of the free run from rest is minimised, first on the
+first quarter of the training rows, then on all training rows. Further knots between the knots are added while the data
+support them (Bayesian information criterion).
 
-Guard: of two knots at -x and x, the stiffness at -x is at least that at x and at least `SOFTEST`. Then every loop of z
-over y dissipates energy, so that a free run of the equation decays for any data.
+Guard: for knots at -x and x, the stiffness at -x is at least the stiffness at x, and at least `SOFTEST`. Then every
+loop of z over y dissipates energy, so that a free run of the equation decays for any data.
 
-Trap: the block interpolates u linearly between rows, and its steps are the rows. Force with power near the sample rate
-must be given at a finer step (band-limited interpolation, option ``stride``).
+Trap: the block interpolates u linearly between rows, and makes one step per row. A force with power near the sample
+rate must be given at a finer step (band-limited interpolation, option ``stride``).
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ CANDIDATES = (Candidate(LAGS, 0.5, 3.0),)
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph of one ``duhem_oscillator``; return it, the number of its parameters and further results.
+    """Build the graph of one ``duhem_oscillator``; return graph, number of parameters and further results.
 
-    An InputError are spectra that give a mass or stiffness that is not positive, a natural frequency above that of the
-    rows, or an oscillator that does not represent the data.
+    An InputError is raised if the spectra give a mass or stiffness that is not positive, if the natural frequency is
+    above pi/h, or if the oscillator does not represent the data.
     """
     stride = options["stride"]
     rows = np.arange(len(data.u))[data.counted][::stride]
@@ -122,7 +122,7 @@ class Trial:
 
 
 def physical(p: Array) -> Array:
-    """Return parameters (3 + n,), relative to the first estimates, of an oscillator whose force is dissipative."""
+    """Return parameters (3 + n,) of an oscillator with a dissipative force, relative to the first estimates."""
     f = p[3:]
     left = np.maximum(np.maximum(f, f[::-1]), SOFTEST)
     right = np.minimum(f, f[::-1])

@@ -1,7 +1,7 @@
-"""Expanded input space (x, z), z the output of a Prandtl-Ishlinskii model fitted to the data, and a network on it.
+"""Network on the expanded input space (x, z); z is the output of a Prandtl-Ishlinskii model fitted to the data.
 
-Zhao & Tan 2008 and Shen & Ma 2017 pair the input with an operator of a given shape. Any sum of plays may replace this
-operator, because only the shape of its branches differs. Non-negative least squares find the sum of plays that is
+Zhao & Tan 2008 and Shen & Ma 2017 use the input and an operator of a given shape. A sum of plays may replace this
+operator, because only the shape of the branches differs. Non-negative least squares gives the sum of plays that is
 closest to the data. The network adds the static nonlinearity.
 """
 
@@ -31,7 +31,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``(u, prandtl_ishlinskii) -> scaling -> mlp -> scaling``; return it with the number of its parameters."""
+    """Build ``(u, prandtl_ishlinskii) -> scaling -> mlp -> scaling``; return graph and number of parameters."""
     u, rows = data.u, data.counted
     u0 = u0_of(data, options)
     r = thresholds(u[data.train], options["N"])
@@ -51,14 +51,14 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 def straightened(x: Array, y: Array, degree: int, covariates: Array) -> tuple[Array, Array]:
     """Return the target of an operator that rises with x, up to a combination of free columns.
 
-    An operator h followed by a network satisfies y = f(x, h), with f mostly a static nonlinearity of h.  If q = f^-1 is
-    near a polynomial, h = y + q_2 P_2(y) + q_3 P_3(y) + .. is linear in the weights of h and in the q: one
-    least-squares problem gives both, so that a nonlinear readout does not distort the operator.  With covariates (n, m)
-    the q are linear in them.
+    An operator h followed by a network satisfies y = f(x, h), and f is mostly a static nonlinearity of h. If q = f^-1
+    is near a polynomial, h = y + q_2 P_2(y) + q_3 P_3(y) + .. is linear in the weights of h and in the q. Then one
+    least-squares problem gives the weights and the q, so that a nonlinear readout does not distort the operator. With
+    covariates (n, m) the q are linear functions of the covariates.
 
-    For input x and output y (n,) the target is y scaled to [-1, 1], negated if y falls as x rises.  The free columns
-    (n, degree + m (degree + 1)) are Legendre polynomials 1, P_2, .., P_degree of it, and all of them times each
-    covariate.
+    For input x and output y (n,) the target is y scaled to [-1, 1]; its sign is changed if y falls as x rises. The free
+    columns (n, degree + m (degree + 1)) are the Legendre polynomials 1, P_2, .., P_degree of the target, and the
+    products of all Legendre polynomials with each covariate.
     """
     v = (2 * y - y.max() - y.min()) / np.ptp(y)
     v = np.asarray(v * np.copysign(1.0, float(np.dot(x - x.mean(), v))))

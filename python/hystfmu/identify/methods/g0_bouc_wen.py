@@ -1,7 +1,7 @@
 """Bouc-Wen hysteresis followed by linear dynamics with delay: y = c + e^(-s tau) G0(s) (a u + b z(u; beta, gamma, n)).
 
-The operator and its scale are those of `bouc_wen` (A = 1), the dynamics those of `g0_prandtl_ishlinskii`, the search
-that of `operator_dynamics`.
+Operator and scale are the same as in `bouc_wen` (A = 1). The dynamics are the same as in `g0_prandtl_ishlinskii`.
+`operator_dynamics` is the search.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ OPTIONS = (Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"), *DY
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph; result as of `operator_dynamics.build`."""
+    """Build the graph; the result has the form of `operator_dynamics.build`."""
     operator = operator_dynamics.Operator(
         bouc_wen.nodes,
         bouc_wen.shape,

@@ -2,10 +2,11 @@
 
   y = c + e^(-s tau) G0(s) (b_1 x + b_2 M + b_3 M^2),   M = M[x; a, k, c, alpha],   x = (u - bias) / scale
 
-M is the magnetisation for Ms = 1, whose scale goes into b (Jiles & Atherton 1986); it starts from the demagnetised
-state.  Strain of a magnetostrictive rod has the part with M^2 (option `strain`; Jiles 1995, J. Phys. D 28, 1537), which
-a fit keeps if it lowers the error on validation blocks.  Loops are symmetric about the bias, a field that a magnet or a
-mean current adds to that of u.  Eddy currents delay M as a first-order lag, which is G0 with a large damping ratio.
+M is the magnetisation for Ms = 1 (Jiles & Atherton 1986); the factors b contain its scale. M starts from the
+demagnetised state. The part with M^2 describes the strain of a magnetostrictive rod (option `strain`; Jiles 1995, J.
+Phys. D 28, 1537). A fit keeps this part if it lowers the error on validation blocks. Loops are symmetric about the
+bias. The bias is a field that a magnet or a mean current adds to the field of u. Eddy currents delay M like a
+first-order lag, which is G0 with a large damping ratio.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph of the equation above; result and units as of `operator_dynamics.build`."""
+    """Build the graph of the equation above; the result has the form of `operator_dynamics.build`."""
     strain = options["strain"]
     if strain is None:
         strain = "yes" if _squares(data, options) else "no"

@@ -1,8 +1,8 @@
 """Krasnosel'skii-Pokrovskii model: kernels between two ramps on a triangular grid, weights >= 0, and an offset.
 
-y = c + sum_i w_i k_i[u], with the ramps of kernel i at p1_i <= p2_i on a grid of `levels` points over the range of u.
-It has levels (levels + 1) / 2 kernels, 210 for the 20 levels of Zhao & Tan 2008, section V.  One non-negative
-least-squares problem gives the weights.  Banks, Kurdila & Webb 1997.
+y = c + sum_i w_i k_i[u]. The ramps of kernel i are at p1_i <= p2_i on a grid of `levels` points over the range of u.
+The model has levels (levels + 1) / 2 kernels: 210 for the 20 levels of Zhao & Tan 2008, section V. One non-negative
+least-squares problem gives the weights. Source: Banks, Kurdila & Webb 1997.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def kernels(u: Array, a: float, p1: Array, p2: Array, k0: Array) -> Array:
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build the graph of one ``krasnoselskii_pokrovskii``; return it with the number of its parameters."""
+    """Build the graph of one ``krasnoselskii_pokrovskii``; return graph and number of parameters."""
     u0 = u0_of(data, options)
     rows = data.counted
     u = data.u[data.train]

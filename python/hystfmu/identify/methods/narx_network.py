@@ -2,9 +2,9 @@
 
   y(k) = a'x(k) + W2 tanh(W1 x(k) + b1) + b2,   x(k) = (u(k), .., u(k-L), y(k-1), .., y(k-L))
 
-The first stage is a one-step-ahead regression on measured lags, biased by their noise.  The second stage uses the
-model's own lags: the derivatives of a free run obey s(k) = dy/dp + sum_j dy/dy(k-j) s(k-j) (real-time recurrent
-learning, Williams & Zipser 1989) and form the Jacobian of Levenberg-Marquardt.
+The first stage is a one-step-ahead regression on measured lags; the noise of these lags biases its result. The second
+stage uses the lags of a free run of the model. The derivatives of the free run obey s(k) = dy/dp + sum_j dy/dy(k-j)
+s(k-j) (real-time recurrent learning, Williams & Zipser 1989). They form the Jacobian of Levenberg-Marquardt.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``scaling -> narx_network -> scaling``; return it with the number of weights.
+    """Build ``scaling -> narx_network -> scaling``; return graph and number of weights.
 
-    Too few rows for the lags, or a model that is unstable in a free run, are an InputError.
+    Too few rows for the lags, or a model that is unstable in a free run, raise an InputError.
     """
     lags, hidden = options["lags"], options["hidden"]
     u, y = data.u[data.train], np.full(data.train.stop, np.nan)
@@ -79,9 +79,9 @@ def trained(
 ) -> tuple[Array, float]:
     """Train on scaled input u and output y (n,), evenly sampled, within [-1, 1].
 
-    Outputs that do not count are NaN, after the first lags.  `iterations` of Levenberg-Marquardt are those one step
-    ahead and in simulation.  It returns the parameters (a, W1 row by row, b1, W2, b2), lags oldest first, and the
-    RMS error in simulation, relative to the output.
+    After the first lags, outputs outside the counted rows are NaN. `iterations` states the iterations of
+    Levenberg-Marquardt one step ahead and in simulation. The result is the parameters (a, W1 row by row, b1, W2, b2)
+    with the oldest lag first, and the RMS error in simulation, relative to the output.
     """
     n = len(u) - lags
     skip = SKIPPED * lags
@@ -111,7 +111,7 @@ def trained(
 
 
 def assemble(p: Array, lags: int, hidden: int, gains: tuple[float, float], y0: float, data: Dataset) -> Graph:
-    """Build the graph of the parameters for gains of input and output; the block takes its lags newest first."""
+    """Build the graph of the parameters for gains of input and output; the block takes the newest lag first."""
     gain_u, gain_y = gains
     a, W1, b1, W2, b2 = _split(p, lags, hidden)
     newest = np.r_[lags:-1:-1, 2 * lags : lags : -1]
@@ -135,10 +135,10 @@ def _split(p: Array, lags: int, hidden: int) -> tuple[Array, Array, Array, Array
 def simulate(
     p: Array, u: Array, before: Array, lags: int, hidden: int, derivatives: bool = False
 ) -> tuple[Array, Array]:
-    """Run the network free: output (n,), and its derivatives by p (n, m), empty unless asked for.
+    """Run the network free; return output (n,) and its derivatives by p (n, m), which are empty unless requested.
 
-    u (n,) is the scaled input, before row 0 equal to row 0; `before` (lags,) holds the scaled outputs before row 0,
-    oldest first.  A run that leaves [-10, 10] stays at that limit.
+    u (n,) is the scaled input; before row 0 it has the value of row 0. `before` (lags,) contains the scaled outputs
+    before row 0, the oldest first. A run that leaves [-10, 10] stays at this limit.
     """
     a, W1, b1, W2, b2 = _split(p, lags, hidden)
     n = len(u)

@@ -1,8 +1,9 @@
-"""Bank of plays and a network on (u, plays): the play states hold the whole return-point memory.
+"""Bank of plays and a network on (u, plays): the states of the plays contain the whole return-point memory.
 
-Two features (x, h) do not determine the output (the one-to-one theorem of Zhao & Tan 2008 has counterexamples); the
-states of a bank do, up to its resolution.  A linear readout represents most of the output; the network learns the
-rest, which is small and has kinks: the least weight decay is larger than that of other networks.
+Two features (x, h) do not determine the output (the one-to-one theorem of Zhao & Tan 2008 has counterexamples). The
+states of a bank of plays determine the output up to the resolution of the bank. A linear readout represents most of the
+output. The network learns the rest, which is small and has kinks. So its least weight decay is larger than in other
+networks.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``(u, play_bank) -> scaling -> mlp -> scaling`` plus a linear readout; return it with its parameters."""
+    """Build ``(u, play_bank) -> scaling -> mlp -> scaling`` plus a linear readout; return graph and parameter count."""
     u0 = u0_of(data, options)
     r = thresholds(data.u[data.train], options["N"])
     nodes = [

@@ -1,14 +1,16 @@
 """Basis-function network of the IPMC paper: a polynomial of lagged input, auxiliary function and output.
 
-y(k) = theta' h(k), h all monomials up to order q of u(k-1..k-n_u), f(k-1..k-n_f), y(k-1..k-n_y); f is the auxiliary
-function in its correct form, the Zhao-Tan operator. The model is linear in theta: one least-squares problem, solved at
-once by QR or sample by sample. Neighbouring lags are nearly equal. A ridge on the scaled weights avoids large weights
-that cancel, which would amplify noise and frequencies outside the training data.
+y(k) = theta' h(k). h contains all monomials up to order q of u(k-1..k-n_u), f(k-1..k-n_f) and y(k-1..k-n_y). f is the
+auxiliary function in its correct form, the Zhao-Tan operator. The model is linear in theta. So theta is the solution of
+one least-squares problem, by QR of all rows or sample by sample. Neighbouring lags are nearly equal. A ridge on the
+scaled weights avoids large weights that cancel each other, because such weights amplify noise and frequencies outside
+the training data.
 
-Covariates are further regressors: y(k) = (theta_0 + sum_j c_j(k) theta_j)' h(k), c_j scaled to [-1, 1], which is again
-one least-squares problem and in the graph a network for each, weighted by its covariate.  h then has no lags of y.
+Covariates are further regressors: y(k) = (theta_0 + sum_j c_j(k) theta_j)' h(k), with c_j scaled to [-1, 1]. This is
+also one least-squares problem. The graph has one network for each covariate, and the covariate weights its output. With
+covariates h has no lags of y.
 
-As in `zhao_tan_mlp`, the range to which the input is scaled is a parameter, chosen by the training error.
+As in `zhao_tan_mlp`, the range to which the input is scaled is a parameter. The training error decides its value.
 """
 
 from __future__ import annotations
@@ -87,7 +89,7 @@ class Signals:
         return np.hstack([own, *(own * c[:, None] for c in self.beside[rows].T)])
 
     def lags(self, n_u: int, n_f: int, n_y: int, n_k: int) -> tuple[Array, Array]:
-        """Return z(k) of every row, (rows, n_u + n_f + n_y), and per variable a gain that maps it to about [-1, 1]."""
+        """Return z(k) of every row, (rows, n_u + n_f + n_y), and the gain that maps each variable to about [-1, 1]."""
         z = np.column_stack([lagged(self.x, n_u, n_k), lagged(self.f, n_f, n_k), lagged(self.y, n_y)])
         most = [(np.abs(v).max(), n) for v, n in ((self.x, n_u), (self.f, n_f), (self.y, n_y))]
         return z, np.concatenate([np.full(n, 1 / m if m > 0 else 1.0) for m, n in most])
@@ -141,10 +143,10 @@ def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``scaling -> zhao_tan -> polynomial_narx -> scaling``; return it with the number of weights.
+    """Build ``scaling -> zhao_tan -> polynomial_narx -> scaling``; return graph and number of weights.
 
-    An InputError are too many weights for the rows, a dead zone without its training, covariates with lags of y or
-    another training than by batch.
+    An InputError is raised for too many weights for the rows, and for a dead zone without the training ``dead_zone``.
+    It is also raised for covariates with lags of y, or with another training than ``batch``.
     """
     n_u, n_f, n_y, n_k, q = (options[name] for name in ("n_u", "n_f", "n_y", "n_k", "q"))
     if data.covariates and (n_y or options["training"] != "batch"):
@@ -260,8 +262,9 @@ def _factors(p: int, q: int) -> tuple[NDArray[np.intp], ...]:
 def basis(z: Array, q: int) -> Array:
     """Compute the regressor h(k) of eq. 11, (..., count(p, q)), of lagged signals z (..., p) up to order q.
 
-    z = [u(k-1), ..., u(k-n_u), f(k-1), ..., f(k-n_f), y(k-1), ..., y(k-n_y)], or from u(k), f(k) on; its order is that
-    of the block `polynomial_narx`: z, all products z_i z_j with i <= j, then of three, ..., finally the constant.
+    z = [u(k-1), ..., u(k-n_u), f(k-1), ..., f(k-n_f), y(k-1), ..., y(k-n_y)], or with u and f from k on. The regressor
+    has the order of the block `polynomial_narx`: z, all products z_i z_j with i <= j, products of three and more
+    variables, and finally the constant.
     """
     parts = []
     for factors in _factors(z.shape[-1], q):
@@ -273,7 +276,7 @@ def basis(z: Array, q: int) -> Array:
 
 
 def lagged(v: Array, n: int, first: int = 1) -> Array:
-    """Return v(k-first), ..., v(k-first-n+1) for every row k, shape (rows, n); v rests at v[0] before row 0."""
+    """Return v(k-first), ..., v(k-first-n+1) for every row k, shape (rows, n); v is v[0] before row 0."""
     rested = np.concatenate([np.full(n, v[0]), v])
     starts = range(n - first, -first, -1)
     return np.column_stack([rested[i : i + len(v)] for i in starts]) if n else np.empty((len(v), 0))

@@ -1,7 +1,7 @@
 """Prandtl-Ishlinskii model: non-negative least squares for a linear term and N plays, and an offset.
 
-y = c + w0 u + sum_i w_i p_{r_i}[u], w >= 0, c free.  Krejci & Kuhnen 2001, eq. 5-9.  Shen & Ma 2017 fit the same model
-with a general optimiser in 20 h.
+The model is y = c + w0 u + sum_i w_i p_{r_i}[u] with w >= 0 and a free offset c (Krejci & Kuhnen 2001, eq. 5-9). Shen &
+Ma 2017 fit the same model with a general optimiser in 20 h.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build the graph ``prandtl_ishlinskii -> scaling`` (offset); return it with the number of its parameters."""
+    """Build the graph ``prandtl_ishlinskii -> scaling`` (offset); return graph and number of parameters."""
     u0 = u0_of(data, options)
     rows = data.counted
     r = thresholds(data.u[data.train], options["N"])

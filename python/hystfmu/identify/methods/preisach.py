@@ -3,15 +3,14 @@
   y = c + integral over alpha >= beta of mu(alpha, beta) relay_{alpha, beta}[u]
         [ + sum_l k_l q_l + sum_j x_j S(q_b - m, s_j) ],   T_l q_l' = u - q_l,  T_b q_b' = u - q_b
 
-mu is a smooth function of few parameters (`smooth_density`). Minor loops differ with their position, unlike those of a
-sum of plays, but wiping-out and congruence hold. Mayergoyz, Mathematical Models of Hysteresis, 1991, ch. 1. The terms
-in brackets are creep (Krejci & Kuhnen 2001) and dead zones S of a lagged input, which widen the loop with the rate.
+mu is a smooth function of few parameters (`smooth_density`). Unlike in a sum of plays, the shape of minor loops depends
+on their position. Wiping-out and congruence hold (Mayergoyz, Mathematical Models of Hysteresis, 1991, ch. 1). The terms
+in brackets are creep (Krejci & Kuhnen 2001) and dead zones S of a lagged input, which widen the loop at higher rates.
 
-The weights x >= 0 and v enter the model linearly; they minimise
-|y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 + sum_i s_i^2 |P_i x|^2. The penalties make the density smooth; their
-strengths, and whether the model has the rate-dependent terms, follow from tenfold cross-validation over consecutive
-training rows. The rows are reduced to the triangles of their QR factors, one for each chunk of consecutive rows, so
-that other strengths or chunks need no further pass over the rows.
+The weights x >= 0 and v enter the model linearly; they minimise |y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 + sum_i
+s_i^2 |P_i x|^2. The penalties make the density smooth. Tenfold cross-validation over consecutive training rows decides
+the strengths of the penalties, and whether the model has the rate-dependent terms. Each chunk of consecutive rows is
+reduced to the triangle of its QR factors. So other strengths or chunks need no further pass over the rows.
 """
 
 from __future__ import annotations
@@ -73,7 +72,7 @@ class Penalised:
         self._without = [_triangle(np.vstack(parts[:i] + parts[i + 1 :])) for i in range(len(parts))]
 
     def solve(self, strengths: Strengths) -> tuple[Array, Array, float]:
-        """Return x (p,), v (q,) and c for these strengths, first that of the ridge on all scaled weights."""
+        """Return x (p,), v (q,) and c for these strengths; the first strength is that of the ridge."""
         z = self._solved(self._whole, strengths)
         w = z[:-1] / self.size
         return w[: self.n], w[self.n :], float(self.mean + z[-1] - self.middle @ w)
@@ -101,7 +100,7 @@ def _triangle(rows: Array) -> Array:
 
 
 def best_strengths(problem: Penalised, levels: Sequence[Strengths], progress: Progress) -> tuple[Strengths, float]:
-    """Choose the strengths with the least error of cross-validation, one after the other until none changes.
+    """Choose the strengths with the least error of cross-validation, one by one until no strength changes.
 
     The levels of each strength are tried from weak to strong; the search starts in the middle.  It returns the
     strengths and the error.
@@ -126,7 +125,7 @@ def best_strengths(problem: Penalised, levels: Sequence[Strengths], progress: Pr
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build the graph of the equation above; return it with the number of its weights."""
+    """Build the graph of the equation above; return graph and number of weights."""
     rows = data.counted
     u, y = data.u[rows], data.y[rows]
     density = smooth_density(data.u[data.train], options["n"], options["widths"], options["means"], options["start"])
@@ -184,7 +183,7 @@ class _Rate:
 
 
 def knots(u: Array, n: int) -> Array:
-    """Return thresholds (n,) of dead zones, evenly inside the range of u; at 0 a dead zone would be the input."""
+    """Return thresholds (n,) of dead zones, evenly inside the range of u, without 0, where a dead zone is the input."""
     s = u.min() + np.ptp(u) * np.arange(1, n + 1) / (n + 1)
     least = 1e-6 * np.ptp(u)
     return np.where(np.abs(s) < least, least, s)

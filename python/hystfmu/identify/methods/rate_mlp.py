@@ -1,9 +1,10 @@
 """Yu & Alici 2005: network on the input and its rate, (u, du/dt), by default with memory as well.
 
 The rate is not a memory: two descending branches can have the same (u, du/dt). So the literal network (``memory =
-"none"``) only fits signals with a single tone. With ``memory = "plays"`` its inputs also include a bank of plays, and
-the first and second derivative of a Prandtl-Ishlinskii fit v of the output: the dynamics after the hysteresis depend on
-the rate of its output, v - (2 zeta/omega_n) v' + ..., not on the rate of u.
+"none"``) only fits signals with a single tone. With ``memory = "plays"`` the network has further inputs: a bank of
+plays, and the first and second derivative of v, a Prandtl-Ishlinskii fit of the output. The reason is that the dynamics
+after the hysteresis depend on the rate of the output of the hysteresis, v - (2 zeta/omega_n) v' + ..., and not on the
+rate of u.
 
 A derivative is a difference over the last step with a first-order filter of time constant tau.
 """
@@ -37,7 +38,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``(u, rate[, bank, rates of the fit]) -> scaling -> mlp -> scaling``; return it with its weights."""
+    """Build ``(u, rate[, bank, rates of the fit]) -> scaling -> mlp -> scaling``; return graph, number of weights."""
     memory = options["memory"]
     tau = SAMPLES[memory] * data.h if options["tau"] is None else options["tau"]
     nodes = [Node("input", "scaling", {"n": 1}), Node("rate", "differentiator", {}, {"tau": tau})]

@@ -1,8 +1,8 @@
-"""Zhao & Tan 2008: expanded input space (x, h), h the hysteretic operator of x, and a 2-12-1 network on it.
+"""Zhao & Tan 2008: a 2-12-1 network on the expanded input space (x, h); h is the hysteretic operator of x.
 
-The branch g(d) = (1 - e^-d) d depends on the scale, so the range to which the input is scaled is a parameter.  By
-default it is chosen among a few values by the training error.  With an inverse operator and data with exchanged input
-and output, the same network is the paper's inverse model (section III).
+The branch g(d) = (1 - e^-d) d depends on the scale, so the range to which the input is scaled is a parameter. By
+default the training error decides among several ranges. With an inverse operator, and with input and output of the data
+exchanged, this kind gives the inverse model of the paper (section III).
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ OPTIONS = (
 
 
 def features(data: Dataset, span: float, memory: str, u0: float, operator: str = "zhao_tan") -> Features:
-    """Build ``scaling -> zhao_tan`` or an inverse of it; the features are the scaled input and the output."""
+    """Build ``scaling -> zhao_tan`` or ``scaling -> inverse``; the features are the scaled input and the output."""
     u = data.u[data.train]
     gain = span / float(np.ptp(u))
     if operator == "zhao_tan":
@@ -63,7 +63,7 @@ def features(data: Dataset, span: float, memory: str, u0: float, operator: str =
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``scaling -> zhao_tan -> scaling -> mlp -> scaling``; return it with the number of weights and biases."""
+    """Build ``scaling -> zhao_tan -> scaling -> mlp -> scaling``; return graph and number of weights and biases."""
     u0 = u0_of(data, options)
     span = options["range"]
     if span is None:

@@ -1,8 +1,8 @@
 """Sweep over the number of hidden neurons: trains a network of each size, scores it on a validation split.
 
-Two processes share the sizes. Each process runs this module as a program with one BLAS thread, because small
-factorisations in two threads of one process wait for each other a hundred times longer than they compute. A separate
-program does not import the caller's script. A few small networks are trained in this process.
+Two processes share the sizes. Each process runs this module as a program with one BLAS thread. In one process with two
+threads, small factorisations would wait for each other a hundred times longer than they compute. A separate program
+does not import the script of the caller. If the networks are few and small, they are trained in the calling process.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class _Task:
         return float(np.mean((network(x) - y) ** 2))
 
     def write(self, counts: Sequence[int], to: IO[bytes]) -> None:
-        """Write the task for some sizes as JSON, so that no code is executed on reading; a number keeps its bits."""
+        """Write the task for some sizes as JSON, so that reading executes no code; a number keeps its bits."""
         arrays = [a.tolist() for a in (*self.fitted, *self.validation)]
         to.write(json.dumps([arrays, self.trainer, dict(self.options), list(counts)]).encode())
 
@@ -71,10 +71,10 @@ def hidden_sweep(
 ) -> dict[int, float]:
     """Compute the mean square validation error for every number of hidden neurons (Shen & Ma 2017, table 2).
 
-    Networks from x (n, n_in) to y (n,) are trained on the rows `fitted` with activation, starts, trainer, iterations
-    and decay, as in the options of a network readout.  Each size has its own random starts, so the order of the work
-    does not matter; in the progress a size counts by the cost of its iterations.  Errors are in the unit of measure of
-    y squared, in the order of `counts`.
+    Networks from x (n, n_in) to y (n,) are trained on the rows `fitted`. Activation, starts, trainer, iterations and
+    decay are options of a network readout. Each size has its own random starts, so the order of the work does not
+    matter. The progress weights each size by the cost of its iterations. Errors are in the square of the unit of
+    measure of y, in the order of `counts`.
 
     A process that ends early raises RuntimeError with its last message.
     """

@@ -1,4 +1,4 @@
-"""Network readout of a model: features of the input, limited to their training range, mlp, output scaling."""
+"""Network readout of a model: features of the input limited to their training range, mlp, and output scaling."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ def network_options(hidden: int, starts: int, iterations: int, least_decay: floa
 
 
 class Features:
-    """Front end of a model: blocks and wires that compute the features from the input, which drives the endpoints `to`.
+    """Front end of a model: blocks and wires compute features from the input, which drives the endpoints `to`.
 
-    `outputs` are the endpoints of the features, in the order of the network's inputs.  The blocks run on the input
-    of the data from row 0; its covariates are further features.
+    `outputs` are the endpoints of the features, in the order of the inputs of the network. The blocks run on the input
+    of the data from row 0. The covariates of the data are further features.
     """
 
     def __init__(
@@ -58,18 +58,18 @@ class Features:
         self.values = np.hstack([own, data.covariates.values]) if data.covariates else own
 
     def into(self, end: str) -> list[tuple[str, str]]:
-        """Return wires from every feature to the elements of an array input; the covariates follow them."""
+        """Return wires from every feature to the elements of an array input; covariates follow the features."""
         return [(source, f"{end}[{i + 1}]") for i, source in enumerate(self._scalars)]
 
     def inputs(self, ends: Sequence[str]) -> list[Input]:
-        """Return the inputs of the model, where the covariates drive the last elements of these array inputs."""
+        """Return the inputs of the model; the covariates drive the last elements of these array inputs."""
         data, n = self._data, len(self._scalars)
         driven = [tuple(f"{end}[{n + j + 1}]" for end in ends) for j in range(len(data.covariates.names))]
         return [Input("u", self.to, data.unit_u, float(data.u[0])), *covariate_inputs(data, driven)]
 
 
 def centre_and_gain(v: Array) -> tuple[Array, Array]:
-    """Return middle and 2/range of every column of v (n, m), which map it to [-1, 1]; gain 0 for a constant column."""
+    """Return middle and gain 2/range that map each column of v (n, m) to [-1, 1]; the gain is 0 if it is constant."""
     lo, hi = v.min(axis=0), v.max(axis=0)
     width = hi - lo
     return (lo + hi) / 2, np.divide(2.0, width, out=np.zeros_like(width), where=width > 0)
@@ -87,10 +87,11 @@ def fit_readout(
 ) -> tuple[Graph, int, float]:
     """Train the network on the training rows; return graph, number of weights, training error (unit of measure of y).
 
-    The graph is features -> scaling ``features`` -> mlp ``network`` -> scaling ``readout``, input `u` and the
-    covariates, output `y`.  With `linear` a linear readout of the features is fitted by least squares first, sum
-    ``linear`` and sum ``total``, and the network learns its residual.  More rows than `most_rows` are thinned
-    evenly; `least_decay` is the least weight decay if the options state none.
+    The graph is features -> scaling ``features`` -> mlp ``network`` -> scaling ``readout``. Its inputs are `u` and the
+    covariates; its output is `y`. With `linear`, a linear readout of the features is fitted first by least squares, and
+    the network learns the residual. Then the graph also has the sum ``linear`` and the sum ``total``. If there are more
+    rows than `most_rows`, they are thinned evenly. `least_decay` is the least weight decay if the options state no
+    decay.
     """
     x, y = features.values[data.counted], data.y[data.counted]
     middle, gain = centre_and_gain(x)

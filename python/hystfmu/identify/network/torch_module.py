@@ -1,7 +1,7 @@
 """Training of a `torch.nn` module by the trainers of this package: derivatives by torch, steps in float64 by numpy.
 
-Levenberg-Marquardt needs the Jacobian, one row per sample and output (torch.func, vectorised).  The other trainers need
-only the gradient (back-propagation) and suit larger networks.
+Levenberg-Marquardt needs the Jacobian, with one row per sample and output (torch.func, vectorised). All other trainers
+need only the gradient (back-propagation) and suit larger networks.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Network with one hidden layer and a linear output, trained from several starts.
 
-Residuals, Jacobian and gradient are written out: torch takes seconds to import and twice as long per step.
+Residuals, Jacobian and gradient are computed without torch, which takes seconds to import and twice the time per step.
 """
 
 from __future__ import annotations
@@ -86,9 +86,10 @@ class Fit:
 def start(
     x: Array, y: Array, hidden: int, activation: str, rng: np.random.Generator, direction: Array | None = None
 ) -> Array:
-    """Draw initial weights: hidden layer as Nguyen & Widrow 1990, spread over the input range; output by least squares.
+    """Draw initial weights: hidden layer as in Nguyen & Widrow 1990, over the input range; output by least squares.
 
-    With a `direction` (n_in,) every other neuron starts along it, because random draws rarely hit it in many inputs.
+    With a `direction` (n_in,), every other neuron starts along this direction. Random draws for many inputs rarely
+    contain an important direction.
     """
     k = x.shape[1]
     W1 = rng.normal(size=(hidden, k))
@@ -118,12 +119,12 @@ def train(
     most_rows: int = MOST_ROWS,
     trainer: Trainer = TRAINERS["levenberg_marquardt"],
 ) -> tuple[Network, float]:
-    """Train a network: every start for a tenth of the iterations, then the best to the end; a single one at once.
+    """Train a network from several starts: each start for a tenth of the iterations, then the best to the end.
 
-    Inputs x (n, n_in) and output y (n,) are scaled to about [-1, 1].  Weight decay adds this times the sum of the
-    squared weights to the mean square error.  Some initial weights lie along an important `direction` (n_in,) of the
-    input space. More rows than `most_rows` are thinned evenly.  It returns the network and its RMS error over the
-    rows, for the scaled output.
+    A single start is trained at once to the end. Inputs x (n, n_in) and output y (n,) are scaled to about [-1, 1].
+    Weight decay adds `decay` times the sum of the squared weights to the mean square error. Some initial weights lie
+    along an important `direction` (n_in,) of the input space. If there are more rows than `most_rows`, they are thinned
+    evenly. The result is the network and its RMS error over the rows, for the scaled output.
     """
     stride = -(-len(x) // most_rows)
     x, y = np.ascontiguousarray(x[::stride]), y[::stride]
@@ -160,8 +161,8 @@ def train(
 def decay_for(y: Array, least: float = LEAST_DECAY) -> float:
     """Return the weight decay for noisy data: noise variance over a weight variance of 10 (MacKay 1992).
 
-    The noise is estimated from third differences of y (n,). Kinks that no feature explains have a small effect, unlike
-    in `hystfmu.data.reversals.noise`.
+    Third differences of y (n,) give the noise. Kinks that no feature explains have a small effect on this estimate,
+    unlike in `hystfmu.data.reversals.noise`.
     """
     third = np.diff(y, 3)
     variance = (np.median(np.abs(third)) / 0.6745) ** 2 / 20 if len(third) else 0.0

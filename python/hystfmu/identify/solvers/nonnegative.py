@@ -1,10 +1,10 @@
 """Non-negative least squares with free columns, fast for thousands of columns.
 
-It solves min |b - A x - F v| over x >= 0.  An orthogonal basis of the range of F eliminates v; the rest is the problem
-of Lawson & Hanson (1974, ch. 23).  Three facts make thousands of plays cheap:
+This module solves min |b - A x - F v| over x >= 0. An orthogonal basis of the range of F eliminates v. The remaining
+problem is the problem of Lawson & Hanson (1974, ch. 23). Three facts reduce the cost for thousands of plays:
 
-- A play is linear in its half-width between two kinks, so a column half-way between its neighbours is their mean and
-  adds nothing to what non-negative weights of the others reach (half of 5000 columns for 2000 samples).
+- A play is linear in its half-width between two kinks. So a column half-way between its neighbours is often their mean,
+and non-negative weights of the neighbours can replace it (half of 5000 columns for 2000 samples).
 - Adjacent plays are nearly equal, so a coarse selection of columns is already close.  If few of its weights are
   positive, the columns with the largest positive gradient are added until none is left (pricing, as in the simplex
   method).  Memory traffic over all columns, the cost of the plain method, then occurs only a few times.
@@ -47,7 +47,7 @@ MOST_PUSHED = 0.2  # of all columns: with more weights at 0, a working set of co
 def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
     """Compute weights x (p,) >= 0 of the columns of A (n, p) and free weights v (q,) of those of F (n, q), for b (n,).
 
-    A zero column of A, or one in the range of F, has weight 0; dependent columns of F share theirs (least norm).
+    A zero column of A, or a column in the range of F, has weight 0. Dependent columns of F share a weight (least norm).
     """
     if len(b) > MANY:  # a triangle has the same solution; further copies of so many rows would not fit
         R = _reduced(A, F, b)
@@ -149,8 +149,9 @@ def _factor(A: Array) -> Array:
 
 
 def positive_solution(A: Array, b: Array) -> Array | None:
-    """Find the minimum-norm x (p,) >= 0 with A x = b up to rounding, for columns of about equal length; None: not
-    found.
+    """Find the minimum-norm x (p,) >= 0 with A x = b up to rounding; None if it is not found.
+
+    The columns must have about equal length.
     """
     A, b = _mixed(np.column_stack([A, b]))
     Q, L, rows = row_space(A)
@@ -178,10 +179,10 @@ def _mixed(rows: Array) -> tuple[Array, Array]:
 def row_space(A: Array) -> tuple[Array, Array, NDArray[np.intp]]:
     """Factor the row space of a mixed matrix A (n, p): A[rows] = L Q'.
 
-    It applies Gram-Schmidt by chunks of rows, twice, because once loses orthogonality if rows are nearly dependent.
-    A pivoted QR inside each chunk gives the rank; a chunk without a new direction ends the loop.  LAPACK's pivoted
-    QR of A takes four times as long.  Q (p, k) is orthonormal, L (k, k) a lower triangle; all other rows depend on
-    the k rows.
+    Gram-Schmidt is applied to chunks of rows. It is applied twice, because a single pass loses orthogonality if rows
+    are nearly dependent. A pivoted QR inside each chunk gives the rank; a chunk without a new direction ends the loop.
+    LAPACK's pivoted QR of A takes four times as long. Q (p, k) is orthonormal, and L (k, k) is a lower triangle. All
+    other rows depend on the k rows.
     """
     n, p = A.shape
     Q, L = np.empty((p, min(n, p)), order="F"), np.zeros((min(n, p), min(n, p)), order="F")

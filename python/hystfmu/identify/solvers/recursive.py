@@ -24,12 +24,13 @@ BLOCK = 4  # block size of LAPACK's update; larger blocks do not help with one n
 class Recursive:
     """Recursive estimator of theta in y = h' theta + e.
 
-    The initial covariance is P(0) = eta I; 1/eta is a ridge towards the initial parameters, 0 by default.  mu in (0, 1]
-    is the forgetting factor.  With 1 all samples count equally, and theta is their least-squares solution with that
-    ridge.  An error of at most the dead zone, in the unit of measure of y, changes nothing.  Trap: below the error of
-    the best theta, the update follows noise and diverges.  Without it the update is plain recursive least squares.
-    `fraction` in (0, 1] is beta as a fraction of its bound mu Sigma; at 1 the error after the update is r^2 / e.  A
-    value out of range is an InputError, as is a recursion that diverges.
+    The initial covariance is P(0) = eta I; 1/eta is a ridge towards the initial parameters, which are 0 by default. mu
+    in (0, 1] is the forgetting factor. With mu = 1 all samples have the same weight, and theta is their least-squares
+    solution with this ridge. An error of at most the dead zone, in the unit of measure of y, changes no parameter.
+    Trap: if the dead zone is smaller than the error of the best theta, the update follows noise and diverges. Without a
+    dead zone the update is plain recursive least squares. `fraction` in (0, 1] is beta as a fraction of its bound mu
+    Sigma; with 1 the error after the update is r^2 / e. A value out of range, or a recursion that diverges, raises an
+    InputError.
 
     IPMC paper, section 5; Golub & Van Loan, Matrix Computations, 6.5 (updating QR factorisations).
     """
@@ -82,8 +83,8 @@ class Recursive:
     def update(self, phi: Array, y: float) -> float:
         """Update the parameters with one sample.
 
-        The regressor phi is h(k), shape (n,); the error e(k) = y - phi' theta(k-1) is that before the update.  A value
-        that is not finite, another length, or a recursion that diverges is an InputError.
+        The regressor phi is h(k), shape (n,). The error before the update is e(k) = y - phi' theta(k-1). A value that
+        is not finite, another length, or a recursion that diverges raises an InputError.
         """
         h = np.asarray(phi, dtype=np.float64)
         if h.shape != (self.n,):

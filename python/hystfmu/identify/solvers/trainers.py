@@ -1,8 +1,8 @@
 """Minimisers of a sum of squares, which train networks: Levenberg-Marquardt, Powell-Beale, L-BFGS.
 
-levenberg_marquardt the default: half the error of the second one in a third of the time. powell_beale conjugate
-gradients with restarts, as in Zhao & Tan 2008; uses all iterations. lbfgs limited-memory quasi-Newton (Nocedal 1980;
-scipy), for networks too large for a Jacobian.
+- levenberg_marquardt is the default. It has half the error of powell_beale in a third of the time.
+- powell_beale takes conjugate gradients with restarts, as in Zhao & Tan 2008. It uses all iterations.
+- lbfgs is a limited-memory quasi-Newton method (Nocedal 1980; scipy) for networks that are too large for a Jacobian.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ Gradient = Callable[[Array], tuple[float, Array]]
 
 @dataclass(frozen=True)
 class Squares:
-    """A sum of squares over a vector (n,), by three functions of it.
+    """A sum of squares as a function of a vector (n,), given by three functions of this vector.
 
-    The residuals (m,) with their Jacobian (m, n); the residuals alone; and the sum with its gradient (n,), which
-    takes a quarter of the time of a Jacobian.
+    The first returns the residuals (m,) with their Jacobian (m, n), and the second the residuals alone. The third
+    returns the sum with its gradient (n,), which takes a quarter of the time of a Jacobian.
     """
 
     residuals: Callable[[Array], tuple[Array, Array]]
@@ -53,13 +53,14 @@ def levenberg_marquardt(
     min |R s + Q'r|^2 + mu |D s|^2, by QR again, never by the normal equations.  Damping and its update follow Marquardt
     1963 and More 1978 (scaling D by the largest column norms so far).
 
-    scipy.optimize.least_squares does not replace it: it takes the same time and ends in other minima.  RMS after 100
-    iterations from three starts of a network with 8 neurons: here 3.5e-4, 3.3e-4, 3.0e-4; trust region 4.9e-4, 3.2e-4,
-    3.6e-4; MINPACK 4.3e-4, 3.2e-4, 2.9e-4.
+    scipy.optimize.least_squares takes the same time and ends in other minima, so it does not replace this function. The
+    RMS errors after 100 iterations from three starts of a network with 8 neurons are 3.5e-4, 3.3e-4, 3.0e-4 here;
+    4.9e-4, 3.2e-4, 3.6e-4 with the trust region of scipy; and 4.3e-4, 3.2e-4, 2.9e-4 with MINPACK.
 
-    `function` returns residuals (m,) and Jacobian (m, n) at a point (n,), `residuals` the former alone, which saves the
-    Jacobian of rejected trials, about half of them.  It ends when 10 iterations reduce the sum of squares by less than
-    the fraction `tolerance`, and returns the minimum (n,) and the value there.
+    `function` returns residuals (m,) and Jacobian (m, n) at a point (n,). `residuals` returns the residuals alone, so
+    that no Jacobian is computed for rejected trials, which are about half of the trials. The search ends when 10
+    iterations reduce the sum of squares by less than the fraction `tolerance`. The result is the minimum (n,) and its
+    value.
     """
     mu = 1e-2
     r, J = function(p)
@@ -109,10 +110,10 @@ def conjugate_gradients(
     and if d_k is not a descent direction.  The third term keeps directions conjugate to that of the restart (Beale
     1972).
 
-    `function` returns value and gradient (n,) at a point (n,).  A line search ends when the slope has fallen to the
-    fraction `slope`; conjugacy needs about 0.1 or less.  The steps end when the largest component of the gradient is at
-    most `gradient`.  It returns the minimum (n,), the value there and the steps taken, fewer than `iterations` at a
-    minimum.
+    `function` returns value and gradient (n,) at a point (n,). A line search ends when the slope has decreased to the
+    fraction `slope`; conjugacy needs about 0.1 or less. The steps end when the largest component of the gradient is at
+    most `gradient`. The result is the minimum (n,), its value, and the number of steps, which is smaller than
+    `iterations` if a minimum was found.
     """
     p = np.array(p, dtype=np.float64)
     value, g = function(p)
@@ -154,7 +155,8 @@ def _line_search(
 ) -> tuple[float, float, Array] | None:
     """Find step, value and gradient at a point that meets the strong Wolfe conditions; None if no point is lower.
 
-    It brackets and interpolates by cubics: Nocedal & Wright, Numerical Optimization, algorithms 3.5 and 3.6.
+    The search brackets a point and interpolates by cubics (Nocedal & Wright, Numerical Optimization, algorithms 3.5 and
+    3.6).
     """
     low: tuple[float, float, float] = (0.0, value, along)  # step, value, slope of the best point
     high: tuple[float, float, float] | None = None  # the minimum lies between low and high
@@ -184,7 +186,7 @@ def _line_search(
 
 
 def _between(a: tuple[float, float, float], b: tuple[float, float, float], lo: float, hi: float) -> float:
-    """Return the minimum of the cubic through two points with slopes, within lo..hi; the middle if it has none."""
+    """Return the minimum in lo..hi of the cubic through two points with slopes; the middle if there is no minimum."""
     if not np.isfinite(b[1]) or not np.isfinite(b[2]):
         return (lo + hi) / 2
     if abs(a[1] - b[1]) <= FLAT * abs(a[1]) and a[2] * b[2] < 0:  # by the slopes alone
@@ -219,7 +221,7 @@ def lbfgs(p: Array, function: Gradient, iterations: int, progress: Progress = si
 
 
 Trainer = Callable[[Array, Squares, int, Progress], tuple[Array, float]]
-"""Minimises from a start (n,) in so many iterations, reports the fraction done; returns the point and the value."""
+"""Minimises from a start (n,) in at most the given iterations; reports progress; returns point and value."""
 TRAINERS: dict[str, Trainer] = {
     "levenberg_marquardt": lambda p, of, n, progress: levenberg_marquardt(
         p, of.residuals, n, progress=progress, residuals=of.errors

@@ -1,4 +1,4 @@
-"""A chain in the slot: scaling, plays or relays, bend, creep, dynamics, readout."""
+"""Slot of a chain: scaling, plays or relays, bend, creep, dynamics, readout."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BEND, CREEP = ("m", "b0", "knots", "b"), ("lags", "creep", "T")
 
 
 def chain(graph: Graph) -> Slot | None:
-    """The slot of a chain: each block occurs at most once in this order; only the operator is required."""
+    """Return the slot of a chain: blocks in this order, each at most once; only the operator is required."""
     nodes = list(graph.nodes)
     first = nodes.pop(0) if nodes[0].type == "scaling" else None
     types = [n.type for n in nodes]
@@ -58,7 +58,7 @@ def chain(graph: Graph) -> Slot | None:
 
 
 def _operator(node: Node) -> tuple[str, dict[str, str], float, float]:
-    """Class, values, scaled voltage at which the memory is at rest, offset."""
+    """Return the class, its values, the scaled voltage at which the memory is at rest, and the offset."""
     values = {"n": str(node.dims["n"])}
     if node.type == "prandtl_ishlinskii":
         values |= {"w0": number(value(node, "w0")), **numbers(node, "r", "w")}
@@ -67,11 +67,11 @@ def _operator(node: Node) -> tuple[str, dict[str, str], float, float]:
 
 
 def relays(node: Node) -> dict[str, str]:
-    """Limits, Everett function and start of a Preisach operator."""
+    """Return limits, Everett function and start of a Preisach operator."""
     return limits(node) | numbers(node, "E") | classes.choices(node)
 
 
 def rest_of_relays(node: Node) -> float:
-    """Input at which the memory of a Preisach operator is at rest."""
+    """Return the input at which the memory of a Preisach operator is at rest."""
     lo, hi = value(node, "lo"), value(node, "hi")
     return {"low": lo, "high": hi}.get(classes.word(node, "start"), 0.5 * (lo + hi))

@@ -14,7 +14,7 @@ FREQUENCY = 50.0  # Hz of the command, at most a tenth of the resonance
 
 
 def actuator_example(a: Made, name: str, within: str, of: str) -> str:
-    """The file of an example: drive, actuator, mass and spring, over the range of the data.
+    """Return the file of an example: drive, actuator, mass and spring, over the range of the data.
 
     Parameters
     ----------
@@ -31,10 +31,10 @@ def actuator_example(a: Made, name: str, within: str, of: str) -> str:
     w = 2 * np.pi * RESONANCE
     if p.m is None:
         load = f"m = {number(p.k / w**2)}, c = {number(0.2 * p.k / w)}, k = {number(0.02 * p.k)}, fixedStart = true"
-        moved = "The actuator has no mass, because its mode is not known: that of the load is the only one."
+        moved = "The actuator has no mass, because its mode is not known. So the load has the only mass."
     else:
         load = f"m = {number(p.m)}, c = 0.0, k = {number(0.02 * p.k)}"
-        moved = "The load is as heavy as what moves in the actuator, and is joined rigidly to it."
+        moved = "The mass of the load equals the moving mass of the actuator, and is joined rigidly to the actuator."
     period = f"StopTime = {number(2 / frequency)}, Interval = {number(0.01 / frequency)}"
     lines = [
         f"  HystFMU.Sources.DecayingSine command({signal}) annotation ({placed(-90, 0)});",
@@ -56,7 +56,10 @@ def actuator_example(a: Made, name: str, within: str, of: str) -> str:
 
 
 def _drive(a: Made, frequency: float) -> str:
-    """Class, name and values of the drive: over the range of the data, or fast and strong enough for it."""
+    """Return class, name and values of the drive.
+
+    A voltage drive has the range of the data. A current drive is fast and strong enough for this range.
+    """
     p = a.mechanics
     if a.form.unit == "V":
         limits = f"v_min = {number(a.low)}, v_max = {number(a.high)}, v_start = {number(a.start)}"

@@ -1,4 +1,4 @@
-"""The graph of an identified model as one class of the slot of an actuator: values folded, in volts and metres."""
+"""Conversion of the graph of an identified model to one class for the slot of an actuator, in volts and metres."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ LINEAR = ("transfer_function", "delay")  # what the mechanics stand for
 
 
 def fold(graph: Graph, h: float) -> Slot | None:
-    """The slot of a model, or None if the library has no class for it.
+    """Return the slot of a model, or None if the library has no class for the model.
 
     Parameters
     ----------
     graph : Graph
-        Of an identified model.
+        Graph of an identified model.
     h : float
-        Its step (s).
+        Step of the model (s).
     """
     beside = preisach(graph, h) or bouc_wen(graph, h)
     return beside or next((found for of in (warm, chain, operator, magnetic, network) if (found := of(graph))), None)
 
 
 def why_not(graph: Graph) -> str:
-    """Reason why a graph has no slot, as the end of a sentence."""
+    """Return the reason why a graph has no slot, as the end of a sentence."""
     for n in graph.nodes:
         if n.block.family != "operators" and n.type not in LINEAR and n.block.of("state"):
-            return f"the slot takes static models, and its block {n.type} has dynamics of its own"
+            return f"the slot takes only static models, but the block {n.type} has dynamics"
         if any(v.name == "memory" for v in n.block.parameters) and classes.word(n, "memory") == "last":
-            return f"memory = last of its {n.type} drifts, so that HystFMU.Actuators.Hysteresis has no class for it"
+            return f"{n.type} with memory = last drifts, so that HystFMU.Actuators.Hysteresis has no class for it"
     return "HystFMU.Actuators.Hysteresis has no class for these blocks: " + ", ".join(n.type for n in graph.nodes)

@@ -1,6 +1,6 @@
-"""The two forms of an actuator: a piezo driven by voltage, a magnetostrictive rod driven by current.
+"""The two forms of an actuator: a piezo driven by voltage, and a magnetostrictive rod driven by current.
 
-Their equations are dual: current for voltage, inductance for capacitance, flux linkage for charge.
+Their equations are dual: current corresponds to voltage, inductance to capacitance, flux linkage to charge.
 """
 
 from __future__ import annotations
@@ -10,30 +10,30 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Form:
-    """Names of a form in the library, and its values where no data sheet says them.
+    """Names of a form in the library, and default values if no data sheet states them.
 
     Attributes
     ----------
     unit : str
-        Of the input: V or A.
+        Unit of the input: V or A.
     base, text : str
-        Base class, and the description of an exported one.
+        Base class, and description of an exported class.
     limit, start : str
-        Its parameters for range and start of the input.
+        Parameters of the base class for range and start of the input.
     store, symbol, store_unit : str
-        Value of the data sheet, parameter and unit of what stores the electrical energy.
+        Element that stores the electrical energy: name in the data sheet, parameter, and unit.
     stiffness : float
-        With this input held (N/m).
+        Stiffness while the input is held (N/m).
     size, coupled : str
-        What has this stiffness; what has the coupling that is assumed.
+        Example device with this stiffness, and example material with the assumed coupling.
     resistance : float
-        Of the leads or of the coil (ohm).
+        Resistance of the leads or of the coil (ohm).
     tau : float
-        Relaxation, or lag of the eddy currents (s).
+        Time constant of the relaxation, or lag of the eddy currents (s).
     leads : bool
-        Does the resistance act on small vibrations? Not on those about a held current.
+        Whether the resistance acts on small vibrations. It does not act on vibrations about a held current.
     warmed : str
-        Temperature that a slot with one follows.
+        Temperature for a slot that depends on a temperature.
     """
 
     unit: str

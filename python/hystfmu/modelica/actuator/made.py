@@ -1,4 +1,4 @@
-"""An identified model folded into the slot of an actuator, with its mechanics, in SI units."""
+"""An identified model converted to the slot of an actuator, with its mechanics, in SI units."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FOREVER = 1e9
 
 @dataclass(frozen=True)
 class Made:
-    """An actuator in SI units: its form, its slot, its mechanics, the range of voltage or current of its data.
+    """An actuator in SI units: form, slot, mechanics, and range of voltage or current of the data.
 
     `unit` and `metre` are the units of the data in SI units.
     """
@@ -45,7 +45,7 @@ class Made:
 
 
 def refusal(model: Model) -> str:
-    """Reason why a model has no actuator, as the end of a sentence, or ""."""
+    """Return the reason why a model has no actuator, as the end of a sentence; "" if it has an actuator."""
     graph = model.graph
     if not temperatures(graph) or len(graph.outputs) != 1:
         return "the model must have one input and one output, and no covariate but one temperature in K or degC"
@@ -88,12 +88,12 @@ def made(model: Model, sheet: Sheet) -> Made:
 
 
 def _beside(model: Model, u: Array) -> Array:
-    """Rows of the inputs, the temperature at its start."""
+    """Return the rows of the inputs; the temperature keeps its start value."""
     return np.column_stack([u, *(np.full(len(u), p.start) for p in model.graph.inputs[1:])])
 
 
 def _held(graph: Graph) -> Graph:
-    """The graph with constant lags, because a vibration is too fast for creep."""
+    """Return the graph with constant lags, because a vibration is too fast for creep."""
     for n in graph.nodes:
         if n.type == "creep":
             graph = graph.replace(n.with_values(T=n.value("T") * FOREVER))
@@ -105,7 +105,7 @@ def _dynamics(graph: Graph) -> list[Node]:
 
 
 def _static(graph: Graph) -> Graph:
-    """The graph without linear dynamics and delay, which the mechanics of an actuator replace."""
+    """Return the graph without linear dynamics and delay, which the mechanics of an actuator replace."""
     for n in _dynamics(graph):
         gain = float(n.value("b")[-1] / n.value("a")[-1]) if n.type == "transfer_function" else 1.0
         graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))

@@ -1,4 +1,4 @@
-"""A Jiles-Atherton operator beside its field and a square in the slot."""
+"""Slot of a sum of a field, its Jiles-Atherton magnetisation, and the square of the magnetisation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BEHIND = ("transfer_function", "delay", "scaling")
 
 
 def magnetic(graph: Graph) -> Slot | None:
-    """The slot of a scaling, a Jiles-Atherton operator, and a sum of field, magnetisation and its square."""
+    """Return the slot of a scaling, a Jiles-Atherton operator, and a sum of field, magnetisation and its square."""
     nodes = {n.name: n for n in graph.nodes}
     if [n.type for n in graph.nodes][:2] != ["scaling", "jiles_atherton"]:
         return None

@@ -1,13 +1,14 @@
-"""Stiffness, capacitance, mass and damping of an actuator: from a data sheet, from an identified mode, or not at all.
+"""Stiffness, capacitance, mass and damping of an actuator from a data sheet, a mode, or defaults.
 
 An actuator without a known mode has no mass. With a known mode, mass and damping are computed for small vibrations
-about the initial voltage, where plays do not move and an operator has its slope after a reversal. The position is then
-the linear response
+about the initial voltage. For these vibrations plays do not move, and an operator has its slope after a reversal. Then
+the position is the linear response
 
     K(s) x = F,   K = k/(1 + k sigma d/(1 + s tau + R sigma s/(d (1 + s R C0)))),
 
-sigma (m/V) the slope, d (m/C) the stroke of a charge, C0 the capacitance that does not move.  m s^2 + c s + K(s) = 0 at
-the poles of the mode gives m and c.  For a rod sigma is in m/A, d in m/Wb, and R = 0, because the current is held.
+where sigma (m/V) is the slope, d (m/C) is the stroke per charge, and C0 is the capacitance without motion. The equation
+m s^2 + c s + K(s) = 0 at the poles of the mode gives m and c. For a rod sigma is in m/A and d in m/Wb, and R = 0
+because the current is held.
 """
 
 from __future__ import annotations
@@ -36,9 +37,9 @@ class Mode:
     Attributes
     ----------
     f_n, zeta : float or None
-        Natural frequency (Hz) and damping ratio; None where they are not known.
+        Natural frequency (Hz) and damping ratio; None if they are not known.
     why : str
-        Text on the known values, or the reason why there are none.
+        Text about the known values, or the reason why they are not known.
     """
 
     f_n: float | None
@@ -47,12 +48,12 @@ class Mode:
 
     @classmethod
     def of(cls, found: Mapping[str, Any]) -> Mode:
-        """The mode of `Model.fit`."""
+        """Return the mode in `Model.fit`."""
         if "f_n" not in found:
             return cls(None, None, "the model has no mode")
         f_n, zeta = float(found["f_n"]), float(found["zeta"])
         if "f_n_se" not in found:
-            why = f"f_n = {f_n:.4g} Hz is at a bound of its search, or the model does not say how well it is known"
+            why = f"f_n = {f_n:.4g} Hz is at a bound of its search, or the model does not state its standard error"
             return cls(None, None, why)
         error = float(found["f_n_se"]) / f_n
         if not error < KNOWN:
@@ -62,7 +63,7 @@ class Mode:
 
     @property
     def lag(self) -> float | None:
-        """Time constant (s) of the slower of two real poles; None where the poles are complex or not known."""
+        """Time constant (s) of the slower of two real poles; None if the poles are complex or not known."""
         if self.f_n is None or self.zeta is None or self.zeta < 1:
             return None
         return (self.zeta + math.sqrt(self.zeta**2 - 1)) / (2 * math.pi * self.f_n)
@@ -72,9 +73,9 @@ class Mode:
 class Mechanics:
     """Parameters of the base class of a form, in SI units, with the origin of each.
 
-    `most` is the range of voltage or current, `C` the capacitance or inductance.  `m` and `f_n` are None without a
-    moving mass; `lowest` (Hz) is the resonance where the material follows the force as it follows the input over the
-    whole range.
+    `most` is the range of voltage or current. `C` is the capacitance or inductance. `m` and `f_n` are None without a
+    moving mass. `lowest` (Hz) is the resonance if the material responds to the force with the slope over the whole
+    range of the input.
     """
 
     most: float
@@ -100,16 +101,16 @@ def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float
     sheet : Sheet
         Data sheet; its resonance has priority over an identified one.
     most, stroke : float
-        Range of the input (V or A) of the identified model, and its stroke (m) over it.
+        Range of the input (V or A) of the identified model, and its stroke (m) over this range.
     slope : float
-        Its slope (m/V or m/A) for small vibrations about the initial input.
+        Slope of the model (m/V or m/A) for small vibrations about the initial input.
     mode : Mode
         Identified mode.
 
     Raises
     ------
     InputError
-        The actuator would produce more work than it receives, or the sheet has a value of the other form.
+        The actuator would produce more work than it receives, or the sheet has a value for the other form.
     """
     told = []
     for name, why in (("capacitance", "A"), ("inductance", "V"), ("resistance", "V")):
@@ -172,7 +173,7 @@ def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float
 
 @dataclass(frozen=True)
 class _Small:
-    """An element that vibrates a little: stiffness k (N/m), slope (m/V), stroke d (m/C) of a charge, circuit."""
+    """An element with small vibrations: stiffness k (N/m), slope (m/V), stroke d (m/C) per charge, circuit."""
 
     k: float
     slope: float
@@ -182,14 +183,16 @@ class _Small:
     c0: float
 
     def stiffness(self, s: complex, speed: float) -> complex:
-        """Force of a unit of position, at the complex frequency s (1/s), with a circuit that many times faster."""
+        """Return the force per position at the complex frequency s (1/s); the circuit is `speed` times faster."""
         resistance = self.resistance / speed
         leads = resistance * self.slope * s / (self.d * (1 + s * resistance * self.c0))
         return self.k / (1 + self.k * self.slope * self.d / (1 + s * self.tau / speed + leads))
 
     def mass(self, f_n: float, zeta: float) -> tuple[float, float, float]:
-        """Mass, damping, and the factor by which the circuit must be faster than its default so that the damping can be
-        set."""
+        """Return mass, damping, and the factor by which the circuit must be faster than its default.
+
+        The factor is doubled until a damping of the element can give the damping ratio of the mode.
+        """
         w = 2 * math.pi * f_n
         root = cmath.sqrt(zeta**2 - 1)
         poles = (w * (-zeta + root), w * (-zeta - root))

@@ -1,4 +1,4 @@
-"""A network in the slot: on plays, or on an operator that plays replace."""
+"""Slot of a network on plays, or on an operator that plays replace."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class _Plays:
 
 
 def network(graph: Graph) -> Slot | None:
-    """The slot of a network on scaled input and plays or one operator, with or without a linear readout."""
+    """Return the slot of a network on scaled input and plays or one operator, with or without linear readout."""
     nodes = {n.name: n for n in graph.nodes}
     operators = [n for n in graph.nodes if n.name in ("bank", "operator")]
     types = {n: node.type for n, node in nodes.items() if n not in ("linear", "total", "bank", "operator")}
@@ -59,14 +59,14 @@ def network(graph: Graph) -> Slot | None:
 
 
 def _reach(graph: Graph, first: Node) -> tuple[float, float]:
-    """Range of the scaled input for which the features were scaled."""
+    """Return the range of the scaled input for which the features were scaled."""
     features = graph.node("features")
     middle, half = -features.value("offset")[0] / features.value("gain")[0], 1 / abs(features.value("gain")[0])
     return float(middle - half), float(middle + half)
 
 
 def _plays(node: Node, reach: tuple[float, float]) -> _Plays | None:
-    """Plays, a sum of plays, or the plays that replace an operator with return-point memory."""
+    """Return plays, a sum of plays, or the plays that replace an operator with return-point memory."""
     match node.type:
         case "play_bank":
             n = node.dims["n"] + 1
@@ -85,10 +85,10 @@ def _plays(node: Node, reach: tuple[float, float]) -> _Plays | None:
 
 
 def _polygon(node: Node, x0: float, longest: float) -> tuple[Array, Array]:
-    """Half-widths and weights of plays, each (n,), whose loading curve is a polygon that approximates that of an
-    operator.
+    """Return half-widths and weights of plays, each (n,), that approximate the loading curve of an operator.
 
-    Its corners are denser where the curve bends, so that the largest distance is about the same in every segment.
+    The loading curve of the plays is a polygon. Its corners are denser where the curve bends, so that the largest
+    distance is about the same in every segment.
     """
     q = np.linspace(0, longest, FINE)
     phi = Graph.single(node).run(x0 + q).reshape(FINE, -1)[:, 0]

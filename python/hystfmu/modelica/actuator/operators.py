@@ -1,4 +1,4 @@
-"""One operator in the slot: Krasnosel'skii-Pokrovskii or Duhem."""
+"""Slot of one operator: Krasnosel'skii-Pokrovskii or Duhem."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ DUHEM = ["scaling", "duhem", "scaling"]
 
 
 def operator(graph: Graph) -> Slot | None:
-    """The slot of a single operator."""
+    """Return the slot of a single operator."""
     types = [n.type for n in graph.nodes]
     if types == ["krasnoselskii_pokrovskii"]:
         (node,) = graph.nodes

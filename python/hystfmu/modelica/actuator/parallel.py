@@ -1,4 +1,4 @@
-"""An operator in parallel with a curve and lags of its input in the slot: Preisach and Bouc-Wen."""
+"""Slot of an operator in parallel with a curve and lags of its input: Preisach and Bouc-Wen."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PREISACH = {
 
 
 def preisach(graph: Graph, h: float) -> Slot | None:
-    """The slot of a Preisach operator beside creep and a bent lag of the input."""
+    """Return the slot of a Preisach operator in parallel with creep and a nonlinear lag of the input."""
     if {n.name: n.type for n in graph.nodes} != PREISACH:
         return None
     operator, creep, lag, middle, bend, readout = (graph.node(n) for n in PREISACH)
@@ -44,7 +44,7 @@ def preisach(graph: Graph, h: float) -> Slot | None:
 
 
 def bouc_wen(graph: Graph, h: float) -> Slot | None:
-    """The slot of a Bouc-Wen operator beside its input, or beside a curve and lags, then dynamics and a readout."""
+    """Return the slot of a Bouc-Wen operator in parallel with its input or a curve and lags, then dynamics."""
     nodes = {n.name: n for n in graph.nodes}
     operators = [n for n in graph.nodes if n.type == "bouc_wen"]
     if len(operators) != 1 or graph.nodes[0].type != "scaling" or len(graph.outputs) != 1:
@@ -89,7 +89,7 @@ def bouc_wen(graph: Graph, h: float) -> Slot | None:
 def _beside(
     graph: Graph, nodes: dict[str, Node], total: Node, ends: tuple[str, str], fastest: float
 ) -> tuple[float, float, dict[str, str], float, float] | None:
-    """Weights of input and z, values of the parallel terms, their value at 0, the least slope of the curve."""
+    """Return weights of input and z, values of the parallel terms, their value at 0, and the curve's least slope."""
     source = {to: origin for origin, to in graph.wires}
     weights = {source.get(f"{total.name}.u[{i + 1}]", ""): float(k) for i, k in enumerate(total.value("k"))}
     (x, z), at_0, least, late = ends, 0.0, 0.0, None
@@ -120,7 +120,7 @@ def _beside(
 
 
 def _least_slope(node: Node, k: float) -> float:
-    """Least slope of a sum of dead zones, times k."""
+    """Return k times the least slope of a sum of dead zones."""
     w0, r, w = value(node, "w0"), node.value("r"), node.value("w")
     ends = [0.0, *np.nextafter(r, np.where(r > 0, np.inf, -np.inf))]
     return min(k * float(w0 + w[((r > 0) & (x > r)) | ((r < 0) & (x < r))].sum()) for x in ends)

@@ -11,7 +11,7 @@ from hystfmu.base.errors import InputError
 
 @dataclass(frozen=True)
 class Sheet:
-    """Values of a data sheet in SI units; None: not stated.
+    """Values of a data sheet in SI units; None if a value is not stated.
 
     Attributes
     ----------
@@ -22,8 +22,9 @@ class Sheet:
     capacitance : float or None
         Small-signal capacitance (F).
     capacitance_ratio : float
-        Ratio of the mean capacitance over the range to the small-signal one. A stack of 38 um, 900 N and 3.1 uF at 120
-        V, the default of the class DataSheet, has the coupling of its ceramic, 0.69 squared, with the default of 1.6.
+        Ratio of the mean capacitance over the range to the small-signal capacitance. The default is 1.6. With this
+        ratio, a stack of 38 um, 900 N and 3.1 uF at 120 V, the default of the class DataSheet, has the squared coupling
+        factor 0.69^2 of its ceramic.
     inductance : float or None
         Inductance (H) of the coil of a current-driven actuator without load, mean over the range.
     resistance : float or None
@@ -31,7 +32,7 @@ class Sheet:
     resonance : float or None
         Resonance (Hz) without load, one end held.
     damping : float or None
-        Damping ratio there.
+        Damping ratio at this resonance.
     """
 
     stroke: float | None = None
@@ -45,12 +46,12 @@ class Sheet:
 
     @classmethod
     def of(cls, values: Mapping[str, object]) -> Sheet:
-        """The sheet of some values by name.
+        """Return the sheet with these values, given by name.
 
         Raises
         ------
         InputError
-            An unknown name, a value that is no positive number, or a stroke without its blocking force.
+            A name is unknown, a value is not a positive number, or a stroke has no blocking force.
         """
         names = [f.name for f in fields(cls)]
         for name, value in values.items():

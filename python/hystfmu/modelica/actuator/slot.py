@@ -1,4 +1,4 @@
-"""A class of the slot of an actuator with its values, and their computation from the blocks of a graph."""
+"""A class for the slot of an actuator, and the computation of its values from the blocks of a graph."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ KNOTS = 24  # of the bend: each takes time at every step
 
 @dataclass(frozen=True)
 class Slot:
-    """A class of `HystFMU.Actuators.Hysteresis`, before its units of measure.
+    """A class of `HystFMU.Actuators.Hysteresis` with values that have no units of measure yet.
 
     Attributes
     ----------
     name : str
         Name of the class.
     values : dict of (str, str)
-        Modelica literals of its own parameters.
+        Modelica literals of the parameters of the class.
     gain, shift, scale, offset : float
-        Scaled voltage of an input of 1 and at 0; output of a scaled output of 1 and of 0.
+        Scaled voltage is gain times the input plus shift; the output is scale times the scaled output plus offset.
     rest : float
         Scaled voltage at which the memory is at rest at the start.
     left_out : list of str
         Parts of the model that the actuator omits.
     first_slope, least_slope : float
-        Slope of the output at the start, and the least slope of all branches if it may be negative: a stack whose
-        charge falls while its voltage rises has no stable circuit.
+        Slope of the output at the start, and the least slope of all branches if it may be negative. A stack whose
+        charge decreases while its voltage rises has no stable circuit.
     """
 
     name: str
@@ -47,27 +47,27 @@ class Slot:
 
 
 def value(node: Node, key: str) -> float:
-    """A parameter of one element."""
+    """Return a scalar parameter."""
     return float(node.value(key)[0])
 
 
 def numbers(node: Node, *keys: str) -> dict[str, str]:
-    """Parameters as Modelica arrays."""
+    """Return parameters as Modelica arrays."""
     return {k: array(np.asarray(node.value(k))) for k in keys}
 
 
 def limits(node: Node) -> dict[str, str]:
-    """The ends of a grid."""
+    """Return the ends of a grid."""
     return {k: number(value(node, k)) for k in ("lo", "hi")}
 
 
 def left_out(delay: Node) -> str:
-    """Name of a delay that the actuator lacks."""
+    """Return the name of a delay that the actuator omits."""
     return f"the delay of {delay.dims['n']} samples"
 
 
 def zones(node: Node, names: tuple[str, str, str, str], gain: float = 1.0) -> tuple[dict[str, str], float]:
-    """The values of a sum of dead zones under the names of number, slope at 0, thresholds, weights; its value at 0."""
+    """Return number, slope at 0, thresholds and weights of a sum of dead zones by name, and its value at 0."""
     at_0, slope, r, w = thinned(value(node, "w0"), node.value("r"), node.value("w"))
     given = (str(len(r)), number(gain * slope), array(r), array(gain * w))
     return dict(zip(names, given, strict=True)), gain * at_0
@@ -76,9 +76,10 @@ def zones(node: Node, names: tuple[str, str, str, str], gain: float = 1.0) -> tu
 def lags(
     node: Node, names: tuple[str, str, str], gain: float = 1.0, fastest: float = 0.0
 ) -> tuple[dict[str, str], float]:
-    """The lags of a creep block under the names of number, weights, time constants; and the direct weight.
+    """Return number, weights and time constants of the lags of a creep block by name, and the direct weight.
 
-    Lags faster than `fastest` (s) count as direct, because the samples of a record do not resolve them.
+    The direct weight includes lags faster than `fastest` (s), because the samples of a record do not resolve these
+    lags.
     """
     w, T = gain * node.value("w"), node.value("T")
     slow = fastest <= T
@@ -88,7 +89,7 @@ def lags(
 
 
 def thinned(w0: float, r: Array, w: Array) -> tuple[float, float, Array, Array]:
-    """A sum of at most `KNOTS` dead zones that equals the original sum at the remaining thresholds.
+    """Return a sum of at most `KNOTS` dead zones that equals the original sum at the remaining thresholds.
 
     Parameters
     ----------

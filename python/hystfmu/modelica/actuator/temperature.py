@@ -1,4 +1,4 @@
-"""A chain in the slot whose bend depends on a temperature, as in models of the kind actuator."""
+"""Slot of a chain whose bend depends on a temperature, as in models of the kind actuator."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ CHANGE = ("gm", "gb0", "gknots", "gb")
 
 
 def temperatures(graph: Graph) -> bool:
-    """Return whether the inputs are one, or one and a temperature."""
+    """Return whether there is one input, or one input and a temperature."""
     return all(si(p.unit)[0] == "K" for p in graph.inputs[1:]) and 1 <= len(graph.inputs) <= 2
 
 
 def warm(graph: Graph) -> Slot | None:
-    """The slot of a chain whose bend depends on its second input, a temperature."""
+    """Return the slot of a chain whose bend depends on its second input, a temperature."""
     if len(graph.inputs) != 2 or not temperatures(graph):
         return None
     T = graph.inputs[1]

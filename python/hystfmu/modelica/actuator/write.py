@@ -1,4 +1,4 @@
-"""The files of an actuator: the class with everything filled in, and its example."""
+"""Files of an actuator: the class with all values, and its example."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ACTUATOR = ("Actuator", "ActuatorExample")  # classes in a package
 
 
 def actuator_files(model: Model, within: str, told: str, values: Mapping[str, float] | None) -> dict[str, str]:
-    """The files of the actuator by class; none if the model is not an actuator, unless a data sheet is given.
+    """Return the files of the actuator by class; empty if the model is not an actuator and has no data sheet.
 
     Parameters
     ----------
@@ -26,12 +26,12 @@ def actuator_files(model: Model, within: str, told: str, values: Mapping[str, fl
     told : str
         Fit quality and provenance as HTML.
     values : mapping of (str, float) or None
-        Data sheet; None: none is known.
+        Data sheet; None if no data sheet is known.
 
     Raises
     ------
     InputError
-        A data sheet for a model that is not an actuator, or an impossible data sheet.
+        The model has a data sheet but is not an actuator, or the data sheet is impossible.
     """
     why = refusal(model)
     if why and values is not None:
@@ -43,21 +43,21 @@ def actuator_files(model: Model, within: str, told: str, values: Mapping[str, fl
 
 
 def actuator_told(model: Model, values: Mapping[str, float] | None) -> list[str]:
-    """Sources of mass, stiffness and capacitance of the actuator, or why the model has none; a line each."""
+    """Return the sources of mass, stiffness and capacitance of the actuator, or the reason for none; one line each."""
     if why := refusal(model):
         return [f"no actuator: {why}"]
     return list(made(model, Sheet.of(values or {})).mechanics.told)
 
 
 def actuator(model: Model, a: Made, name: str, within: str, history: str = "") -> str:
-    """The file of the actuator, without its mark.
+    """Return the file of the actuator, without its first line (the mark).
 
     Parameters
     ----------
     model : Model
         Identified model.
     a : Made
-        Its actuator.
+        Actuator of the model.
     name, within : str
         Name of the class and of its package.
     history : str
@@ -104,7 +104,7 @@ def _documentation(model: Model, a: Made, within: str, history: str) -> str:
     return (
         f"<html><p><b>Equation:</b> that of {base}; in its slot "
         f"HystFMU.Actuators.Hysteresis.{a.slot.name}.</p>{history}"
-        f"<p><b>Source:</b> a model of kind {escape(model.key)}; the rest as the limitations say.</p>"
+        f"<p><b>Source:</b> a model of kind {escape(model.key)}; the limitations state all other sources.</p>"
         f"<p><b>Limitations:</b> {'; '.join(limits)}.</p>"
         f'<p><b>Example:</b> <a href="modelica://{within}.ActuatorExample">ActuatorExample</a>.</p>'
         f'<p><b>See also:</b> <a href="modelica://{base}">{base}</a>.</p></html>'

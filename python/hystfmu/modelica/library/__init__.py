@@ -1,7 +1,7 @@
-"""The files of the Modelica library that follow from the C tables: base classes, package.order, Validation models.
+"""Generated files of the Modelica library, from the C tables: base classes, package.order, Validation models.
 
-A generated file is marked in its first line; all others are written by hand. `make generate` writes them, `make check`
-fails when one is stale.
+The first line of a generated file is a mark; all other files are written by hand. `make generate` writes the generated
+files. `make check` fails if a generated file is stale.
 """
 
 from hystfmu.modelica.library.tree import generated, missing, stale, write

@@ -1,4 +1,4 @@
-"""The partial block of a block of the C core: parameters, ports and documentation; realisations extend it."""
+"""Partial block for a block of the C core: parameters, ports and documentation. Realisations extend it."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _SLOTS = {
 
 @dataclass(frozen=True)
 class BaseClass:
-    """Parts of one class of the library that come from the C table.
+    """Parts of one class of the library that follow from the C table.
 
     Attributes
     ----------
     block : BlockType
     name : str
-        Name of the class: that of the block, or of a shape of ``reference``.
+        Name of the class: name of the block, or of a shape of ``reference``.
     """
 
     block: BlockType
@@ -34,7 +34,7 @@ class BaseClass:
 
     @property
     def package(self) -> str:
-        """The package that holds the class, or its realisations."""
+        """Package that contains the class, or its realisations."""
         return package_of(self.block).removesuffix(".Sampled")
 
     @property
@@ -44,16 +44,16 @@ class BaseClass:
 
     @property
     def equations(self) -> str:
-        """Name of the class below HystFMU that a block's author writes."""
+        """Name below HystFMU of the class that the author of a block writes."""
         return f"{package_of(self.block)}.{self.name}"
 
     @property
     def wanted(self) -> str:
-        """Its file."""
+        """File of the class that the author of a block writes."""
         return f"modelica/HystFMU/{self.equations.replace('.', '/')}.mo"
 
     def text(self, shelf: Shelf) -> str:
-        """The file."""
+        """Return the file of the base class."""
         block = self.block
         left_out = lacks(block, self.name)
         slot, inherited = self._slot
@@ -79,12 +79,12 @@ class BaseClass:
 
     @property
     def source(self) -> str:
-        """The C file of the table."""
+        """C file of the table."""
         return f"fmu_build/core/blocks/{self.block.family}/{self.block.name}.c"
 
     @property
     def _slot(self) -> tuple[str, frozenset[str]]:
-        """The slot of a loop that takes the block, and the ports that come from there; "" if none does."""
+        """Slot of a loop for the block, or "", and the ports that the slot defines."""
         slot, inputs, output = _SLOTS.get(self.package, ("", set(), ""))
         fits = {v.name for v in self.block.of("input")} == inputs
         return (slot, frozenset({*inputs, output})) if slot and fits else ("", frozenset())
@@ -114,12 +114,12 @@ class BaseClass:
 
 
 def base_classes() -> list[BaseClass]:
-    """One for each class that stands for a block of the C core."""
+    """Return a base class for each class that represents a block of the C core."""
     return [BaseClass(block, name) for block in block_types().values() for name in class_names(block)]
 
 
 def package(name: str) -> str:
-    """The file package.mo of the BaseClasses of a package."""
+    """Return the file package.mo of the BaseClasses of a package."""
     what = {"Operators": "operators", "Inverse": "inverses"}.get(name, "blocks")
     info = information(
         "What a class has from the C table, and what its realisations have in common, for replaceable "

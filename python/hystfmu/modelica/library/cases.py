@@ -1,4 +1,4 @@
-"""Test values of the Validation models: tables of a file, and the first vector of a block that has no table."""
+"""Test values of the Validation models: tables of a file, or the first vector of a block without a table."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Case:
 
 
 def cases(shelf: Shelf) -> list[Case]:
-    """The tables of ``modelica/validation.toml`` beside the library, and one for each class of a block without one."""
+    """Return the tables of ``modelica/validation.toml``, and a table for each further class of a block."""
     tables = tomllib.loads((shelf.root.parent / "validation.toml").read_text("utf-8"))
     found = [_case(name, table) for name, table in tables.items()]
     by_hand = {n.rsplit(".", 1)[-1] for n in shelf.texts if n.startswith("Validation.") and "BaseClasses" not in n}
@@ -57,7 +57,7 @@ def _case(name: str, table: dict[str, Any]) -> Case:
 
 
 def _from_vectors(base: BaseClass, vectors: Path) -> Case:
-    """The values of the first vector of a block, which the C core is known to meet.
+    """Return the values of the first vector of a block; a test checks that the C core agrees with the vector.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The page UsersGuide.Checks: what the lint checks, by the sections of the language specification."""
+"""Page UsersGuide.Checks: rules of the lint, sorted by sections of the language specification."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _APART = {
 
 
 def page(root: Path) -> dict[str, str]:
-    """The page by its name below HystFMU; `root` is the folder of the library, beside which the table lies."""
+    """Return the page by its name below HystFMU; `root` is the folder of the library, next to the table of rules."""
     table = tomllib.loads((root.parent / "rules.toml").read_text("utf-8"))
     rows = sorted(table.items(), key=lambda row: _key(row[1]["section"]))
     lines = "\n".join(
@@ -31,9 +31,9 @@ within HystFMU.UsersGuide;
 package Checks "What is checked in every class"
   extends Icons.Information;
   annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
-<p>Tools differ in what they notice. <code>make modelica-strict</code> checks every class against these rules, the
+<p>Different tools detect different faults. <code>make modelica-strict</code> checks every class by these rules, the
 tests every exported package; numbers are sections of the Modelica Language Specification 3.6. Each rule has a test that
-plants the fault and sees it found.</p>
+inserts a fault and checks that the lint reports it.</p>
 <table>
 <tr><th>Section</th><th>Rule</th><th>What it asks for</th></tr>
 {lines}

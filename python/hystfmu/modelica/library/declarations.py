@@ -21,9 +21,9 @@ _MONOMIALS = re.compile(r"monomials\((.+), (\w+)\)\Z")
 
 
 def size(v: Var) -> str:
-    """The number of elements as Modelica takes it: ``n*(n + 1) / 2`` becomes ``div(n*(n + 1), 2)``.
+    """Return a number of elements in Modelica: ``n*(n + 1) / 2`` becomes ``div(n*(n + 1), 2)``.
 
-    A product of two sizes is a matrix, one row for each of the first.
+    A product of two sizes is a matrix; its number of rows is the first size.
 
     Raises
     ------
@@ -43,26 +43,26 @@ def size(v: Var) -> str:
 
 
 def _monomials(p: str, q: str) -> str:
-    """Monomials up to degree q <= 3 in p variables; rumoca 0.10.2 takes no function of a size as a size."""
+    """Return the number of monomials up to degree q <= 3 in p variables, because rumoca 0.10.2 takes no function."""
     one, two, three = (f"({p} + {k})" for k in (1, 2, 3))
     return f"if {q} == 1 then {p} + 1 elseif {q} == 2 then div({one}*{two}, 2) else div({one}*{two}*{three}, 6)"
 
 
 def number(x: float) -> str:
-    """A literal that reads back as the same double, whole numbers without a point."""
+    """Return a literal that reads back as the same double; a whole number has no point."""
     short = f"{x:g}"
     return (short if float(short) == x else repr(x)).replace("e+", "e")
 
 
 def dim(d: Dim) -> str:
-    """The declaration of a size."""
+    """Return the declaration of a size."""
     place = "Memory" if d.name == "depth" else "Sizes"
     start = min(d.start, DEPTH) if d.name == "depth" else d.start
     return f"parameter Integer {d.name}(min = {d.lo}) = {start} {sentence(d.text)}{_dialog(place)};"
 
 
 def parameter(block: BlockType, v: Var, shelf: Shelf) -> str:
-    """The declaration of a parameter of a block."""
+    """Return the declaration of a parameter of a block."""
     place = group(block, v)
     if v.choices:
         kind = enumeration(block, v)
@@ -83,7 +83,7 @@ def parameter(block: BlockType, v: Var, shelf: Shelf) -> str:
 
 
 def _kind(v: Var, shelf: Shelf) -> tuple[str, list[str]]:
-    """Type of a parameter, and its unit where no type has it."""
+    """Return the type of a parameter, and its unit if no type has this unit."""
     if v.type == "int":
         return "Integer", []
     if v.unit == "1":
@@ -98,7 +98,7 @@ def _dialog(place: str) -> str:
 
 
 def ports(block: BlockType, kind: str, lacks: frozenset[str], inherited: frozenset[str]) -> list[str]:
-    """The declarations of the inputs or outputs but those `inherited`, which take a place, too."""
+    """Return the declarations of inputs or outputs. `inherited` ports are not declared but have a position."""
     rows = [v for v in block.of(kind) if v.name not in lacks]
     found = []
     for i, v in enumerate(rows):
@@ -113,7 +113,7 @@ def ports(block: BlockType, kind: str, lacks: frozenset[str], inherited: frozens
 
 
 def rate_port(v: Var) -> str:
-    """The conditional input for the rate of an input, and the constant that it depends on."""
+    """Return the conditional input for the rate of an input, and the constant in its condition."""
     text = sentence(f"rate of {v.name}; Sampled has no such input")
     where = f"annotation ({placed(-110, -70)})"
     return f'Interfaces.RealInput d{v.name}(unit = "1/s") if usesRate {text} {where};'

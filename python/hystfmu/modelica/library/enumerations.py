@@ -1,4 +1,4 @@
-"""The package Choices: enumerations for the choices that are missing in Types."""
+"""Package Choices: enumerations for the choices that are missing in Types."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _PACKAGE = "Choices"
 
 
 def enumerations() -> dict[str, str]:
-    """Every generated enumeration by its name below HystFMU, and the package; nothing if Types contains them all."""
+    """Return all generated enumerations by name below HystFMU, and the package; empty if Types has them all."""
     found = {}
     for base in base_classes():
         for v in base.block.parameters:

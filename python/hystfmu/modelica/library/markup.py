@@ -1,4 +1,4 @@
-"""Equations of the C tables as HTML: powers are raised, an absolute value is abs."""
+"""Equations of the C tables as HTML: powers become superscripts, and an absolute value becomes abs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ _POWER = re.compile(r"\^(?:\(([^()]*)\)|([+-]?\w+))")
 
 
 def equation(text: str) -> str:
-    """An equation of a C table, in a paragraph of a documentation."""
+    """Return an equation of a C table for a paragraph of a documentation."""
     return _POWER.sub(lambda m: f"<sup>{m[1] or m[2]}</sup>", escape(text, quote=False))
 
 
 def link(name: str) -> str:
-    """A link to the class `name` below HystFMU."""
+    """Return a link to the class `name` below HystFMU."""
     return f'<a href="modelica://HystFMU.{name}">{name}</a>'
 
 
 def information(*paragraphs: str) -> str:
-    """The value of ``Documentation(info = ...)``."""
+    """Return the value of ``Documentation(info = ...)``."""
     body = "\n".join(f"<p>{p}</p>" for p in paragraphs).replace('"', '\\"')
     return f'"<html>\n{body}\n</html>"'

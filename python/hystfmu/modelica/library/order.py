@@ -1,4 +1,4 @@
-"""package.order: content of a folder of the library, packages in reading order, the rest by name."""
+"""File package.order: content of a folder of the library. Packages are in reading order, all else is sorted by name."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _FIRST = (
 
 
 def orders(files: Iterable[PurePath], first: Collection[PurePath] = ()) -> dict[PurePath, str]:
-    """Every package.order for the .mo files of a library, all relative to its folder; files `first` come first."""
+    """Return every package.order for the .mo files of a library, relative to its folder; `first` files come first."""
     inside: dict[PurePath, set[str]] = {}
     for file in files:
         folder = file.parent

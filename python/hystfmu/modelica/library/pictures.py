@@ -20,7 +20,7 @@ _SHOWN = ("Examples.StackMovesMass", "Loops.Tracking")  # whose diagrams the gui
 
 
 def pictures(texts: Mapping[str, str]) -> dict[PurePath, str]:
-    """Every picture, relative to the folder of the library.
+    """Return every picture by its path relative to the folder of the library.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def pictures(texts: Mapping[str, str]) -> dict[PurePath, str]:
 
 
 def _plays(u: Array) -> Array:
-    """The operator of Examples.MinorLoops on an input (n,)."""
+    """Run the operator of Examples.MinorLoops on an input (n,)."""
     r, w = np.linspace(0.05, 0.5, 10), np.full(10, 0.1)
     plays = Node("plays", "prandtl_ishlinskii", {"n": 10}, {"w0": 0.3, "r": r, "w": w})
     return Graph.single(plays).run(u).ravel()
@@ -59,7 +59,7 @@ def _realisations() -> str:
 
 
 def _plot(below: str, beside: str, curves: list[tuple[Array, Array, str]]) -> str:
-    """Curves in a frame, each with its colour."""
+    """Draw curves in a frame, each with its colour."""
     x = np.concatenate([c[0] for c in curves])
     y = np.concatenate([c[1] for c in curves])
     across = (_WIDTH - 2 * _EDGE) / np.ptp(x)
@@ -78,7 +78,7 @@ def _plot(below: str, beside: str, curves: list[tuple[Array, Array, str]]) -> st
 
 
 def _diagram(text: str) -> str:
-    """Components and lines of a class, as a tool shows them."""
+    """Draw components and lines of a class in the style of a Modelica tool."""
     lines = []
     for m in _WIRE.finditer(text):
         points = " ".join(f"{x},{-float(y):g}" for x, y in re.findall(r"\{(-?[\d.]+), (-?[\d.]+)\}", m[1] + "}"))

@@ -1,4 +1,4 @@
-"""The scripts for OpenModelica: a check of the library, and a simulation of every model of a package."""
+"""Scripts for OpenModelica: a check of the library, and a simulation of every model of a package."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LOAD = 'loadFile("HystFMU/package.mo"); getErrorString();'
 
 
 def scripts(texts: Mapping[str, str]) -> dict[PurePath, str]:
-    """Every script, relative to the folder of a library, for its classes by their names below it."""
+    """Return every script by its path relative to the folder of a library, for classes by names below HystFMU."""
     operators = [m for r in REALISATIONS for m in sorted(texts) if m.startswith(f"Validation.{r}.")]
     examples = [m for m in sorted(texts) if m.startswith("Examples.")]
     return {
@@ -32,7 +32,7 @@ def _simulations(models: list[str], texts: Mapping[str, str]) -> list[str]:
 
 
 def _settings(text: str) -> str:
-    """The experiment of a model with its number of intervals: OpenModelica truncates the quotient of its annotation."""
+    """Return the experiment of a model with its number of intervals, because OpenModelica truncates the quotient."""
     found = re.search(r"experiment\(StopTime = ([^,]+), Interval = ([^,]+), Tolerance = ([^)]+)\)", text)
     assert found is not None
     stop, interval, tolerance = map(float, found.groups())

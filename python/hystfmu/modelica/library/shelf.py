@@ -13,22 +13,22 @@ _UNIT = re.compile(r'type (\w+) = Real\([^)]*final unit = "([^"]+)"')
 
 
 def mark(source: str) -> str:
-    """The first line of a generated file."""
+    """Return the first line of a generated file."""
     return f"// generated from {source} by `make generate` - do not edit"
 
 
 def is_generated(text: str) -> bool:
-    """Return whether the first line says so."""
+    """Return whether the first line marks a generated file."""
     return _MARKED.match(text) is not None
 
 
 class Shelf:
-    """The hand-written files of a library.
+    """Hand-written files of a library.
 
     Parameters
     ----------
     root : Path
-        The folder HystFMU.
+        Folder HystFMU.
     """
 
     def __init__(self, root: Path) -> None:
@@ -50,13 +50,13 @@ class Shelf:
         return {unit: f"Types.{name}" for name, unit in _UNIT.findall(self.texts["Types"])}
 
     def classes(self, name: str) -> list[str]:
-        """The blocks and models of this name: one, or one in each realisation that it has."""
+        """Return the blocks and models of this name: one, or one for each realisation."""
         single = [n for n in self.texts if re.fullmatch(rf"(?!Validation|Examples|Functions)\w+\.{name}", n)]
         realised = [f"{package}.{r}.{name}" for package in ("Operators", "Inverse") for r in REALISATIONS]
         return single + [n for n in realised if n in self.texts]
 
     def examples(self, classes: list[str]) -> Iterator[str]:
-        """The Examples that use one of these classes."""
+        """Return the Examples that use one of these classes."""
         for name, text in self.texts.items():
             if name.startswith("Examples.") and any(re.search(rf"\b{re.escape(c)}\b", text) for c in classes):
                 yield name

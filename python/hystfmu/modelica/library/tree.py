@@ -1,4 +1,4 @@
-"""Every generated file of a library, and the check whether the files on disk are up to date."""
+"""Generated files of a library, and the check whether the files on disk are up to date."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _PHYSICAL = re.compile(r"connect\(\w+\.(?:pin|flange)")  # a model with physical
 
 
 def generated(root: Path) -> dict[PurePath, str]:
-    """The generated files, relative to the folder HystFMU `root`, and hand-written files with an added line."""
+    """Return the generated files, relative to the folder HystFMU `root`, and hand-written files with added lines."""
     shelf = Shelf(root)
     classes = {b.path: b.text(shelf) for b in base_classes()}
     classes |= {f"{b.package}.BaseClasses.package": package(b.package) for b in base_classes()}
@@ -42,7 +42,7 @@ def _file(name: str) -> PurePath:
 
 
 def _on_disk(root: Path) -> dict[PurePath, str]:
-    """Files that are marked as generated, and every package.order and script."""
+    """Return the files with the mark of generated files, and every package.order and script."""
     found = {}
     for pattern in ("*.mo", "package.order", "*.mos", "Resources/Images/*.svg"):
         for file in root.rglob(pattern):
@@ -53,7 +53,7 @@ def _on_disk(root: Path) -> dict[PurePath, str]:
 
 
 def missing(root: Path) -> list[str]:
-    """Return a message for each missing file with the equations of a block."""
+    """Return a message for each block whose file with equations is missing."""
     shelf = Shelf(root)
     return [
         f"write {b.wanted}: the equations of the block {b.block.name}, which extend BaseClasses.{b.name}"
@@ -63,7 +63,7 @@ def missing(root: Path) -> list[str]:
 
 
 def stale(root: Path) -> list[PurePath]:
-    """Generated files that are missing, differ or should not be there."""
+    """Return the generated files that are missing, differ or are obsolete."""
     made, there = generated(root), _on_disk(root)
     return sorted(f for f in {*made, *there} if made.get(f) != there.get(f))
 

@@ -1,4 +1,4 @@
-"""The Validation models: one component `tested`, on the test signal or on inputs of its own."""
+"""Validation models: one component `tested`, driven by the test signal or by inputs of its own."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TOLERANCE = 1e-10
 
 
 def models(shelf: Shelf, bases: Mapping[str, str]) -> dict[str, str]:
-    """Every generated Validation model by its name below HystFMU.
+    """Return every generated Validation model by its name below HystFMU.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def models(shelf: Shelf, bases: Mapping[str, str]) -> dict[str, str]:
     Raises
     ------
     InputError
-        A table belongs to a class that is not in the library.
+        A table belongs to a class that the library does not have.
     """
     texts = {**bases, **shelf.texts}
     found = {}

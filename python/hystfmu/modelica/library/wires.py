@@ -1,4 +1,4 @@
-"""Lines for connections of a class that have none: `make generate` draws them between the ports."""
+"""Lines for connections without a line in a class: `make generate` draws lines between the ports."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _COLORS = {"Pin": "{0, 0, 255}", "Flange": "{0, 127, 0}"}
 
 
 def nested(texts: Mapping[str, str]) -> dict[str, str]:
-    """The files, and the classes within files of one package, such as ``Interfaces.Sampled``, by name."""
+    """Return the files by name, with the classes within files of one package, such as ``Interfaces.Sampled``."""
     found = dict(texts)
     for name, text in texts.items():
         for m in re.finditer(r"^  (?:partial )?(?:block|model) (\w+) .*?^  end \1;", text, re.M | re.S):
@@ -23,7 +23,7 @@ def nested(texts: Mapping[str, str]) -> dict[str, str]:
 
 
 def drawn(text: str, name: str, texts: Mapping[str, str]) -> str:
-    """The file `text` of the class `name` below HystFMU with a line for each connection whose ends have positions.
+    """Return the file `text` of the class `name` with a line for each connection whose ends have positions.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def drawn(text: str, name: str, texts: Mapping[str, str]) -> str:
 
 
 def _place(text: str, name: str, end: str, texts: Mapping[str, str]) -> tuple[Point, str] | None:
-    """Position of an end of a connection in the diagram of a class, and the class of the connector."""
+    """Return the position of an end of a connection in the diagram of a class, and the class of the connector."""
     head, _, port = re.sub(r"\[[^\]]*\]", "", end).partition(".")
     found = _component(text, name, head, texts)
     if found is None:
@@ -62,7 +62,7 @@ def _place(text: str, name: str, end: str, texts: Mapping[str, str]) -> tuple[Po
 def _component(
     text: str, name: str, component: str, texts: Mapping[str, str]
 ) -> tuple[str, tuple[float, float, float, float], str] | None:
-    """Type and extent of a component of a class or of its base classes, and the class that declares it."""
+    """Return type and extent of a component of a class or its base classes, and the declaring class."""
     for piece in text.split(";\n"):
         m = re.search(rf"^ *{_PREFIX}([A-Z][\w.]*) {component}\b", piece, re.M)
         extent = re.search(_EXTENT, piece.rpartition("transformation(")[2])
@@ -77,7 +77,7 @@ def _component(
 
 
 def _resolved(kind: str, name: str, texts: Mapping[str, str]) -> str | None:
-    """The file of a class by its name as written in the class `name`."""
+    """Return the file of a class from its name in the text of the class `name`."""
     packages = name.split(".")[:-1]
     kind = kind.removeprefix("HystFMU.")
     for k in range(len(packages), -1, -1):
