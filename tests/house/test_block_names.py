@@ -153,7 +153,9 @@ ALLOWED: dict[str, dict[str, str]] = {
     "modelica/realisation.py": dict.fromkeys(
         ("scaling", "sum"), "rate_of(): gains through which the rates of ports reach an operator"
     ),
-    "modelica/wiring.py": {"sum": "sums_before_samples(): the block that one compiler reads too early"},
+    "modelica/wiring.py": dict.fromkeys(
+        ("sum", "product"), "sums_before_samples(): the blocks that one compiler reads too early"
+    ),
     "modelica/classes.py": {
         **dict.fromkeys(("delay", "iterative_learning", "narx_network", "repetitive"), "COUNTED: lags in samples"),
         "polynomial_narx": "the class has a limit on the degree",

@@ -98,22 +98,25 @@ class Wiring:
     def sum(self, name: str) -> tuple[str, str]:
         """Return declaration and equation of a node of `sums`."""
         node, part = self.graph.node(name), self.parts[name]
-        k = f"values.{field(self.graph, node, 'k')}"
-        terms = [f"values.{field(self.graph, node, 'offset')}"]
+        is_sum = node.type == "sum"
+        k = f"values.{field(self.graph, node, 'k')}" if is_sum else ""
+        terms = [f"values.{field(self.graph, node, 'offset')}"] if is_sum else []
         for i in range(1, node.sizes["u"] + 1):
             to = {f"{name}.u[{i}]"} | ({f"{name}.u"} if node.sizes["u"] == 1 else set())
             wire = next((a for a, b in self.graph.wires if b in to), None)
             port = next((p for p in self.graph.inputs if to & set(p.to)), None)
             if wire is not None:
-                terms.append(f"{k}[{i}]*{self.end(wire)}")
+                terms.append(f"{k}[{i}]*{self.end(wire)}" if is_sum else self.end(wire))
             elif port is not None:
                 own = self.ports[port.name]
                 scaled = f"/{unit_constant(own)}" if si(port.unit)[0] else ""
-                terms.append(f"{k}[{i}]*{counted(own, port.unit)}{scaled}")
-        where = placed(*self.where.of[name])
+                terms.append(f"{k}[{i}]*{counted(own, port.unit)}{scaled}" if is_sum else f"{own}{scaled}")
+            elif not is_sum:
+                terms.append("0")  # an input that nothing drives
+        where, what = placed(*self.where.of[name]), "Weighted sum" if is_sum else "Product"
         return (
-            f'  HystFMU.Interfaces.RealOutput {part} "Weighted sum" annotation ({where});',
-            f"  {part} = {' + '.join(terms)};",
+            f'  HystFMU.Interfaces.RealOutput {part} "{what}" annotation ({where});',
+            f"  {part} = {(' + ' if is_sum else '*').join(terms)};",
         )
 
     def _scale(self, p: Input | Output, end: str) -> str:
@@ -143,14 +146,20 @@ class Wiring:
 
 
 def sums_before_samples(graph: Graph) -> frozenset[str]:
-    """Return the sums before a block that acts at samples.
+    """Return the sums before a block that acts at samples, and the products without divisors before both.
 
     rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole: the sampled block after it reads the sum before the
-    sampled block in front of it has its new value. As an equation of scalars, the sum has the new value.
+    sampled block in front of it has its new value. As an equation of scalars, the sum has the new value. The same holds
+    for Dynamics.Product.
     """
+
+    def before(names: set[str]) -> set[str]:
+        return {a.split(".")[0] for a, b in graph.wires if b.split(".")[0] in names}
+
     sampled = {n.name for n in graph.nodes if classes.is_sampled(n)}
-    before = {a.split(".")[0] for a, b in graph.wires if b.split(".")[0] in sampled}
-    return frozenset(n.name for n in graph.nodes if n.type == "sum" and n.name in before)
+    sums = {n.name for n in graph.nodes if n.type == "sum"} & before(sampled)
+    products = {n.name for n in graph.nodes if n.type == "product" and not n.dims["m"]} & before(sampled | sums)
+    return frozenset(sums | products)
 
 
 def unit_constant(port: str) -> str:

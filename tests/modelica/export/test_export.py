@@ -23,7 +23,7 @@ from hystfmu.modelica import classes, export_modelica
 from hystfmu.modelica.literals import number
 from hystfmu.modelica.record import record
 
-QUICK_KEYS = ("preisach", "play_bank_mlp", "g0_prandtl_ishlinskii")
+QUICK_KEYS = ("preisach", "play_bank_mlp", "g0_prandtl_ishlinskii", "g0_jiles_atherton")
 
 
 @pytest.mark.parametrize("key", QUICK_KEYS)
