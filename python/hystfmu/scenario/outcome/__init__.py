@@ -1,1 +1,1 @@
-"""Results of a run: chunks of rows, excerpts for pictures, CSV files, metrics."""
+"""Results of a run: chunks of rows, excerpts for plots, CSV files, and metrics."""

@@ -1,8 +1,8 @@
 """Baseline of a run: baseline.toml (metrics, memories) and baseline.csv (rows of the recorded signals).
 
-A run is compared strictly (`tolerance`), or, if the scenario has a `[tube]`, with tolerances in time and value: a row
-of the baseline is met if the signal of the run passes through the box around it. The tube is computed around the run,
-because a run has all rows and a baseline only some.
+By default, a run is compared row by row with `tolerance`. If the scenario has a `[tube]`, there are tolerances in time
+and value: a row of the baseline is met if the signal of the run passes through a box around this row. The tube is
+computed around the run, because a run has all rows and a baseline has only some rows.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.spec import TubeSpec
 from hystfmu.scenario.system.system import System
 
-CHANGED = "changed against the baseline"  # in every such line of a verdict, so that a terminal can count them
+CHANGED = "changed against the baseline"  # in every line on a change, so that the terminal output can count changes
 ROUNDING = 1e-9  # percent of stroke, or unit of the signal: an error that is rounding alone may change by as much
 BASELINE_ROWS = 24  # of every case in baseline.csv
 
@@ -54,7 +54,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Baseline:
-    """A recorded result: metrics per case, some rows of the recorded signals, hashes of the final states."""
+    """A recorded result: metrics of each case, some rows of the recorded signals, and hashes of the final states."""
 
     metrics: dict[str, dict[str, float]]
     rows: dict[str, Array]
@@ -63,7 +63,7 @@ class Baseline:
 
     @classmethod
     def load(cls, folder: Path) -> Baseline | None:
-        """The baseline of a scenario; None if none was recorded; files with invalid content are an InputError."""
+        """Read the baseline of a scenario; None if there is none. Files with invalid content are an InputError."""
         file = folder / "baseline.toml"
         if not file.exists():
             return None
@@ -87,7 +87,10 @@ class Baseline:
 
 
 class Kept:
-    """The rows of a run that a baseline keeps or is compared with; with a tube those around its own rows too."""
+    """Rows of a run for a new baseline or for the comparison with a baseline.
+
+    For a tube, the rows around each row of the baseline are included.
+    """
 
     def __init__(self, system: System, baseline: Baseline | None) -> None:
         case, n = system.case, system.n_steps + 1
@@ -109,13 +112,13 @@ class Kept:
         return self._excerpt.trace()
 
     def rows(self) -> Array:
-        """For baseline.csv: shape (at most BASELINE_ROWS, 1 + number of recorded signals)."""
+        """Rows for baseline.csv, shape (at most BASELINE_ROWS, 1 + number of recorded signals)."""
         trace = self.trace
         return np.column_stack([trace.t[self._at], *[trace[s][self._at] for s in self._record]])
 
 
 def save_baseline(folder: Path, signals: tuple[str, ...], runs: dict[str, Record]) -> None:
-    """Write baseline.toml and baseline.csv atomically; called only for an explicit `--record`."""
+    """Write baseline.toml and baseline.csv atomically. Only an explicit `--record` calls this function."""
     cases = ["# generated from scenario.toml by 'hystfmu run --record' - do not edit", "[case]"]
     lines = [",".join(["case", "t", *signals])]
     for name, r in runs.items():
@@ -134,9 +137,9 @@ def _inline(table: dict[str, float] | dict[str, str]) -> str:
 
 @dataclass(frozen=True)
 class Change:
-    """One change of a baseline by a new record: of `what`, in scenario/case `title`.
+    """One change of a baseline by a new record. `what` has changed in the case `title` (scenario/case).
 
-    `old` and `new` are None if there is none, text for a hash of final states.
+    `old` and `new` are numbers, or text for a hash of final states. A missing value is None.
     """
 
     title: str
@@ -146,14 +149,14 @@ class Change:
 
     @property
     def relative(self) -> float | None:
-        """(new - old) / |old| of numbers."""
+        """Relative change (new - old) / |old| of numbers."""
         if isinstance(self.old, float) and isinstance(self.new, float) and self.old != 0:
             return (self.new - self.old) / abs(self.old)
         return None
 
 
 def changes(scenario: str, old: Baseline | None, runs: dict[str, Record]) -> list[Change]:
-    """Changes that a new record makes: metrics, the most changed row of every signal, final states, removed cases."""
+    """Return the changes by a new record: metrics, largest change of each signal, final states, removed cases."""
     if old is None:
         old = Baseline({}, {}, (), {})
     found = []
@@ -178,7 +181,7 @@ def changes(scenario: str, old: Baseline | None, runs: dict[str, Record]) -> lis
 
 
 def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
-    """Changes of the recorded signals and final states, one line each."""
+    """Return a line for each change of a recorded signal or of final states."""
     old, trace, rows = baseline.rows.get(case.name), kept.trace, kept.rows()
     if old is None or old.shape != rows.shape or baseline.signals != case.record:
         return [f"{case.title}: baseline.csv has other rows or signals than the scenario: run with --record"]
@@ -205,10 +208,10 @@ def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
 
 
 def _outside(tube: TubeSpec, kept: Kept, signal: str, at: Array, was: Array, room: float) -> Array:
-    """Distance of each baseline value from the tube around the signal of this run; 0 and below: inside.
+    """Return the distance of each baseline value from the tube around the signal of this run; inside it is at most 0.
 
-    Beyond its ends the signal is extended by point reflection, because a late signal has not reached its last value
-    yet.
+    Beyond its ends the signal is extended by point reflection, because a late signal has not yet reached its last
+    value.
     """
     trace, h = kept.trace, kept.h  # the rows near the ends and near `at` are all there
     n = min(int(np.ceil(tube.time / h)), len(trace.t) - 1)

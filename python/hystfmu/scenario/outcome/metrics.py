@@ -11,10 +11,10 @@ final                    |e| at the end (|signal| without `against`)
 loop_area_percent        area that the signal encloses over `against`, of the rectangle of their spans; the window must
                          be one period (an ellipse has at most 78.5, a straight line 0): what hysteresis is left
 
-With `lines`, rms and max count the rows alone where `against` moves at constant speed: the lines of a scan without
-its turn-arounds.
+With `lines`, rms and max use only the rows at which `against` moves at constant speed. These are the lines of a scan
+without its turn-arounds.
 
-Sums follow the order of the rows, so the result does not depend on the division into chunks.
+Sums follow the order of the rows. Therefore the result does not depend on the division into chunks.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from hystfmu.scenario.system.spec import MetricSpec
 
 
 class _Rows(NamedTuple):
-    """Rows of a chunk inside the window of a metric; `sample` is the place of the first that is a sample."""
+    """Rows of a chunk inside the window of a metric. `sample` is the index of the first row at a sample."""
 
     t: Array
     signal: Array
@@ -47,13 +47,13 @@ class _Kind(Protocol):
 
 
 class _Sum:
-    """Of numbers in their order."""
+    """Sum of numbers in the order of their arrival."""
 
     def __init__(self) -> None:
         self.value = 0.0
 
     def add(self, x: Array) -> None:
-        """`x` is overwritten."""
+        """Add numbers. The array `x` is overwritten."""
         if len(x):
             x[0] += self.value
             self.value = float(np.add.accumulate(x, out=x)[-1])
@@ -124,7 +124,7 @@ class _Max:
 
 
 class _BetweenSamples:
-    """Rows after the last sample wait for the next one."""
+    """Error between samples. Rows after the last sample are stored until the next sample."""
 
     def __init__(self) -> None:
         self._t, self._e, self._from_sample, self._largest = np.zeros(0), np.zeros(0), False, 0.0
@@ -204,7 +204,7 @@ _OF_STROKE = ("rms_percent", "max_percent", "between_samples_percent")
 
 
 class _Lines:
-    """Rows at which a reference continues at the speed of the last two steps."""
+    """Rows at which the reference moves with the speed of the last two steps."""
 
     STRAIGHT = 1e-6  # largest change of the step, relative to it
 
@@ -219,7 +219,7 @@ class _Lines:
 
 
 class Measure:
-    """One metric of a run that comes in chunks."""
+    """One metric of a run, computed from chunks of rows."""
 
     def __init__(self, m: MetricSpec) -> None:
         self._m, self._of, self._span = m, _KINDS[m.kind](), _Span()
@@ -242,7 +242,7 @@ class Measure:
             self._of.add(_Rows(chunk.t[skip:][on], signal[on], against[on], sample, chunk.ripple))
 
     def value(self) -> float:
-        """Of the rows that came; an InputError if the stroke is zero."""
+        """Value for the rows so far; an InputError if the stroke is zero."""
         value, m = self._of.value(), self._m
         if m.kind == "loop_area_percent":
             return 100 * value
@@ -255,7 +255,7 @@ class Measure:
 
 
 def measure(m: MetricSpec, trace: Trace) -> float:
-    """One metric of a whole run; an InputError if the stroke is zero."""
+    """Compute one metric of a whole run; an InputError if the stroke is zero."""
     found = Measure(m)
     found.add(trace)
     return found.value()

@@ -19,20 +19,21 @@ from hystfmu.scenario.system.system import System
 
 @dataclass(frozen=True)
 class Verdict:
-    """One metric of one case with both verdicts.
+    """One metric of one case, with the verdicts against limit and baseline.
 
     Parameters
     ----------
     metric, kind : str
-        Its name, and what is measured (``"rms_percent"``, ...).
+        Name of the metric, and kind of metric (``"rms_percent"``, ...).
     value : float
-        In the unit of its kind.
+        Value in the unit of measure of its kind.
     limit, baseline : float, optional
-        The largest allowed value, which is the smaller of limit and guard, and the recorded value; None if not stated.
+        `limit` is the largest allowed value, which is the smaller of limit and guard. `baseline` is the recorded value.
+        None means that the value is not stated.
     within : bool
-        Finite and not above the limit.
+        Whether the value is finite and not above the limit.
     same : bool, optional
-        Unchanged from the baseline; None if there is no baseline.
+        Whether the value is unchanged from the baseline; None if there is no baseline.
     """
 
     metric: str
@@ -47,10 +48,10 @@ class Verdict:
 def judge(
     case: Case, measured: Mapping[str, Measure], kept: Kept, baseline: Baseline | None, strict: bool = True
 ) -> tuple[list[Verdict], list[str], list[str]]:
-    """Both verdicts on every metric, one line per failure (scenario/case, metric, value, limit), and notes.
+    """Return the verdicts on every metric, one line per failure (scenario/case, metric, value, limit), and notes.
 
-    Without `strict` only the limits are tested, and changes are notes; otherwise a missing baseline or a change is a
-    failure.
+    With `strict`, a missing baseline or a change is a failure. Without `strict`, only the limits are tested, and
+    changes are notes.
     """
     known = baseline.metrics.get(case.name) if baseline is not None else None
     verdicts: list[Verdict] = []
@@ -84,7 +85,7 @@ def judge(
 
 
 def _allowed(guard: float | None, limit: float | None, recorded: float | None) -> tuple[float | None, str]:
-    """Return the largest allowed value, and a text if it comes from the guard of the scenario."""
+    """Return the largest allowed value. If the guard of the scenario determines it, also return a text."""
     if guard is None or recorded is None:
         return limit, ""
     most = max(guard * abs(recorded), ROUNDING)
@@ -96,7 +97,7 @@ MOST_SAID = 3  # metrics in the repr
 
 @dataclass(frozen=True)
 class LoopFigures:
-    """Margins of the linearised loop of a case, for its nominal slope; None if it is unstable.
+    """Margins of the linearised loop of a case for its nominal slope. For an unstable loop they are None.
 
     Attributes
     ----------
@@ -104,7 +105,7 @@ class LoopFigures:
     Ms_db : float or None
         Peak of the sensitivity (dB).
     delay_steps : float or None
-        Delay margin beyond the delay of the case (steps); may be infinite.
+        Delay margin in addition to the delay of the case (steps). It may be infinite.
     """
 
     stable: bool
@@ -112,7 +113,7 @@ class LoopFigures:
     delay_steps: float | None
 
     def summary(self) -> dict[str, bool | float | None]:
-        """Return the figures for machines: no delay margin is None too, because JSON has no infinity."""
+        """Return the figures as JSON types. An infinite delay margin is None, because JSON has no infinity."""
         return vars(self) | {"delay_steps": None if self.delay_steps == math.inf else self.delay_steps}
 
     def cells(self) -> list[str]:
@@ -128,20 +129,21 @@ class Result:
     ----------
     system : System
     verdicts : tuple of Verdict
-        One per metric.
+        One verdict per metric.
     lines : tuple of str
-        One per failure: scenario/case, metric, value, limit.
+        One line per failure: scenario/case, metric, value, limit.
     trace : Trace, optional
-        The signals that the case names: recorded, in loops, in metrics. All rows, or for a long run those for a plot
-        (`simulate` returns all rows, `chunks` returns them in parts). None if a unit stopped the run.
+        Signals that the case records or uses in loops and metrics. The trace has all rows; for a long run it has only
+        the rows for a plot (`simulate` returns all rows, and `chunks` returns all rows in parts). None if a unit
+        stopped the run.
     seconds : float
-        Time of the run.
+        Duration of the run (s).
     notes : tuple of str
-        Remarks that are not failures: discontinuities between two steps.
+        Remarks that are not failures, for example on discontinuities between two steps.
     counted : Sweeps
-        Of an iterative coupling.
+        Sweeps of an iterative coupling.
     loop : LoopFigures, optional
-        Margins of its loop; None if it has none.
+        Margins of the loop of the case; None if there are none.
     """
 
     system: System
@@ -161,7 +163,7 @@ class Result:
         )
 
     def _said(self) -> list[str]:
-        """The first metrics with their limits."""
+        """Return one line with the first metrics and their limits."""
         said = []
         for v in self.verdicts[:MOST_SAID]:
             percent = " %" if v.kind.endswith("_percent") else ""
@@ -181,16 +183,16 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        """All limits met and nothing changed against the baseline."""
+        """True if all limits are met and nothing differs from the baseline."""
         return not self.lines
 
     def failures(self) -> list[str]:
-        """One line per failure."""
+        """Return one line per failure."""
         return list(self.lines)
 
     @property
     def sweeps(self) -> dict[str, Any]:
-        """Of an iterative coupling: method, mean and largest number of sweeps in a step; else empty."""
+        """Method, mean and largest number of sweeps in a step for an iterative coupling; otherwise empty."""
         s = self.counted
         if not s.steps:
             return {}
@@ -198,7 +200,7 @@ class Result:
         return {"method": method, "mean": s.all / s.steps, "most": s.most}
 
     def summary(self) -> dict[str, Any]:
-        """For machines: verdicts, failures, seconds; sweeps of an iterative coupling."""
+        """Return verdicts, failures, seconds, and sweeps of an iterative coupling as JSON types."""
         return {
             "scenario": self.scenario,
             "case": self.case,

@@ -1,6 +1,7 @@
-"""The outputs of a run on the fine grid, or the reason why it stopped, and the rows of it that are kept or written.
+"""Outputs of a run on the fine grid, the reason of a stop, and excerpts and files of the outputs.
 
-A run comes in chunks of consecutive rows, each a `Trace`; without keeping them, memory does not grow with the run.
+A run yields chunks of consecutive rows. Each chunk is a `Trace`. If the chunks are not stored, the memory does not grow
+with the run.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ MOST_VALUES = 50_000_000  # doubles of a trace in memory
 
 
 class Stopped(Exception):
-    """A run stopped: a unit refused a step, or a value is not finite.  This is a failure, not bad input.
+    """A run stopped because a unit refused a step or a value is not finite. This is a failure, not an invalid input.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ class Stopped(Exception):
 
 @dataclass
 class Sweeps:
-    """Number of sweeps of an iterative coupling: the total, the most in a step, and the steps counted."""
+    """Number of sweeps of an iterative coupling: total, largest number in a step, and number of steps."""
 
     all: int = 0
     most: int = 0
@@ -65,13 +66,13 @@ class Trace:
         Times of the fine grid (s).
     values : array, shape (n + 1, n_values)
     columns : dict of str to int
-        Place of every output `unit.output` among the values.
+        Column of every output `unit.output` in `values`.
     ripple : int
         Fine steps in a step.
     final_states : dict of str to str
-        Hashes of the final states of every unit, where the case asks for them; in the last chunk of a run.
+        Hash of the final states of every unit, if the case requires it. Only the last chunk of a run has hashes.
     first : int
-        Fine step of the first row: above 0 in a chunk of a run.
+        Fine step of the first row. It is above 0 in later chunks of a run.
     sweeps : Sweeps
         Of an iterative coupling.
     """
@@ -86,12 +87,12 @@ class Trace:
 
     @classmethod
     def joined(cls, chunks: Iterable[Trace], n_rows: int) -> Trace:
-        """A whole run of `n_rows` rows from its `chunks`.
+        """Join the `chunks` of a run to a trace of `n_rows` rows.
 
         Raises
         ------
         InputError
-            It has more values than a trace may hold.
+            The run has more values than a trace may contain.
         """
         whole: Trace | None = None
         for chunk in chunks:
@@ -116,7 +117,7 @@ class Trace:
         return f"Trace({len(self.t)} rows to t = {self.t[-1]:g} s, {', '.join(names)})"
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return a data frame: index ``t [s]``, a column for each output ``unit.output``.
+        """Return a data frame with the index ``t [s]`` and a column for each output ``unit.output``.
 
         Raises
         ------
@@ -138,7 +139,7 @@ MOST_ROWS = 1 << 17  # of a picture: a run of as many rows is kept as a whole
 
 
 class Excerpt:
-    """Stated rows of some signals.
+    """Selected rows of some signals.
 
     Parameters
     ----------
@@ -176,10 +177,10 @@ class Excerpt:
 
 
 class Picture(Excerpt):
-    """The signals that a case names: all rows of a run of at most MOST_ROWS.
+    """The signals that a case names. A run of at most MOST_ROWS rows is stored completely.
 
-    For a longer run every 2nd, 4th, ... row, and between them the rows with the lowest and the highest error of the
-    drawn metric.
+    For a longer run, every 2nd, 4th, ... row is stored. Between these rows, the rows with the smallest and the largest
+    error of the plotted metric are also stored.
     """
 
     def __init__(self, system: System) -> None:
@@ -205,15 +206,15 @@ class Picture(Excerpt):
 
 
 def drawn(case: Case) -> MetricSpec | None:
-    """The metric whose error is drawn."""
+    """Return the metric whose error is plotted."""
     return next((m for m in case.metrics.values() if m.against is not None and m.kind.endswith("_percent")), None)
 
 
 @contextmanager
 def row_file(path: str | Path, system: System) -> Iterator[Callable[[Trace], None]]:
-    """Write columns t (s) and every output of the system; yield what takes the chunks of rows in turn.
+    """Write a file with t (s) and every output of the system. Yield a function that receives the chunks of rows.
 
-    The file appears when the run has come to its end.
+    The file appears when the run ends.
     """
     with written(path) as file:
         file.write(csv_head(["t", *system.columns]).encode())

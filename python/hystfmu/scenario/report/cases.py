@@ -1,4 +1,4 @@
-"""Cases on a page: diagrams of one, the worst and the best first, and the matrix of scenarios and cases."""
+"""Cases on a page: diagrams of the worst and the best case, and the matrix of scenarios and cases."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from hystfmu.scenario.system.system import System
 
 
 def case_plots(system: System, trace: Trace) -> list[Plot]:
-    """Plots of a case in the report: the error first, then loops, then signals, with one unit of measure each."""
+    """Return the plots of a case: first the error, then loops, then signals. A plot has one unit of measure."""
     case = system.case
     after = min((m.after for m in case.metrics.values()), default=0.0)
     window = trace.t >= after
@@ -54,7 +54,7 @@ def error_of(trace: Trace, tracked: MetricSpec) -> tuple[Array, Array]:
 
 
 def value_label(system: System, signals: Sequence[str]) -> str:
-    """Return the label of an axis of signals: their unit of measure, if they share one that is stated."""
+    """Return the label of an axis of signals: their common unit of measure, if there is one."""
     units = {unit_of(system, s) for s in signals}
     return label("value", units.pop() if len(units) == 1 else "")
 
@@ -70,7 +70,7 @@ LOW, TALL = 130, 250  # curves that cannot be told apart, and under them the mai
 
 
 def main_verdict(r: Result) -> Verdict | None:
-    """Return the main metric of a case: the one whose error is drawn, or the first; None if the case stopped."""
+    """Return the main metric of a case: the plotted metric, or the first metric; None if the case stopped."""
     if not r.verdicts:
         return None
     tracked = drawn(r.system.case)
@@ -86,7 +86,7 @@ def nearness(r: Result) -> tuple[bool, float]:
 
 
 def word_of(r: Result) -> str:
-    """Return the verdict on a case in a word or two."""
+    """Return the verdict on a case in one or two words."""
     if r.passed or not r.verdicts:
         return "ok" if r.passed else "stopped"
     if all(v.within for v in r.verdicts):
@@ -142,7 +142,7 @@ def _plots(r: Result) -> list[Plot]:
 
 
 def _around(wanted: np.ndarray, at: int) -> slice:
-    """Return the rows between turns of the reference before and after a row."""
+    """Return the rows between the turn of the reference before a row and the turn after this row."""
     steps = np.diff(wanted)
     moving = np.flatnonzero(steps)
     turns = moving[1:][np.diff(np.sign(steps[moving])) != 0]
@@ -162,12 +162,12 @@ CAPTION = (
 
 
 def place(r: Result) -> str:
-    """Return the identity of a case on the page."""
+    """Return the id of a case on the page."""
     return escape(f"{r.scenario}/{r.case}")
 
 
 def matrix(results: Sequence[Result]) -> str:
-    """Return a table of cases and scenarios as HTML, rows and columns with most entries first.
+    """Return a table of cases and scenarios as HTML. Rows and columns with most entries are first.
 
     The longer side is vertical.
     """
@@ -207,7 +207,7 @@ def linked(r: Result) -> str:
 
 
 def _curve(r: Result) -> str:
-    """Draw the error; nothing if there is none, or if it is not finite."""
+    """Plot the error; nothing if there is no error, or if it is not finite."""
     tracked = drawn(r.system.case)
     if r.trace is None or tracked is None or tracked.against is None:
         return ""
@@ -225,8 +225,8 @@ def _curve(r: Result) -> str:
 def case_table(results: Sequence[Result], curves: bool, shown: Set[str]) -> str:
     """Return the cases of a scenario with all metrics, limits and margins as HTML.
 
-    With `curves` a cell shows the curve of the error and links to the case. `shown` has the link targets of the cases
-    with a section of their own; other cases have the row itself.
+    With `curves`, a cell shows the curve of the error and links to the case. `shown` contains the link targets of the
+    cases with their own section. For any other case, the link target is its row.
     """
     metrics = {v.metric: r.system.case.metrics[v.metric] for r in results for v in r.verdicts}
     names = [label(k, unit_of_metric(results[0].system, m)) for k, m in metrics.items()]
@@ -252,7 +252,7 @@ def _row(r: Result, metrics: Sequence[str], loops: bool, curves: bool, shown: bo
 
 
 def _metric(v: Verdict | None, fails: bool) -> str:
-    """Return value and limit, with the verdict as the sign between them. `fails`: a change is a failure."""
+    """Return value and limit; the sign between them shows the verdict. With `fails`, a change is a failure."""
     if v is None:
         return "<td></td>"
     good = v.within and not (fails and v.same is False)

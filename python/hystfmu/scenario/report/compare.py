@@ -1,4 +1,4 @@
-"""Compare the report.json of two runs on one page: largest changes first, all metrics and margins, overlaid signals."""
+"""Compare the report.json of two runs on one page: metrics and margins, largest changes first, and signals."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class _Margins(pydantic.BaseModel):
     delay_steps: float | None  # none if no delay makes the loop unstable
 
     def values(self) -> dict[str, float]:
-        """Return peak and delay margin as numbers; for an unstable loop the worst possible ones."""
+        """Return peak and delay margin as numbers; for an unstable loop the worst possible values."""
         if not self.stable or self.Ms_db is None:
             return {"Ms, dB": math.inf, "delay margin, steps": 0.0}
         return {"Ms, dB": self.Ms_db, "delay margin, steps": math.inf if self.delay_steps is None else self.delay_steps}
@@ -79,10 +79,10 @@ def _read(path: str | Path) -> tuple[str, dict[str, _Case]]:
 
 
 def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> list[Change]:
-    """Write a page that compares two reports, each a report.json or its folder.
+    """Write a page that compares two reports. Each path is a report.json or the folder with this file.
 
-    Return metrics and verdicts that differ, and cases that only one report has; refuse what is no report of ``hystfmu
-    run --report``.
+    Return the differences of metrics and verdicts, and the cases that only one report has. A file that is not a report
+    of ``hystfmu run --report`` is an InputError.
     """
     (old_version, old), (new_version, new) = _read(before), _read(after)
     found: list[Change] = []
@@ -117,16 +117,16 @@ def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> l
 
 
 def _values(c: _Case | None, margins: bool) -> dict[str, float]:
-    """Return the metrics of a case, and its margins if asked for."""
+    """Return the metrics of a case, and its margins if they are required."""
     if c is None:
         return {}
     return {m.metric: m.value for m in c.metrics} | (c.margins.values() if margins and c.margins else {})
 
 
 def _largest_first(found: Sequence[Change]) -> list[Change]:
-    """Sort by the relative change, verdicts first by that of their case.
+    """Sort changes by their relative size. Verdicts are first, sorted by the largest change of their case.
 
-    A metric that only one run has counts as the largest change.
+    A metric that only one run has is the largest change.
     """
 
     def share(c: Change) -> float:
@@ -141,7 +141,7 @@ def _largest_first(found: Sequence[Change]) -> list[Change]:
 
 
 def _answer(found: Sequence[Change], same: Sequence[Change]) -> str:
-    """Say what changed in a sentence."""
+    """Return a sentence on the changes."""
     verdicts = [c for c in found if c.what == "verdict"]
     figures = len(found) - len(verdicts)
     if not found:
@@ -160,7 +160,7 @@ def _table(changes: Sequence[Change], caption: str = "") -> Table:
 
 
 def _drawn(title: str, a: _Case | None, b: _Case | None) -> str:
-    """Draw the signal that changed most, old over new, with the difference under it; empty without one."""
+    """Plot the most changed signal: old and new in one plot, the difference below; empty if there is no such signal."""
     times = a.signals.get("t") if a is not None else None
     if a is None or b is None or times is None or times != b.signals.get("t"):
         return ""

@@ -1,6 +1,6 @@
-"""A loop on a page: its order, step and delays in tables, and its hysteretic units, whose input the reader moves.
+"""A loop on a page: order, step and delays in tables, and hysteretic units whose input the reader can change.
 
-The delay budget has every hold and every delayed value, from order, wiring and rates.
+The delay budget lists every hold and every delayed value. It follows from order, connections and rates.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from hystfmu.scenario.system.system import Link, Part, System
 
 @dataclass(frozen=True)
 class Delay:
-    """Delay of a signal: `steps` of the base step, on the connection or in the unit `where`."""
+    """Delay of a signal in base steps (`steps`). `where` is the connection or the unit of this delay."""
 
     where: str
     steps: float
@@ -33,12 +33,13 @@ class Delay:
 
 
 def delay_budget(system: System) -> list[Delay]:
-    """Every delay in the system, from coupling, order, wiring and rates: held values, delay blocks, the command.
+    """Return every delay in the system: held values, delay blocks, and the command.
 
-    A connection to a unit that is earlier in the order carries the value of the last step; with Jacobi coupling every
-    connection does, with iterative coupling none. For a unit without direct feed-through (a plant with dynamics) this
-    value is the command since its sample: there is no delay except the hold. For a unit with direct feed-through it is
-    one step late. A straight line through the last two values compensates both to first order.
+    A connection to an earlier unit in the order carries the value of the previous step. With Jacobi coupling, this is
+    so for every connection; with iterative coupling, for no connection. For a unit without direct feed-through (a plant
+    with dynamics), this value is the command since its sample, and the only delay is the hold. For a unit with direct
+    feed-through, the value is one step late. A straight line through the last two values compensates hold and delay to
+    first order.
     """
     owner, names, ripple = system.owners, system.names, system.case.ripple
     found: list[Delay] = []
@@ -105,10 +106,10 @@ DIVERGED = 1e9  # no input of a stable loop, in any unit of measure
 
 
 def loop_explorer(systems: Sequence[System]) -> Section | None:
-    """Return the part of a page for the hysteretic units of systems with equal units of measure at their ports.
+    """Return the explorer of a page for the hysteretic units of systems with equal units of measure at their ports.
 
-    None without such units. A unit that differs from another only in values is omitted, because the reader can change
-    the values.
+    The result is None if there are no such units. A unit that differs from another unit only in values is omitted,
+    because the reader can change the values.
     """
     models: dict[str, Explored] = {}
     ports: tuple[str, str] | None = None
@@ -140,7 +141,7 @@ def _hysteretic(system: System) -> Iterator[Part]:
 
 
 def _plants(system: System) -> list[Part]:
-    """Return the hysteretic units of a system that drive no other hysteretic unit; none if it has foreign FMUs."""
+    """Return the hysteretic units that drive no other hysteretic unit; empty for a system with foreign FMUs."""
     if system.foreign:
         return []
     inverses = [_before(system, part) for part in _hysteretic(system)]
@@ -148,7 +149,7 @@ def _plants(system: System) -> list[Part]:
 
 
 def _before(system: System, part: Part) -> Part | None:
-    """Return the hysteretic unit that drives `part`, by itself or through units of one input: delay, converter."""
+    """Return the hysteretic unit that drives `part`, directly or through units with one input (delay, converter)."""
     hysteretic, passed = list(_hysteretic(system)), [part]
     while (link := _link(system, passed[-1])) is not None:
         maker = system.maker(link)
@@ -169,14 +170,16 @@ def _link(system: System, part: Part) -> Link | None:
 
 
 def _inverse(system: System, part: Part) -> Graph | None:
-    """Return the graph of the inverse in front of `part`; None if there is none with only the wanted output as
-    input."""
+    """Return the graph of the inverse in front of `part`.
+
+    Return None if there is no inverse whose only input is the wanted output.
+    """
     found = _before(system, part)
     return found.own if found is not None and len(found.inputs) == 1 else None
 
 
 def _range(system: System, part: Part) -> tuple[float, float] | None:
-    """Return the range of the first input of `part` in a run; None if it does not move, or the loop is unstable."""
+    """Return the range of the first input of `part` in a run; None if it is constant or the loop is unstable."""
     link = _link(system, part)
     if link is None:
         return None

@@ -1,7 +1,8 @@
-"""Write report.html and report.json of scenarios: a self-contained page, and the same results as data.
+"""Write report.html and report.json of scenarios. The two files contain the same results, as page and as data.
 
-The page shows the worst and the best case first, then all cases in a matrix.  Every scenario follows with its metrics,
-order, step and delays, and its cases with loops, signals and the tracking error, including the error between samples.
+The page first shows the worst and the best case, then all cases in a matrix. A section for each scenario follows, with
+metrics, order, step and delays. The section shows the cases with loops, signals and the tracking error, including the
+error between samples.
 """
 
 from __future__ import annotations
@@ -38,10 +39,10 @@ def write_report(
     lead: str = "",
     more: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write report.html, whose path is returned, and report.json.
+    """Write report.html and report.json, and return the path of report.html.
 
-    Sections stand before the scenarios, `lead`, the answer in a sentence, below the title (by default the names of the
-    scenarios); `more` are further entries of report.json.
+    The extra sections are in front of the scenarios. `lead` is the answer in a sentence, below the title. The default
+    title is the names of the scenarios. `more` contains further entries of report.json.
     """
     directory = Path(directory)
     title = title or _title(results)
@@ -69,7 +70,7 @@ def _title(results: Sequence[Result]) -> str:
 
 
 def _verdict(results: Sequence[Result]) -> str:
-    """Say how many cases passed, and what failed."""
+    """Return the number of passed cases, and the failures, as HTML."""
     passed = sum(r.passed for r in results)
     good = passed == len(results)
     said = (
@@ -86,7 +87,7 @@ def _verdict(results: Sequence[Result]) -> str:
 
 
 def _scenarios(results: Sequence[Result]) -> list[str]:
-    """Return the matrix, if there are several scenarios, and a section for each of them."""
+    """Return a section for each scenario, after the matrix if there are several scenarios."""
     groups: dict[str, list[Result]] = {}
     for r in results:
         groups.setdefault(r.scenario, []).append(r)
@@ -103,8 +104,10 @@ def _scenarios(results: Sequence[Result]) -> list[str]:
 
 
 def _drawings(results: Sequence[Result]) -> dict[str, str]:
-    """Return the diagrams of cases by their link target: all, or as many as fit, those nearest to their limits
-    first."""
+    """Return the diagrams of cases by their link target.
+
+    If there are too many cases, only the cases nearest to their limits have diagrams.
+    """
     first = {r.scenario: r for r in sorted(results, key=nearness)}  # the worst of each scenario
     ordered = sorted(results, key=lambda r: (first[r.scenario] is r, nearness(r)), reverse=True)
     found: dict[str, str] = {}
@@ -140,7 +143,7 @@ def _scenario(results: Sequence[Result], drawings: dict[str, str], unfolded: Set
 
 
 def _case(r: Result, drawing: str, usual: Sequence[Sequence[object]], unfolded: Set[str]) -> str:
-    """Return the content of a case besides its metrics: diagrams, own delays, sweeps; often nothing."""
+    """Return the further content of a case: diagrams, own delays, sweeps; often empty."""
     s, rows = r.sweeps, loop_rows(r.system)
     counted = f"<p>{s['mean']:.3g} sweeps per step, at most {s['most']} ({METHODS[s['method']]})</p>" if s else ""
     other = table(Table(("loop", "of this case"), [row for row in rows if row not in usual])) if rows != usual else ""

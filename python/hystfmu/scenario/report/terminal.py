@@ -17,7 +17,7 @@ WORST = ("largest Ms dB", "least delay margin, steps")
 def verdicts(results: Sequence[Result]) -> str:
     """Return one line per case, or per scenario if there are several, followed by notes and failures.
 
-    The metric beside the verdict is the one that is nearest to its limit, or beyond it.
+    The line shows the metric that is nearest to its limit or farthest above its limit.
     """
     groups: dict[str, list[Result]] = {}
     for r in results:
@@ -51,7 +51,7 @@ def verdicts(results: Sequence[Result]) -> str:
 
 
 def every_metric(results: Sequence[Result]) -> str:
-    """Tabulate every metric of every case with its limit and its baseline."""
+    """Return a table of every metric of every case with limit and baseline."""
     rows = [
         [
             r.scenario,
@@ -67,9 +67,9 @@ def every_metric(results: Sequence[Result]) -> str:
 
 
 def decisive(result: Result) -> Verdict | None:
-    """Return the metric that is nearest to its limit or farthest beyond it; without limits the first metric.
+    """Return the metric that is nearest to its limit or farthest above it; the first metric if there are no limits.
 
-    None if a unit stopped the run, so that nothing was measured.
+    Return None if a unit stopped the run, because there are no metrics then.
     """
     limited = [v for v in result.verdicts if v.limit is not None or not v.within]
     return max(limited, key=_ratio, default=None) or next(iter(result.verdicts), None)
@@ -97,7 +97,7 @@ def _cells(v: Verdict | None) -> list[str]:
 
 
 def _worst(results: Sequence[Result]) -> list[str]:
-    """Return the largest peak and the least delay margin of the loops of cases as text; empty without loops."""
+    """Return the largest peak and the smallest delay margin of the loops of cases as text; empty without loops."""
     loops = [r.loop for r in results if r.loop is not None]
     if not loops:
         return ["", ""]
@@ -118,7 +118,7 @@ def _shortened(failures: Sequence[str]) -> list[str]:
 
 
 def changes(found: Sequence[Change], none: str = "the baseline does not change") -> str:
-    """Tabulate changes: old value, new value, change in percent of the old value; return `none` without changes."""
+    """Return a table of changes: old value, new value, change in percent; return `none` if there are no changes."""
     if not found:
         return none
 

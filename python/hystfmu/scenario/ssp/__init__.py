@@ -1,1 +1,1 @@
-"""SSP archives: write a scenario as one, read and run those of other tools."""
+"""SSP archives: write a scenario as an archive, and read and run archives of other tools."""

@@ -1,4 +1,4 @@
-"""A closed loop with foreign FMUs as one FMU: a container that steps own and foreign FMUs in the stated order.
+"""A closed loop with foreign FMUs as one FMU. This container steps own and foreign FMUs in the stated order.
 
 Neighbouring own units between foreign FMUs are joined to one FMU. The units are unpacked in `resources/units`. The
 binary is the master loop of `fmu_build/master` with function pointers, and `resources/system.txt` lists the connections
@@ -38,7 +38,7 @@ _LETTERS = {
     **{"Int64": "q", "UInt64": "Q"},
 }
 _OUTSIDE = {"b": _WHOLE, "B": _WHOLE, "h": _WHOLE, "H": _WHOLE, "e": _WHOLE, _WHOLE: _WHOLE, _TRUTH: _TRUTH}
-"""The type of an output of the container: what FMI 2.0 has for its values, else Real."""
+"""Return the type of an output of the container: the type in FMI 2.0 for its values, else Real."""
 _ELEMENTS = {_REAL: "Real", _WHOLE: "Integer", _TRUTH: "Boolean"}
 
 
@@ -51,13 +51,13 @@ class _Variable:
     reference: int
     elements: tuple[str, ...]
     described: Any
-    """Its description in a foreign FMU; None in ours, where all are real numbers."""
+    """Description of the variable in a foreign FMU; None in an own FMU, where all variables are real numbers."""
 
 
 def container_fmu(system: System, name: str) -> bytes:
-    """The archive of an FMU 2.0 for Co-Simulation; `name` is that of the model, and its identifier.
+    """Return the archive of an FMU 2.0 for Co-Simulation. `name` is the name and the identifier of the model.
 
-    Refused: a coupling or a unit that a container does not support, and a package without the binary.
+    An InputError is raised if a container does not support the coupling or a unit, or if the package has no binary.
     """
     _check(system)
     binary = PACKAGE / f"_container.{host().suffix}"
@@ -107,7 +107,7 @@ def _fmi(part: Part) -> Literal[2, 3]:
 
 
 def _letter(described: Any, fmi: int) -> str | None:
-    """The letter of a type; None if the container does not support the type."""
+    """Return the letter of a type; None if the container does not support the type."""
     if described is None:
         return _REAL
     if described.type == "Enumeration":
@@ -128,7 +128,7 @@ def _variables(part: Part, kind: str) -> list[_Variable]:
 
 
 def _unit(system: System, k: int, files: dict[str, bytes]) -> list[str]:
-    """The lines of a unit; its files are added to `files`."""
+    """Return the lines of a unit, and add the files of the unit to `files`."""
     part = system.parts[k]
     told: dict[bool, list[str]] = {True: [], False: []}
     if isinstance(part.graph, Foreign):
@@ -188,7 +188,7 @@ def _foreign(system: System, part: Part, files: dict[str, bytes]) -> tuple[str, 
 
 
 def _own(part: Part, step: float, files: dict[str, bytes]) -> tuple[str, str, str]:
-    """A graph as an FMU of its version of the standard; all of ours share one binary."""
+    """Return a graph as an FMU of its version of the standard. All own FMUs share one binary."""
     graph = part.own.with_step(step)
     ((path, binary),) = binaries(2, "hystfmu", "host").items()
     library = f"own/{path.rpartition('/')[2]}"
@@ -198,7 +198,7 @@ def _own(part: Part, step: float, files: dict[str, bytes]) -> tuple[str, str, st
 
 
 def _told(system: System, part: Part, v: Any, reference: int, values: Sequence[Any]) -> str:
-    """A value that is set once; `v` describes its variable in a foreign FMU."""
+    """Return the line of a value that is set once. `v` describes its variable in a foreign FMU."""
     letter = _letter(v, _fmi(part))
     if letter is None:
         raise InputError(f"{system.case.where}: {part.name}.{v.name}: a container sets no values of type {v.type}")
@@ -216,7 +216,7 @@ def _told(system: System, part: Part, v: Any, reference: int, values: Sequence[A
 
 
 def _types(system: System) -> list[str]:
-    """The type of every value as an output of the container."""
+    """Return the type of every value as an output of the container."""
     letters = [v.letter for p in system.parts for v in _variables(p, "output") for _ in v.elements]
     return [_OUTSIDE.get(letter, _REAL) for letter in letters]
 

@@ -1,9 +1,9 @@
-"""A case as readers of an SSP archive run it, and its difference from the case itself.
+"""A case in the form in which readers of an SSP archive run it, and its difference from the original case.
 
-fmpy, libcosim, ecos and containers of fmu-manipulation-toolbox step all components in parallel, with the values of the
-last step (Jacobi), with one step size and without events within steps. During the initialisation, libcosim and ecos
-pass outputs on repeatedly, also to components that are earlier in the order. Neighbouring units are joined to one
-component each, so that readers keep their order.
+fmpy, libcosim, ecos and containers of fmu-manipulation-toolbox step all components in parallel with the values of the
+previous step (Jacobi). They use one step size and no events within steps. During the initialisation, libcosim and ecos
+pass outputs on repeatedly, including to components that are earlier in the order. Therefore neighbouring units are
+joined to one component, so that readers keep the order of these units.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from hystfmu.scenario.system.system import System
 
 
 def as_readers_run(case: Case) -> Case:
-    """The case with Jacobi coupling at the base step.
+    """Return the case with Jacobi coupling at the base step.
 
-    Iterative coupling, units of different rates, substeps and a first-order hold are refused: no reader implements
-    them.
+    Iterative coupling, units of different rates, substeps and a first-order hold are an InputError, because no reader
+    implements them.
     """
     if case.coupling.scheme == "iterative":
         raise InputError(f"{case.where}: the coupling is iterative: no reader of SSP archives iterates")
@@ -45,9 +45,9 @@ def as_readers_run(case: Case) -> Case:
 
 
 def run_as_readers(system: System) -> Trace:
-    """The trajectory of a case that `as_readers_run` made, from initial values that agree with each other.
+    """Return the trajectory of a case from `as_readers_run`, with consistent initial values.
 
-    An InputError says that it does not reach the end, or that its units have no consistent initial values.
+    An InputError means that the run does not reach its end, or that the units have no consistent initial values.
     """
     try:
         begins, short = system.starts(), replace(system.case, stop=0.0)
@@ -64,10 +64,11 @@ def run_as_readers(system: System) -> Trace:
 
 
 def differences(case: Case, names: Mapping[str, str], trace: Trace) -> dict[str, float]:
-    """Largest difference between the trajectory of an archive and that of the case, by recorded output.
+    """Return the largest difference between the trajectories of archive and case, for each recorded output.
 
-    `names` has the name of each output of the case in the archive.  Return percent of the span of the output in the
-    case; of its largest value if it is constant.  A case that does not run is Stopped.
+    `names` contains the name of each output of the case in the archive. The difference is in percent of the span of the
+    output in the case. For a constant output, it is in percent of the largest value. Stopped is raised if the case does
+    not run.
     """
     own = simulate(build(case), "native")
     found = {}
@@ -79,9 +80,9 @@ def differences(case: Case, names: Mapping[str, str], trace: Trace) -> dict[str,
 
 
 def _groups(system: System) -> list[tuple[int, ...]]:
-    """Groups of neighbours between foreign FMUs.
+    """Return groups of neighbours between foreign FMUs.
 
-    Smaller groups if a group would have an algebraic loop within one graph.
+    A group is split if it would have an algebraic loop within one graph.
     """
     found: list[tuple[int, ...]] = []
     for foreign, run in groupby(range(len(system.parts)), lambda k: isinstance(system.parts[k].graph, Foreign)):
@@ -98,9 +99,10 @@ def _groups(system: System) -> list[tuple[int, ...]]:
 
 
 def joined(system: System) -> tuple[Case, dict[str, str]]:
-    """Return the case of a system with one step in which neighbours that can step as one graph are one unit.
+    """Return the case of a system with one step. Neighbours that can step as one graph become one unit.
 
-    Outputs are called `unit_output`, and so are recorded signals; return their names by those of the system, too.
+    Outputs and recorded signals have names of the form `unit_output`. Also return these names by the names in the
+    system.
     """
     case, groups = system.case, _groups(system)
     units: dict[str, UnitSpec] = {}

@@ -1,7 +1,7 @@
-"""Elements of an SSP archive: parameter sets (SSV) with types, and connections with equal units of measure.
+"""Elements of an SSP archive: parameter sets (SSV) with types, and connections without unit conversion.
 
 Readers convert between the units of measure of two connectors (SSP 1.0, section 4.5.2) unless the connection suppresses
-it. HystFMU does not convert, so a connection that needs a conversion is refused.
+the conversion. HystFMU does not convert. Therefore a connection that needs a conversion is an InputError.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ _NO_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 def changes(part: Part, where: str) -> dict[str, SetValue]:
     """Return the parameters and constant inputs of a unit that differ from the start values of its FMU.
 
-    Start values of a foreign FMU cannot be changed; in own FMUs they are written directly, so nothing remains. A value
-    that a parameter set cannot contain is refused.
+    Start values of a foreign FMU cannot be changed. The start values of own FMUs are written directly, so that an own
+    FMU has no such parameters. A value that a parameter set cannot contain is an InputError.
     """
     if not isinstance(part.graph, Foreign):
         return {}
@@ -44,7 +44,7 @@ def changes(part: Part, where: str) -> dict[str, SetValue]:
 
 
 def _typed(unit: str, v: Any, value: Any) -> SetValue:
-    """A value as the type of its variable: a float, an int of 32 bits, a bool or a str."""
+    """Convert a value to the type of its variable: a float, an int of 32 bits, a bool or a str."""
     if isinstance(value, list):
         raise InputError(f"{unit}.{v.name}: the value of an array has no place in an SSP")
     if isinstance(value, str):
@@ -82,8 +82,8 @@ _End = tuple[str | None, str | None]
 def connections(root: ET.Element, system: ET.Element, units: Container[str | None], wrong: _Wrong) -> dict[str, str]:
     """Return the output that drives each connected input, as `unit.connector`.
 
-    `units` are the names of the components; `wrong` converts a sentence to an error: for a connection without a
-    connector, with a transformation or a conversion of units, or to an input that is already connected.
+    `units` contains the names of the components. `wrong` converts a sentence to an error. An error is raised for a
+    connection without a connector, with a transformation or a unit conversion, or to a connected input.
     """
     found: dict[str, str] = {}
     kinds: dict[_End, str | None] = {}
@@ -118,7 +118,7 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
 
 
 def _same(root: ET.Element, one: str | None, other: str | None) -> bool:
-    """Return whether a number means the same in both units; a missing unit counts as that of the other end."""
+    """Return whether a number has the same meaning in two units. A missing unit equals the unit of the other end."""
     meanings = [_meaning(root, unit) for unit in (one, other)]
     plain = ((0,) * len(_EXPONENTS), 1.0, 0.0)
     return None in (one, other) or plain in meanings or (meanings[0] is not None and meanings[0] == meanings[1])

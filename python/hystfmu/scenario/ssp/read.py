@@ -1,6 +1,7 @@
-"""Read a foreign SSP archive: FMUs, connections and parameter sets become a case that the engines run.
+"""Read a foreign SSP archive, and convert FMUs, connections and parameter sets to a case for the engines.
 
-SSP 1.0 and 2.0, one flat system of FMUs for Co-Simulation. Unsupported elements are refused, never ignored.
+Supported are SSP 1.0 and 2.0 with one flat system of FMUs for Co-Simulation. An unsupported element is an InputError;
+it is never ignored.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ TOLERANCE = 1e-9  # of the largest value of a signal: other platforms have the s
 
 @dataclass(frozen=True)
 class Ssp:
-    """The case of an archive, and the reference result in it (`signals` by rows, `t` first), or None."""
+    """The case of an archive, and the reference result in the archive (`signals` by rows, `t` first), or None."""
 
     case: Case
     signals: tuple[str, ...]
@@ -45,9 +46,9 @@ class Ssp:
 
 
 def read_ssp(path: str | Path, step: float | None = None, stop: float | None = None) -> Ssp:
-    """Unpack and read an SSP archive; `step` and `stop` (s) replace the values in the file.
+    """Unpack and read an SSP archive. `step` and `stop` (s) replace the values in the file.
 
-    What is refused is one line with the file, the element, the rule and the value.
+    An InputError states file, element, rule and value in one line.
     """
     folder = unpacked(path, "SystemStructure.ssd")[0]
     try:
@@ -136,7 +137,7 @@ class _Reader:
         return value
 
     def _whole(self, text: str, what: str) -> float:
-        """Return an integer exactly as written, because a float cannot represent all 64 bits."""
+        """Return the exact integer of a text. A float cannot represent all integers of 64 bits."""
         number = self._number(text, what)
         return int(text) if re.fullmatch(r"\s*[+-]?[0-9]{1,20}\s*", text) else number
 
@@ -164,7 +165,7 @@ class _Reader:
         return units
 
     def _place(self, name: str, source: str) -> str:
-        """Return the path of an FMU in the archive; its `source` is a URI, in which a space may be %20."""
+        """Return the path of an FMU in the archive. `source` is a URI, in which a space may be %20."""
         inside = source if (self._folder / source).is_file() else unquote(source)
         file = self._folder / inside
         if not (file.is_file() and file.resolve().is_relative_to(self._folder.resolve())):
@@ -172,7 +173,7 @@ class _Reader:
         return inside
 
     def _divided(self, name: str, place: str, given: Mapping[str, _Given]) -> tuple[dict[str, float], dict[str, Any]]:
-        """Return constant inputs and parameters; none is in another unit of measure than its variable."""
+        """Return constant inputs and parameters. Each value is in the unit of measure of its variable."""
         if not given:
             return {}, {}
         foreign = Foreign.load(self._folder / place)

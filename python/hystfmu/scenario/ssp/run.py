@@ -1,4 +1,4 @@
-"""Run a foreign SSP archive and compare it with the reference result in it."""
+"""Run a foreign SSP archive, and compare the result with the reference result in the archive."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from hystfmu.scenario.system.system import System
 
 @dataclass(frozen=True)
 class SspRun:
-    """Outcome of a run of an archive.
+    """Result of a run of an archive.
 
     Attributes
     ----------
     path : path
     rows, outputs : int
-        Size of the result; 0 if the run stopped.
+        Numbers of rows and outputs; 0 if the run stopped.
     compared : tuple of str
         Signals that were compared with the reference result.
     faults : tuple of str
-        One line for each signal that differs, or why the run stopped.
+        One line for each signal that differs, or the reason why the run stopped.
     """
 
     path: str | Path
@@ -67,7 +67,7 @@ class SspRun:
 def _prepared(
     path: str | Path, coupling: Scheme | None, step: float | None, stop: float | None, settings: Mapping[str, Any]
 ) -> tuple[Ssp, Case, Array | None]:
-    """Return the archive, its case with this coupling and these settings, and the reference if it belongs to them."""
+    """Return archive, case and reference. The reference is None if it is for another coupling or other settings."""
     ssp = read_ssp(path, step, stop)
     if not settings and coupling in (None, ssp.case.coupling.scheme):
         return ssp, ssp.case, ssp.reference
@@ -78,7 +78,7 @@ def _prepared(
 
 
 def _built(path: str | Path, case: Case) -> System:
-    """Build the case; errors name files of the archive by their places in it."""
+    """Build the case. Errors name the files by their paths in the archive."""
     try:
         system = build(case)
     except InputError as e:
@@ -92,7 +92,7 @@ def _built(path: str | Path, case: Case) -> System:
 def _held_against(
     path: str | Path, case: Case, signals: tuple[str, ...], reference: Array | None, trace: Trace
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The signals that were compared, and one line for each that differs; the trace may end after the reference."""
+    """Return the compared signals, and a line for each that differs. The trace may be longer than the reference."""
     if reference is None:
         return (), ()
     rows = min(len(reference), len(trace.t))
@@ -125,10 +125,10 @@ def run_ssp(
     progress: Callable[[float], None] = silent,
     settings: Mapping[str, Any] | None = None,
 ) -> SspRun:
-    """Run an archive, and compare it with the reference in it if there is one for this step and coupling.
+    """Run an archive, and compare it with its reference if there is one for this step and coupling.
 
-    Rows are written to the file `out` during the run, and only as many rows as the reference has are kept. `progress`
-    is called with the fraction done. `settings` override parameters, ``{"component.parameter": value}``.
+    Rows are written to the file `out` during the run. The memory contains only the rows that the reference has.
+    `progress` is called with the fraction done. `settings` override parameters, ``{"component.parameter": value}``.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop, settings or {})
     system, run = _built(path, case), Run(engine, coupling, seconds, confined=confined)

@@ -1,9 +1,9 @@
 """A scenario as a System Structure and Parameterization archive (SSP 1.0 and 2.0), which other simulators run.
 
 All components are FMUs. The start values of own FMUs are the values of the case, because several readers do not support
-parameter sets (SSV) of components. Readers step all components in parallel, with the values of the last step and one
-step size. The reference result, `extra/org.hystfmu/reference.csv`, is computed in the same way. Step and coupling are
-stored as annotations.
+parameter sets (SSV) of components. Readers step all components in parallel, with the values of the previous step and
+one step size. The reference result `extra/org.hystfmu/reference.csv` is computed in this way. Annotations contain step
+and coupling.
 """
 
 from __future__ import annotations
@@ -46,12 +46,12 @@ for _prefix, _name in (("ssd", SSD), ("ssc", SSC), ("ssv", SSV), ("osp", OSP), (
 
 @dataclass(frozen=True)
 class Written:
-    """An archive that was written."""
+    """A written archive."""
 
     path: Path
     components: int
     differences: dict[str, float]
-    """Between the reference in the archive and the case itself: the largest one by recorded output (% of span)."""
+    """Largest difference between reference and case for each recorded output (% of span)."""
 
 
 def write_ssp(
@@ -70,20 +70,20 @@ def write_ssp(
     path : path
     version : {"1.0", "2.0"}
     system_connectors : bool
-        Give the system an output for every recorded signal.  libcosim and ecos reject connectors of the system.
+        Whether the system has an output for every recorded signal. libcosim and ecos reject connectors of the system.
     fmi : {2, 3}
-        Version of the FMUs of our units.
+        FMI version of the own units.
     separate : bool
-        Make every unit a component. By default, neighbours that can step as one graph are one component, which keeps
-        the order of the case in every reader.
+        Whether every unit is a component. If False, neighbours that can step as one graph are one component, so that
+        every reader keeps the order of the case.
 
     Raises
     ------
     InputError
-        A coupling that no reader implements, a case that does not run with the coupling of the readers, or a file that
-        cannot be written.
+        No reader implements the coupling, the case does not run with the coupling of the readers, or a file cannot be
+        written.
     Stopped
-        The case itself does not run.
+        The case does not run.
     """
     system = build(as_readers_run(case))
     names = {end: end for end in system.columns}
@@ -108,16 +108,17 @@ def write_ssp(
 
 
 def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
-    """Write a case as one FMU that steps its units in the scenario's order.
+    """Write a case as one FMU that steps its units in the order of the scenario.
 
-    Without foreign FMUs it is one graph, with Model Exchange and saved states; its description states the largest
-    difference to the case, which has finer steps and events inside them.  With foreign FMUs it is a container of FMUs.
+    Without foreign FMUs, the FMU contains one graph, and supports Model Exchange and saved states. Its description
+    states the largest difference from the case, which has finer steps and events within steps. With foreign FMUs, the
+    FMU is a container of FMUs.
 
     Raises
     ------
     InputError
-        Of a graph: units of different rates, an algebraic loop, a case that does not reach its end. Of a container: a
-        version other than FMI 2.0, or an unsupported unit or coupling. A file that cannot be written.
+        For a graph: the units have different rates or an algebraic loop, or the case does not reach its end. For a
+        container: the version is not FMI 2.0, or a unit or the coupling is not supported. The file cannot be written.
     """
     from hystfmu.fmu.write.export import export_fmu
 
@@ -153,13 +154,13 @@ def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], c
 
 
 def _handed(system: System, trace: Trace) -> dict[tuple[str, str], float]:
-    """Start value of each connected input for the initialisation."""
+    """Return the start value of each connected input for the initialisation."""
     ends, parts = system.names, system.parts
     return {(parts[n.to].name, parts[n.to].inputs[n.input]): float(trace[ends[n.source]][0]) for n in system.links}
 
 
 def _with_starts(part: Part, handed: dict[tuple[str, str], float], h: float) -> Graph:
-    """The graph whose inputs start with the constants of the scenario, or with the initial values of its sources.
+    """Return the graph whose inputs start with the constants of the scenario or the initial values of their sources.
 
     An importer sets only connected inputs, and fmpy and ecos set them only after the initialisation.
     """
@@ -226,7 +227,7 @@ def _connector(listed: ET.Element, name: str, kind: str, port: tuple[str, str]) 
 
 
 def _ports(system: System) -> dict[str, tuple[str, str]]:
-    """The type and the unit of measure of every input and output; "" without one."""
+    """Return type and unit of measure of every input and output; "" for a missing unit of measure."""
     found: dict[str, tuple[str, str]] = {}
     for p in system.parts:
         for port in p.graph.ports:
@@ -264,6 +265,6 @@ def _experiment(root: ET.Element, case: Case) -> None:
 
 
 def _reference(system: System, trace: Trace) -> bytes:
-    """All rows of the recorded signals; without a list those of all outputs."""
+    """Return all rows of the recorded signals; of all outputs if no signals are recorded."""
     names = list(system.case.record) or list(system.columns)
     return csv_text({"t": trace.t} | {n: trace[n] for n in names}).encode()

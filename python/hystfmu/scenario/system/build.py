@@ -26,8 +26,8 @@ def build(case: Case) -> System:
     Raises
     ------
     InputError
-        An unknown block, port or parameter, a value out of range, an input without a source, a path that leads out,
-        final states of a foreign FMU.
+        A block, a port or a parameter is unknown, a value is out of range, or an input has no source. A path leads out
+        of the folder of the scenarios. The final states of a foreign FMU are required.
     """
     parts: list[Part] = []
     columns: dict[str, int] = {}

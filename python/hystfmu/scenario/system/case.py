@@ -1,4 +1,4 @@
-"""The cases of a scenario: the overrides of every `[[case]]` on top of the scenario, checked without models.
+"""The cases of a scenario: every `[[case]]` overrides keys of the scenario. They are checked without models.
 
 The rest of the program only uses complete cases.
 """
@@ -25,14 +25,14 @@ _END = re.compile(rf"({NAME})\.({NAME})\Z")
 
 @dataclass(frozen=True)
 class Case:
-    """One variant with everything filled in."""
+    """One complete case of a scenario."""
 
     scenario: str
     about: str
     name: str
     text: str
     folder: Path | None
-    """Folder of its files; None if it was built in Python and uses the content of `attached`."""
+    """Folder of the files. None if the case was built in Python and uses the content of `attached`."""
     step: float
     stop: float
     ripple: int
@@ -46,26 +46,26 @@ class Case:
     delay: str
     tolerance: float
     overrides: dict[str, Any]
-    """From the command line: apply where the unit and the parameter exist."""
+    """Overrides from the command line. They apply if the unit and the parameter exist."""
     guard: float | None = None
     tube: TubeSpec | None = None
     final_states: bool = False
     origin: str = ""
-    """Prefix of errors: the file that the case comes from, or the name of a scenario built in Python."""
+    """Prefix of errors: the file of the case, or the name of a scenario built in Python."""
     attached: Mapping[str, Model | Foreign | Path] = field(default_factory=dict)
-    """Objects for the paths of units that name no file of the folder."""
+    """Objects for paths of units that are not files of the folder."""
 
     def __repr__(self) -> str:
         return f"Case({self.title!r}, units {', '.join(self.order)})"
 
     @property
     def title(self) -> str:
-        """`scenario/case`, as error lines and reports name it."""
+        """Title `scenario/case` for errors and reports."""
         return f"{self.scenario}/{self.name}"
 
     @property
     def description(self) -> str:
-        """Label that is unique among the cases of all scenarios, one line."""
+        """Label of one line, which is unique among the cases of all scenarios."""
         return f"scenario {self.title}" + (f": {self.about}" if self.about else "")
 
     @property
@@ -75,7 +75,7 @@ class Case:
 
 
 def split_end(end: str, where: str) -> tuple[str, str]:
-    """`unit.variable` as its two names; errors begin with `where`, file and key."""
+    """Split `unit.variable` into the two names. Errors begin with `where`, which contains file and key."""
     m = _END.match(end)
     if not m:
         raise InputError(f"{where}: must read 'unit.variable'; got {end!r}")
@@ -88,16 +88,16 @@ class Scenario:
     Parameters
     ----------
     path : path
-        The file, or the folder that holds it.
+        The file, or the folder that contains it.
     overrides : mapping of str to value
-        ``{"unit.parameter": value}`` on top of everything else, in the cases that have such a parameter.
+        Values ``{"unit.parameter": value}`` that override all other values, in the cases with this parameter.
     coupling : str, optional
-        Scheme for all cases instead of their own.
+        Coupling scheme for all cases; it replaces the schemes of the cases.
 
     Raises
     ------
     InputError
-        One line with the file, the key, the rule and the value.
+        The file is invalid. The message states file, key, rule and value in one line.
     """
 
     def __init__(
@@ -125,19 +125,19 @@ class Scenario:
         overrides: dict[str, Any] | None = None,
         coupling: Scheme | None = None,
     ) -> Scenario:
-        """The cases of a scenario without a file, or with changes.
+        """Return a scenario without a file, or with changes.
 
         Parameters
         ----------
         spec : ScenarioSpec
         origin : str
-            Beginning of every error.
+            Prefix of every error.
         attached : dict
             Models or files for paths of units that are not files of the folder.
         folder : path, optional
             Folder of the files and of the baseline.
         overrides, coupling
-            As `Scenario` takes them.
+            See `Scenario`.
         """
         made = cls.__new__(cls)
         made.folder = folder
@@ -145,7 +145,7 @@ class Scenario:
         return made
 
     def named(self, name: str | None) -> Case:
-        """Return the case called `name`; without a name the first.
+        """Return the case with this name; by default the first case.
 
         Raises
         ------
@@ -158,7 +158,7 @@ class Scenario:
         return found
 
     def changed(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> Scenario:
-        """The same scenario with other `overrides` and `coupling`, as `Scenario` takes them."""
+        """Return the scenario with other `overrides` and `coupling`, see `Scenario`."""
         return Scenario.of(self.spec, self.origin, self.attached, self.folder, overrides, coupling)
 
     def _complete(
@@ -234,7 +234,7 @@ class Scenario:
 
     @staticmethod
     def _check(case: Case, where: str) -> None:
-        """Check everything that needs no model: the order, the length of the run, the window of the metrics."""
+        """Check all properties that need no model: order, length of the run, and window of the metrics."""
         twice = {u for u in case.order if case.order.count(u) > 1}
         missing, unknown = set(case.units) - set(case.order), set(case.order) - set(case.units)
         if twice or missing or unknown:

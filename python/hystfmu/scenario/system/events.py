@@ -1,9 +1,9 @@
 """Events of references and disturbances: discontinuities, kinks and reversals, known before the run.
 
-Events between two communication points are located, and a step ends on each (`events = "located"`). A unit whose steps
-cannot be divided holds until its own grid point; a source of this kind applies its event there, and `missed` reports
-this. A discontinuity needs two step ends, the first one right before it: otherwise a unit that reads values at the end
-of its step would see the discontinuity from the beginning of this step.
+With `events = "located"`, a step ends on each event between two communication points. If the steps of a unit cannot be
+divided, the unit holds its outputs until its next grid point. A source of this kind applies its event at this grid
+point, and `missed` reports this. A discontinuity needs two step ends; the first step end is directly before it.
+Otherwise a unit that reads values at the end of its step would see the discontinuity from the beginning of this step.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ NEAR = 1e-9  # `hyst_reached` of the core counts a time as reached; of the time,
 SHORTEST = 2e-12  # s; an FMU of ours takes steps from 1e-12 s on
 
 Values = Callable[[Part, Node, str], Array]
-"""The present values of a parameter of a block of a unit."""
+"""Return the present values of a parameter of a block of a unit."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """Times (s), increasing, at which an output of a source has a discontinuity, a kink or a reversal.
+    """Increasing times (s) at which an output of a source has a discontinuity, a kink or a reversal.
 
-    `parameter` sets them, for messages; `shift` is the preview of the block (s), to which its rounding of times
-    belongs.
+    `parameter` is the name of the parameter that sets the times, for messages. `shift` is the preview of the block (s);
+    the block rounds times to this value.
     """
 
     part: Part
@@ -49,8 +49,10 @@ def in_file(part: Part, node: Node, name: str) -> Array:
 
 
 def missed(system: System) -> list[str]:
-    """Return a line for every source with a discontinuity between the steps of its unit, with the time of its
-    effect."""
+    """Return a line for every source with a discontinuity between the steps of its unit.
+
+    The line states the time at which the discontinuity takes effect.
+    """
     lines = []
     for event in _events(system, in_file):
         part = event.part
@@ -69,14 +71,14 @@ def missed(system: System) -> list[str]:
 
 
 def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
-    """Return the times at which fine steps are divided; `values` has parameters other than those of the scenario.
+    """Return the times at which fine steps are divided. `values` contains parameters that differ from the scenario.
 
     Returns
     -------
     steps : array of int64, shape (n,)
-        The fine step, from 1 on; not decreasing.
+        Fine step of each time, from 1 on, not decreasing.
     times : array, shape (n,)
-        Increasing (s), all inside their steps.
+        Increasing times (s). Each time lies inside its step.
     """
     found = [e for e in _events(system, values) if e.part.any_step] if system.case.coupling.events == "located" else []
     if not found:
@@ -110,7 +112,7 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
 
 
 def _joined(spans: list[tuple[float, float, float]]) -> Iterator[tuple[float, float, float]]:
-    """Yield (begin, end, near) of the events; events closer than the resolution of the core are joined."""
+    """Yield (begin, end, near) of the events. Events closer than the resolution of the core are joined."""
     joined: tuple[float, float, float] | None = None
     for begin, end, near in spans:
         if joined is not None and begin - joined[1] <= near:
@@ -145,7 +147,7 @@ def _inside(
 
 
 def _reference(system: System, part: Part, node: Node, values: Values) -> Iterator[Event]:
-    """Yield the events of `steps`, `triangle` and `random_reversals`; those of the preview where it is read."""
+    """Yield the events of `steps`, `triangle` and `random_reversals`, and of the preview if a unit reads it."""
     read = {end for end, place in system.columns.items() if place in {n.source for n in system.links}}
     inner = len(part.own.nodes) > 1  # connections inside a graph are not analysed
 
@@ -162,8 +164,10 @@ def _reference(system: System, part: Part, node: Node, values: Values) -> Iterat
 
 
 def _pieces(system: System, part: Part, node: Node, values: Values, begin: float, end: float) -> tuple[str, Array, str]:
-    """Return the parameter with the times of the pieces, their limits, and the lowest derivative that is discontinuous
-    there."""
+    """Return the parameter with the times of the pieces, the limits of the pieces, and a derivative.
+
+    It is the lowest derivative that is discontinuous at these times.
+    """
     (shape,) = (v for v in node.block.vars if v.name == "shape")
     kind = shape.choices[int(values(part, node, "shape")[0])]
     f = float(values(part, node, "frequency")[0])

@@ -1,6 +1,6 @@
-"""`extends` in a scenario.toml: the file states only the differences from another one; and conditions, stated once.
+"""`extends` and conditions in a scenario.toml. With `extends`, a file states only the differences from another file.
 
-Tables merge key by key; numbers, texts and lists replace.  Three rules keep the result readable:
+Tables are merged key by key. Numbers, texts and lists replace the earlier value. Three rules keep the result readable:
 
 - A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole.
 - Of several files in a list, a later one has priority.
@@ -9,8 +9,8 @@ Tables merge key by key; numbers, texts and lists replace.  Three rules keep the
   of the extended file that the file does not name elsewhere.
 
 Conditions are settings, such as a corner, a signal or a delay, that are stated once for several cases. A case applies
-its conditions in the order of its list: later ones have priority, and the case itself has the highest priority. Without
-its own text, it has the texts of its conditions.
+its conditions in the order of its list. Later conditions have priority over earlier conditions, and the keys of the
+case have the highest priority. A case without text has the texts of its conditions.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ Table = dict[str, Any]
 
 
 def read_scenario(file: Path) -> ScenarioSpec:
-    """A scenario.toml on top of the files that it extends, checked as one.
+    """Read a scenario.toml and the files that it extends, and check the merged result.
 
-    An error names the file that states the wrong key, the key, the rule and the value.  A chain that is too long,
-    returns to a file or leaves the folder of the scenarios is refused.
+    An error names the file with the wrong key, the key, the rule and the value. A chain of files that is too long,
+    returns to a file or leaves the folder of the scenarios is an InputError.
     """
     layers = _chain(file)
     try:
@@ -56,7 +56,7 @@ def read_scenario(file: Path) -> ScenarioSpec:
 
 
 def _chain(file: Path) -> list[tuple[Path, Table]]:
-    """The file and those that it extends, with their tables; paths in them are relative to the first one."""
+    """Return the file and the files that it extends, with their tables. Paths are relative to the first file."""
     layers: list[tuple[Path, Table]] = []
     waiting, seen = [file], [file.resolve()]
     while waiting:
@@ -85,7 +85,7 @@ def _chain(file: Path) -> list[tuple[Path, Table]]:
 
 
 def _merge(below: Table, own: Mapping[str, Any]) -> Table:
-    """`own` on top of `below`, by the rules of this module."""
+    """Merge `own` into `below` by the rules of this module. `own` has priority."""
     merged = dict(below)
     for key, value in own.items():
         was = below.get(key)
@@ -99,7 +99,7 @@ def _merge(below: Table, own: Mapping[str, Any]) -> Table:
 
 
 def _merge_cases(below: list[Any], own: list[Any]) -> list[Any]:
-    """The cases of `own`, each on top of the one of the same name, then the others of `below`."""
+    """Return the cases of `own`, each merged with the case of the same name in `below`, then the other cases."""
     base = {c["name"]: c for c in below if _is_named(c)}
     names = [c["name"] for c in own if _is_named(c)]
     merged = [_merge(base.get(c["name"], {}), c) if _is_named(c) else c for c in own]
@@ -107,7 +107,7 @@ def _merge_cases(below: list[Any], own: list[Any]) -> list[Any]:
 
 
 def _chosen(below: Any, run: int, own: list[Any], path: Path) -> list[Any]:
-    """`own` with the first `run` cases of `below` in the place of the patterns that they match."""
+    """Return `own`, where the first `run` cases of `below` replace the patterns that they match."""
     patterns = [c for c in own if _is_named(c) and set(c["name"]) & set("*?")]
     taken = {c["name"] for c in own if _is_named(c)}
     found: list[Any] = []
@@ -140,7 +140,7 @@ def _names_once(cases: Any, path: Path) -> None:
 
 
 def _rebased(table: Table, home: Path, folder: Path) -> Table:
-    """The table with its paths relative to `folder` instead of the `home` of its file."""
+    """Return the table with paths relative to `folder` instead of `home`, the folder of its file."""
     if home == folder:
         return table
     way = os.path.relpath(home.resolve(), folder.resolve())
@@ -160,10 +160,10 @@ def _rebased(table: Table, home: Path, folder: Path) -> Table:
 
 
 def _origin(layers: Sequence[tuple[Path, Table]], merged: Table, key: Sequence[str | int]) -> Path:
-    """The file that states a key of the merged table; the first file if none states it."""
+    """Return the file that states a key of the merged table; the first file if no file states the key."""
 
     def known(table: Any) -> int:
-        """Number of parts of the key that a file states."""
+        """Return the number of parts of the key that a file states."""
         for depth, part in enumerate(key):
             if depth == 1 and key[0] == "case" and isinstance(table, list):
                 table = {i: own for i, case in enumerate(merged["case"]) for own in table if _are_same(own, case)}
@@ -186,7 +186,7 @@ _LAST = ("stop", "after", "order")  # the last one that is stated holds
 
 
 def with_conditions(spec: ScenarioSpec, file: Path) -> ScenarioSpec:
-    """Return the scenario with complete cases and without conditions; a case that names an unknown one is refused."""
+    """Return the scenario with complete cases and without conditions. An unknown condition is an InputError."""
     cases = [_complete(case, spec, file) if case.conditions else case for case in spec.case]
     return _without_conditions(spec.model_copy(update={"case": cases} if cases else {}))
 

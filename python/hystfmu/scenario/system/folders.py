@@ -1,4 +1,4 @@
-"""Folders of scenarios: those that come with the package, and paths inside the folder of all scenarios.
+"""Folders of scenarios: shipped scenarios, and paths inside the folder of all scenarios.
 
 Scenarios may be grouped: a folder of scenarios within the folder of all scenarios.
 """
@@ -19,11 +19,11 @@ def is_relative(path: str) -> bool:
 
 
 def inside(folder: Path, relative: str, where: str, scenario: Path | None = None) -> Path:
-    """Return a path of a scenario file in `folder`; it must not lead out of the folder of all scenarios.
+    """Return a path of a scenario file in `folder`. The path must not lead out of the folder of all scenarios.
 
-    `scenario` is the folder of the scenario, default `folder`; its parent holds all scenarios, or is a group of them. A
-    path that is absolute or leads out of the folder, also through a symbolic link, is refused; errors begin with
-    `where`.
+    `scenario` is the folder of the scenario, by default `folder`. Its parent contains all scenarios or a group of
+    scenarios. A path that is absolute or leads out of the folder, for example through a symbolic link, is an
+    InputError. Errors begin with `where`.
     """
     if not is_relative(relative):
         raise InputError(f"{where}: must be a path relative to the scenario, with '/'; got {relative!r}")
@@ -47,14 +47,14 @@ def _root(scenario: Path) -> Path:
 
 
 def scenario_folders(folder: Path) -> list[Path]:
-    """The folder itself if it is a scenario, else the scenarios of a group, sorted; the folder if there are none."""
+    """Return the scenarios of a group, sorted. If the folder is a scenario or has none, return the folder."""
     if (folder / FILE).exists() or not folder.is_dir():
         return [folder]
     return sorted(p.parent for p in folder.glob(f"*/{FILE}")) or [folder]
 
 
 def shipped_scenarios() -> Path:
-    """The folder that holds a folder for each scenario, and their models; an InputError if they are not installed."""
+    """Return the folder of the shipped scenarios and their models; an InputError if they are not installed."""
     for folder in (PACKAGE / "_scenarios", PACKAGE.parents[1] / "scenarios"):
         if folder.is_dir():
             return folder
@@ -62,7 +62,7 @@ def shipped_scenarios() -> Path:
 
 
 def shipped_names() -> list[str]:
-    """Names of the shipped scenarios as a command takes them, ``scenarios/pid`` and so on; none without them."""
+    """Return the names of the shipped scenarios for a command, such as ``scenarios/pid``; empty if not installed."""
     try:
         root = shipped_scenarios()
     except InputError:
@@ -71,7 +71,7 @@ def shipped_names() -> list[str]:
 
 
 def here_or_shipped(path: str) -> Path:
-    """Return a path unchanged, or the shipped one if `scenarios/...` does not exist in the current folder."""
+    """Return a path; if `scenarios/...` does not exist in the current folder, return the path of the shipped one."""
     first, *inside = Path(path).parts or (".",)
     if first != "scenarios" or Path(path).exists():
         return Path(path)

@@ -1,7 +1,7 @@
 """A foreign FMU as a unit of a scenario: the data of its modelDescription.xml that the master uses.
 
-Its ports are the inputs and outputs that are numbers or booleans; unconnected inputs keep their start values. `hystfmu
-run` executes it in a child process.
+The ports of the unit are the inputs and outputs that are numbers or booleans. Unconnected inputs keep their start
+values. `hystfmu run` executes the FMU in a child process.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class ForeignPort:
 
 @dataclass(frozen=True)
 class Foreign:
-    """An unpacked FMU with the values that a scenario gives to its parameters."""
+    """An unpacked FMU with the parameter values of a scenario."""
 
     path: Path
     folder: Path
@@ -58,7 +58,7 @@ class Foreign:
     description: Any
     ports: tuple[ForeignPort, ...]
     has_tangent: bool = False
-    """True if it offers directional derivatives in Co-Simulation."""
+    """True if the FMU provides directional derivatives in Co-Simulation."""
     settings: Mapping[str, float | bool | str | list[float]] = field(default_factory=dict)
     nodes: tuple[()] = ()
 
@@ -66,7 +66,8 @@ class Foreign:
     def load(cls, path: Path) -> Foreign:
         """Unpack and describe an FMU.
 
-        It must be a readable FMU 1.0, 2.0 or 3.0 for Co-Simulation or Model Exchange with a binary for this platform.
+        The file must be a readable FMU 1.0, 2.0 or 3.0 for Co-Simulation or Model Exchange, with a binary for this
+        platform.
         """
         folder, digest = unpacked(path)
         description, root = read_description(path, folder)
@@ -92,13 +93,13 @@ class Foreign:
 
     @property
     def saves(self) -> bool:
-        """True if it can get and set its state."""
+        """True if the FMU can get and set its state."""
         can = self.description.coSimulation or self.description.modelExchange
         return bool(getattr(can, "canGetAndSetFMUstate", False))
 
     @property
     def any_step(self) -> bool:
-        """True if it declares variable communication steps; always true with an integrator."""
+        """True if the FMU declares variable communication steps; always true with an integrator."""
         simulation = self.description.coSimulation
         if simulation is None:
             return True
@@ -109,12 +110,12 @@ class Foreign:
 
     @property
     def token(self) -> str:
-        """A hash of the archive and the settings."""
+        """Hash of the archive and the settings."""
         content = [self.digest, sorted(self.settings.items())]
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 
     def dependencies(self) -> dict[str, set[str]]:
-        """Inputs with declared direct feed-through to each output; all inputs without a declaration."""
+        """Inputs with declared direct feed-through to each output; all inputs if there is no declaration."""
         inputs = {p.name for p in self.ports if p.kind == "input"}
         declared = {u.variable.name: u for u in self.description.outputs}
         found = {}
@@ -126,7 +127,9 @@ class Foreign:
         return found
 
     def with_settings(self, settings: Mapping[str, Any]) -> Foreign:
-        """The same FMU with other values of parameters, of their types; ``"*1.2"`` scales the start value."""
+        """Return the FMU with other parameter values of the correct types; ``"*1.2"`` is a factor of the start
+        value.
+        """
         variables = {v.name: v for v in self.description.modelVariables if v.causality in _SETTABLE}
         new = dict(self.settings)
         for name, value in settings.items():
@@ -142,7 +145,7 @@ class Foreign:
 
 
 def _ports(path: Path, description: Any, sizes: Mapping[str, Any]) -> tuple[ForeignPort, ...]:
-    """Return inputs, then outputs, in both groups in the order of the file."""
+    """Return the inputs in the order of the file, then the outputs in the order of the file."""
     ports = [_port(path, v, sizes) for v in description.modelVariables if _is_port(v)]
     if sum(p.size for p in ports) > MOST_PORTS:
         raise InputError(f"{path}: more than {MOST_PORTS} inputs and outputs")
@@ -188,7 +191,7 @@ def _port(path: Path, v: Any, sizes: Mapping[str, Any]) -> ForeignPort:
 
 
 def _value(v: Any, value: Any, now: Any) -> float | bool | str | list[float]:
-    """Return the value of a parameter in its type, for an array row by row."""
+    """Return the value of a parameter in the type of the parameter; an array is in row order."""
     if v.type == "String" and not v.dimensions:
         text = str(value)
         if "\0" in text:

@@ -9,12 +9,12 @@ from hystfmu.scenario.system.system import Part, System
 
 
 def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Graph, list[tuple[int, int]]]:
-    """Some units with the same period as one graph, in their order; `own`: values that a unit reads from itself remain
-    inputs from outside, as in a coupling.
+    """Join units with the same period to one graph. The order of the units is kept.
 
-    Blocks are called `unit_block`, outputs `unit_output`, inputs `unit_input`. Return also the inputs of units that
-    became inputs of the graph, in its order: those with a source outside, and constants (with the value as start
-    value).
+    If `own` is True, values that a unit reads from itself stay external inputs, as in a coupling. The names are
+    `unit_block` for blocks, `unit_output` for outputs and `unit_input` for inputs. Also return the inputs of units that
+    become inputs of the graph, in the order of the graph. These are inputs with an external source and constants; a
+    constant is the start value of its input.
     """
     nodes: list[Node] = []
     wires: list[tuple[str, str]] = []
@@ -45,17 +45,17 @@ def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Gra
 
 
 def _text(part: Part, i: int, port: Port) -> str:
-    """Describe an output by its own text; the text of its block does not describe the unit."""
+    """Return the text of an output. The text of its block is not used, because it does not describe the unit."""
     own = next(o.text for o in part.own.outputs if o.name == port.name)
     return own or f"{part.outputs[i]} of {part.name}" + (f", in {port.unit}" if port.unit else "")
 
 
 def segments(system: System, cut: bool) -> list[tuple[int, ...]]:
-    """Neighbours in the order that have the same period: each can be one graph without changing any value.
+    """Return groups of neighbours with the same period. Each group can be one graph without a change of any value.
 
-    If steps are divided (`cut`), units that accept any step and units that do not are in different groups. A unit with
-    direct feed-through of a value of the last step (it precedes its source) would be an algebraic loop within one
-    graph: it and its source are in different groups.
+    If steps are divided (`cut`), units that accept any step and all other units are in different groups. If a unit
+    precedes its source in the order, it reads a value of the previous step. With direct feed-through, unit and source
+    in one graph would be an algebraic loop. Therefore such a unit and its source are in different groups.
     """
     owner = system.owners
     early = [(n.to, owner[n.source], n.input) for n in system.links if owner[n.source] >= n.to]
@@ -74,12 +74,12 @@ def segments(system: System, cut: bool) -> list[tuple[int, ...]]:
 
 
 def to_graph(system: System) -> Graph:
-    """The closed loop `system` as one graph, one FMU of the whole loop.
+    """Return the closed loop `system` as one graph, for one FMU of the whole loop.
 
     Raises
     ------
     InputError
-        Units differ in their periods, or one has substeps or a first-order hold.
+        The units have different periods, or a unit has substeps or a first-order hold.
     """
     if len({p.period for p in system.parts}) > 1 or system.h != system.length(system.parts[0]):
         rates = {p.name: p.period for p in system.parts}
@@ -91,7 +91,7 @@ def to_graph(system: System) -> Graph:
 
 
 def _scalars(graph: Graph) -> list[tuple[str, str, Port]]:
-    """(name, endpoint inside the graph, port) for every scalar output."""
+    """Return (name, endpoint inside the graph, port) for every scalar output."""
     found = []
     for o in graph.outputs:
         port = graph.port(o.name)
@@ -102,7 +102,7 @@ def _scalars(graph: Graph) -> list[tuple[str, str, Port]]:
 
 
 def _input_ends(graph: Graph) -> list[list[str]]:
-    """The endpoints inside the graph for every scalar input."""
+    """Return the endpoints inside the graph for every scalar input."""
     ends = []
     for i in graph.inputs:
         size = graph.port(i.name).size

@@ -1,7 +1,7 @@
-"""Units of measure for reports: from C tables, models and FMUs, propagated along the connections.
+"""Units of measure for reports. They come from C tables, models and FMUs, and propagate along the connections.
 
-Signals that are connected, that a metric subtracts, or that a block passes without scaling have the same unit of
-measure. If one of them states it, it applies to all.
+Two signals have the same unit of measure if they are connected, if a metric subtracts them, or if a block passes them
+without scaling. If one signal states its unit of measure, the unit of measure applies to all these signals.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ PASSED_ON = ("delay", "quantiser", "sum")  # blocks whose output is their input,
 
 
 def unit_of(system: System, end: str) -> str:
-    """Unit of measure of `unit.output`, `unit.input` or `unit.parameter`.
+    """Return the unit of measure of `unit.output`, `unit.input` or `unit.parameter`.
 
-    Empty if none is stated ("1" in a table: as in the data), or if such signals state different ones.
+    The result is empty if no unit of measure is stated, or if signals with a common unit of measure state different
+    ones. "1" in a table means the unit of measure of the data; it is not a statement.
     """
     own = _stated(system, end)
     if own:
@@ -66,7 +67,7 @@ def _pairs(system: System) -> Iterator[tuple[str, str]]:
 
 
 def _passed_on(part: Part) -> Iterator[tuple[str, str]]:
-    """Yield inputs and outputs of a unit of one block that does not scale them."""
+    """Yield inputs and outputs of a unit with one block that does not scale signals."""
     if not isinstance(part.graph, Graph) or len(part.graph.nodes) != 1 or part.graph.nodes[0].type not in PASSED_ON:
         return
     (node,) = part.graph.nodes
@@ -77,12 +78,12 @@ def _passed_on(part: Part) -> Iterator[tuple[str, str]]:
 
 
 def unit_of_metric(system: System, m: MetricSpec) -> str:
-    """Percent, the unit of measure of the signal, or empty for a ratio."""
+    """Return percent, the unit of measure of the signal, or an empty text for a ratio."""
     if m.kind.endswith("_percent"):
         return "%"
     return unit_of(system, m.signal) if m.kind in OF_SIGNAL else ""
 
 
 def label(name: str, unit: str) -> str:
-    """A name with its unit of measure, if there is one, for a table or an axis."""
+    """Return a name with its unit of measure, if there is one, for a table or an axis."""
     return f"{name} in {unit}" if unit else name

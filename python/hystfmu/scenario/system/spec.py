@@ -1,4 +1,4 @@
-"""The keys of a `scenario.toml`: units, connections, order, step, cases, metrics with limits.
+"""The keys of a `scenario.toml`: units, connections, order, step, cases, and metrics with limits.
 
 These models check keys, types and ranges.  `hystfmu.scenario.system.case` makes complete cases of them.
 """
@@ -20,7 +20,7 @@ SOURCES = {"model", "block", "graph", "inverse_of", "fmu"}  # keys that say what
 
 
 class UnitSpec(pydantic.BaseModel):
-    """One unit: its content (exactly one of `model`, `block`, `graph`, `inverse_of`, `fmu`), and how it runs."""
+    """One unit: content (exactly one of `model`, `block`, `graph`, `inverse_of`, `fmu`), and settings of the run."""
 
     model_config = STRICT
     model: str | None = Field(None, description="path of a *.model.toml, relative to the scenario's folder")
@@ -167,7 +167,7 @@ class ConditionSpec(pydantic.BaseModel):
 
 
 class CaseSpec(ConditionSpec):
-    """A variant: what differs from the scenario."""
+    """A case: the differences from the scenario."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=64)]
     conditions: list[Name] = Field([], description="conditions of the scenario that the case takes; later ones win")
@@ -175,7 +175,7 @@ class CaseSpec(ConditionSpec):
 
 
 class ScenarioSpec(pydantic.BaseModel):
-    """The whole file."""
+    """Content of a scenario.toml."""
 
     model_config = STRICT
     format: Literal[1] = Field(FORMAT, description="version of the keys; others are refused")

@@ -1,8 +1,8 @@
 """A case made ready to run: a graph per unit, connections as indices, the grid of times.
 
-The grid is the fine step h/ripple. A unit has a period in fine steps: 1 (fine), ripple (the normal one), or ripple *
-every (slow). At fine step n, every unit whose period divides n runs over its period that ends there, in the stated
-order, with the newest values of its sources (Gauss-Seidel). This is the same in all engines.
+The grid has the fine step h/ripple. The period of a unit is 1 fine step (fine), ripple fine steps (normal), or ripple *
+every fine steps (slow). At fine step n, every unit whose period divides n runs over the period that ends at this step.
+The units run in the stated order, with the newest values of their sources (Gauss-Seidel). All engines work in this way.
 """
 
 from __future__ import annotations
@@ -43,18 +43,18 @@ class Part:
     outputs: tuple[str, ...]
     constants: dict[str, float]
     first: int
-    """Place of its first output among all values of the system."""
+    """Index of the first output of the unit among all values of the system."""
     substeps: int = 1
     hold: Literal["zero", "first"] = "zero"
 
     @property
     def own(self) -> Graph:
-        """The graph of a unit that is not a foreign FMU.
+        """Graph of a unit that is not a foreign FMU.
 
         Raises
         ------
         InputError
-            It is a foreign FMU.
+            The unit is a foreign FMU.
         """
         if isinstance(self.graph, Foreign):
             raise InputError(f"{self.name}: {self.graph.path} is an FMU: it cannot become a part of a graph")
@@ -62,14 +62,14 @@ class Part:
 
     @property
     def any_step(self) -> bool:
-        """True if its steps can be divided: it runs at the finest rate and has no sampled block."""
+        """True if the steps of the unit can be divided: the unit runs at the finest rate and has no sampled block."""
         if isinstance(self.graph, Foreign):
             return self.period == 1 and self.graph.any_step
         return self.period == 1 and not is_sampled(self.graph)
 
     @property
     def has_tangent(self) -> bool:
-        """True if it has tangents (directional derivatives); a sampled unit has none."""
+        """True if the unit has tangents (directional derivatives). A sampled unit has no tangents."""
         return self.graph.has_tangent if isinstance(self.graph, Foreign) else not is_sampled(self.graph)
 
 
@@ -84,7 +84,7 @@ class Link:
 
 @dataclass(frozen=True)
 class System:
-    """A case with its graphs.  Its `values` are the outputs of all units, side by side, in the stated order."""
+    """A case with its graphs. The values of a system are the outputs of all units in the stated order."""
 
     case: Case
     parts: tuple[Part, ...]
@@ -92,16 +92,16 @@ class System:
     n_values: int
     columns: dict[str, int] = field(default_factory=dict)
     overridden: frozenset[str] = frozenset()
-    """Overrides of the case that found their parameter."""
+    """Overrides of the case whose parameter exists."""
     begins: tuple[float, ...] = ()
-    """Values before the units are initialised, instead of the start values of their outputs."""
+    """Values before the initialisation of the units; they replace the start values of the outputs."""
 
     def __repr__(self) -> str:
         return f"System({self.case.title!r}, units {', '.join(p.name for p in self.parts)}, {self.n_steps} steps)"
 
     @property
     def parameters(self) -> set[str]:
-        """`unit.parameter` of all that `set` may change."""
+        """Names `unit.parameter` of all parameters that `set` may change."""
         return {f"{p.name}.{name}" for p in self.parts for name in parameter_names(p.graph)} | sizes(self.case)
 
     @property
@@ -120,7 +120,7 @@ class System:
         return np.asarray(whole * self.case.step + rest * self.h)
 
     def times(self, first: int, end: int) -> Array:
-        """`at` the fine steps first ... end - 1, shape (end - first,)."""
+        """Return the times `at` the fine steps first ... end - 1, shape (end - first,)."""
         ripple = self.case.ripple
         begin = first // ripple
         whole = np.arange(begin, -(-end // ripple)) * self.case.step
@@ -134,17 +134,19 @@ class System:
         return np.where((n < self.n_steps) & (self.at(n) < t), n + 1, n)
 
     def chunks(self) -> Iterator[tuple[int, int]]:
-        """First fine step and end of each chunk of rows of a run; their size is bounded, whatever its length."""
+        """Yield first fine step and end of each chunk of rows. The size of a chunk is bounded for runs of any
+        length.
+        """
         most = 1 << max(CHUNK_VALUES // max(self.n_values, 8), SHORTEST_CHUNK).bit_length() - 1
         end = self.n_steps + 1
         return ((first, min(first + most, end)) for first in range(0, end, most))
 
     def length(self, part: Part) -> float:
-        """The step of a unit (s)."""
+        """Return the step of a unit (s)."""
         return self.h if part.period < self.case.ripple else self.case.step * (part.period // self.case.ripple)
 
     def column(self, end: str, where: str) -> int:
-        """Place of the output `unit.output` among the values."""
+        """Return the index of the output `unit.output` among the values."""
         if end not in self.columns:
             unit, _ = split_end(end, where)
             have = [c for c in self.columns if c.startswith(f"{unit}.")] or [p.name for p in self.parts]
@@ -152,8 +154,10 @@ class System:
         return self.columns[end]
 
     def fresh(self, link: Link) -> bool:
-        """Return whether the reader sees the value at the end of its step, because its source precedes it or the
-        coupling is iterative."""
+        """Return whether the reader reads the value at the end of its step.
+
+        This is so if the source precedes the reader, or if the coupling is iterative.
+        """
         scheme = self.case.coupling.scheme
         return scheme == "iterative" or (scheme != "jacobi" and link.source < self.parts[link.to].first)
 
@@ -163,12 +167,12 @@ class System:
 
     @cached_property
     def names(self) -> dict[int, str]:
-        """`unit.output` by the place of the value."""
+        """Names `unit.output` by the index of the value."""
         return {place: end for end, place in self.columns.items()}
 
     @cached_property
     def owners(self) -> dict[int, int]:
-        """The unit that makes each value."""
+        """Unit that computes each value."""
         return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
 
     def early(self) -> Array:
@@ -177,12 +181,12 @@ class System:
         return np.array(sorted({n.source for n in self.links if owner[n.source] >= n.to}), dtype=np.int64)
 
     def makers(self) -> Array:
-        """The source of each of them."""
+        """Source of each value that is read early."""
         owner = self.owners
         return np.array([owner[j] for j in self.early().tolist()], dtype=np.int64)
 
     def loops(self) -> frozenset[int]:
-        """Units in the loops of iterative coupling: paths from one value that is read early to another."""
+        """Units in the loops of iterative coupling, on paths between values that are read early."""
         owner, early = self.owners, set(self.early().tolist())
         after = {n.to for n in self.links if n.source in early}
         before = {owner[j] for j in early}
@@ -193,7 +197,7 @@ class System:
 
     @property
     def newton(self) -> bool:
-        """True if sweeps use Newton's method: every unit in a loop has tangents."""
+        """True if sweeps use Newton's method, that is, if every unit in a loop has tangents."""
         loops = self.loops() if self.case.coupling.scheme == "iterative" else frozenset()
         return bool(loops) and all(self.parts[k].has_tangent for k in loops)
 
@@ -211,13 +215,13 @@ class System:
 
     @property
     def foreign(self) -> tuple[Part, ...]:
-        """Units that are foreign FMUs."""
+        """Foreign FMUs among the units."""
         return tuple(p for p in self.parts if isinstance(p.graph, Foreign))
 
     def starts(self) -> Array:
-        """Values before the units are initialised, shape (n_values,).
+        """Return the values before the initialisation of the units, shape (n_values,).
 
-        The outputs of delays are known then; others have their start values.
+        The outputs of delays are already known. All other outputs have their start values.
         """
         if self.begins:
             return np.array(self.begins)
@@ -225,7 +229,7 @@ class System:
 
 
 def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Outputs that a case names, by key."""
+    """Yield the outputs that a case names, by key."""
     yield "record", case.record
     for pair in case.loops:
         yield "loops", pair
@@ -234,7 +238,7 @@ def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def behind(edges: Iterable[tuple[T, T]], *first: T) -> set[T]:
-    """Return what is downstream of some ends of connections; these themselves only if they act on themselves."""
+    """Return the ends downstream of some ends of connections. A given end is included only if it acts on itself."""
     edges, found = list(edges), set[T]()
     while more := {b for a, b in edges if a in found or a in first} - found:
         found |= more

@@ -1,8 +1,8 @@
-"""The graph (or foreign FMU) of one unit of a scenario, and changes of its parameters by the names in an FMU.
+"""The graph (or foreign FMU) of one unit of a scenario, and changes of its parameters.
 
-The size of a block is part of its structure. A unit of the block `delay` is an exception, `--set delay.n=1.3`, so that
-cases and studies can vary the delay of a loop: a fraction of a step is counted in fine steps, and with 0 the unit
-becomes a connection.
+Parameters have the names of the variables in an FMU. The size of a block is a part of its structure and cannot be set.
+A unit of the block `delay` is an exception (`--set delay.n=1.3`), so that cases and studies can vary the delay of a
+loop. A fraction of a step is a number of fine steps. With 0 the unit becomes a connection.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ def sizes(case: Case) -> set[str]:
 
 
 def delayed(spec: UnitSpec, steps: object, ripple: int, where: str) -> UnitSpec:
-    """Return the unit of a delay with another number of steps; errors begin with `where`.
+    """Return the unit of a delay with another number of steps. Errors begin with `where`.
 
-    With the step of the scenario that is a multiple of 1 / `ripple`.  What is no number, negative, or no multiple of a
-    fine step is refused.
+    In steps of the scenario, the delay is a multiple of 1 / `ripple`. An InputError is raised if the value is not a
+    number, is negative, or is not a multiple of a fine step.
     """
     parts = ripple if spec.every == 1 and not spec.fine else 1
     count = parts * steps if isinstance(steps, int | float) and not isinstance(steps, bool) else -1.0
@@ -51,9 +51,10 @@ def delayed(spec: UnitSpec, steps: object, ripple: int, where: str) -> UnitSpec:
 
 
 def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
-    """Graph that a unit of a case runs, before its `set` and the overrides; errors begin with `where`.
+    """Return the graph of a unit of a case, before `set` and overrides. Errors begin with `where`.
 
-    Refused: a file that is bad or outside the folder of the case, an unknown block or parameter, a value out of range.
+    An InputError is raised if a file is invalid or outside the folder of the case, if a block or a parameter is
+    unknown, or if a value is out of range.
     """
     if spec.fmu is not None:
         return _foreign(case, spec.fmu, f"{where}.fmu")
@@ -70,7 +71,7 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
 
 
 def with_files(case: Case) -> Case:
-    """Return the case with the loaded models and FMUs of its units, so that it needs no files, as in confinement."""
+    """Return the case with the loaded models and FMUs of its units. It needs no files, as confinement requires."""
     read: dict[str, Model | Foreign] = {}
     for name, spec in case.units.items():
         where = f"{case.where}: units.{name}"
@@ -81,13 +82,13 @@ def with_files(case: Case) -> Case:
 
 
 def _foreign(case: Case, relative: str, where: str) -> Foreign:
-    """The FMU of a path of the case."""
+    """Return the FMU of a path of the case."""
     attached = case.attached.get(relative)
     return attached if isinstance(attached, Foreign) else Foreign.load(_path(case, relative, where))
 
 
 def _model(case: Case, relative: str, where: str) -> Model:
-    """The model of a path of the case."""
+    """Return the model of a path of the case."""
     attached = case.attached.get(relative)
     if isinstance(attached, Model):
         return attached
@@ -97,12 +98,12 @@ def _model(case: Case, relative: str, where: str) -> Model:
 
 @lru_cache(maxsize=16)
 def _parsed(path: Path, content: bytes) -> Model:
-    """The model in a file, read once for all cases as long as the file does not change."""
+    """Return the model in a file. It is read once for all cases, and again if the file changes."""
     return Model.load(path)
 
 
 def _path(case: Case, relative: str, where: str) -> Path:
-    """The file of a path of the case."""
+    """Return the file of a path of the case."""
     attached = case.attached.get(relative)
     if isinstance(attached, Path):
         return attached
@@ -112,17 +113,20 @@ def _path(case: Case, relative: str, where: str) -> Path:
 
 
 def scalar_names(graph: Graph | Foreign, kind: str) -> tuple[str, ...]:
-    """Names of the scalar variables of the kind "input" or "output", in the order of the ports."""
+    """Return the names of the scalar variables of the kind "input" or "output", in the order of the ports."""
     return tuple(n for p in graph.ports if p.kind == kind for n in p.scalar_names)
 
 
 def start_values(graph: Graph | Foreign, kind: str) -> list[float]:
-    """Start values of the scalar variables of the kind "input" or "output", in the same order."""
+    """Return the start values of the scalar variables of the kind "input" or "output", in the order of the ports."""
     return [s for p in graph.ports if p.kind == kind for s in p.start]
 
 
 def first_outputs(graph: Graph | Foreign) -> list[float]:
-    """Scalar outputs before any input is known: initial ones of delays, which earlier units read; else start values."""
+    """Return the scalar outputs before any input is known.
+
+    Earlier units read the initial outputs of delays. All other outputs have their start values.
+    """
     if isinstance(graph, Foreign):
         return start_values(graph, "output")
     outputs = [p for p in graph.ports if p.kind == "output"]
@@ -136,7 +140,7 @@ def first_outputs(graph: Graph | Foreign) -> list[float]:
 
 
 def parameter_names(graph: Graph | Foreign) -> set[str]:
-    """Every name that `set` may use: whole parameters and their elements."""
+    """Return every name that `set` may use: names of parameters and of their elements."""
     if isinstance(graph, Foreign):
         settable = ("parameter", "structuralParameter")
         return {v.name for v in graph.description.modelVariables if v.causality in settable}
@@ -156,9 +160,9 @@ def with_values(graph: Graph | Foreign, values: dict[str, Any]) -> Graph | Forei
 
 
 def changed(graph: Graph, name: str, value: object) -> tuple[Port, int, list[float]]:
-    """A parameter after a change by `set` of a scenario.
+    """Compute a parameter after a change by `set` of a scenario.
 
-    Return its port, the first element that changes, and the new value of that and those after it.
+    Return the port of the parameter, the index of the first changed element, and the new values from this element on.
     """
     port, element = _parameter(graph, name)
     node = graph.nodes[port.node]
