@@ -61,9 +61,9 @@ def inverse(
     method : {"exact", "implicit", "learned", "adaptive"}
         See the module docstring.
     seed : int
-        Seed of the learned inverse: initial weights of the network and training reversals.
+        Seed of the learned inverse, for the initial weights of the network and the training reversals.
     progress : function, optional
-        Called with the fraction done, 0..1, while an inverse is learned.
+        Function that is called with the fraction done, 0..1, while an inverse is learned.
     **options
         The implicit inverse takes ``lo`` and ``hi``, the limits of the input; the default is the range of the data
         (provenance ``span_u``). The learned inverse takes the options of ``play_bank_mlp``. The adaptive inverse takes
@@ -78,7 +78,7 @@ def inverse(
     Raises
     ------
     InputError
-        No such inverse exists; the message gives the reason and the remedy.
+        The model has no inverse of this kind; the message states the reason and the remedy.
     """
     made = invert(model, method, seed, progress, **options)
     if method == "adaptive":  # other ports: what it is worth shows beside a plant
