@@ -159,9 +159,7 @@ def fit_graph(
 
 
 def _examined(model: Model, data: Dataset) -> Model:
-    """Add properties of the record: the lag of the output, and warnings about poor excitation, lag and closed-loop
-    data.
-    """
+    """Add properties of the record: lag of the output, warnings about excitation, lag and closed-loop data."""
     seen, (lagging, late) = examine(data.longest()), sensor_lag.told(data, model.fit["rms_percent"])
     static = [] if guards.follows_late(model.graph) else [*seen.coarse, *late]
     warned = [*seen.warnings, *static, *closed_loop.warnings(data)]

@@ -154,15 +154,15 @@ def sums_before_samples(graph: Graph) -> frozenset[str]:
 
 
 def unit_constant(port: str) -> str:
-    """Name of the constant of a block for the unit of measure that a port has in the model."""
+    """Return the name of the constant of a block for the unit of measure that a port has in the model."""
     return f"{port}_unit"
 
 
 def zero_constant(port: str) -> str:
-    """Name of the constant of a block for the SI value of 0 in the unit of measure of a port."""
+    """Return the name of the constant of a block for the SI value of 0 in the unit of measure of a port."""
     return f"{port}_zero"
 
 
 def counted(port: str, unit: str) -> str:
-    """A port as an expression without the offset of its unit of measure, such as that of degC."""
+    """Return a port as an expression without the offset of its unit of measure, such as the offset of degC."""
     return f"({port} - {zero_constant(port)})" if zero(unit) else port
