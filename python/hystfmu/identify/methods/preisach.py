@@ -78,7 +78,7 @@ class Penalised:
         return w[: self.n], w[self.n :], float(self.mean + z[-1] - self.middle @ w)
 
     def error(self, strengths: Strengths) -> float:
-        """Return the RMS error over `FOLDS` chunks of consecutive rows; a fit to all other chunks predicts each chunk."""
+        """Return the RMS error over `FOLDS` chunks of consecutive rows; fits to all other chunks predict each."""
         squares = [
             float(np.sum((chunk[:, :-1] @ self._solved(triangle, strengths) - chunk[:, -1]) ** 2))
             for chunk, triangle in zip(self._chunks, self._without, strict=True)
