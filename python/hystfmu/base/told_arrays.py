@@ -2,7 +2,7 @@
 
 The form is one line of JSON for all arrays, then a line and npy data for each array.
 
-The processes that parse such a file import this module; they load no other part of the package.
+The processes that parse the file import this module, and load no other part of the package.
 """
 
 from __future__ import annotations

@@ -75,8 +75,8 @@ class Covariates:
         Raises
         ------
         InputError
-            A name that is not an identifier, is already used or occurs twice; a wrong number of rows; a value that is
-            not finite.
+            A name is not an identifier, is already used or occurs twice, the number of rows is wrong, or a value is not
+            finite.
         """
         names: list[str] = []
         units: list[str] = []

@@ -57,8 +57,8 @@ class Dataset:
     path : str
         File of origin; empty for generated data.
     train : slice, tuple (first, end) or str "first:end", optional
-        Rows whose residuals count in an identification, from 0, end excluded; default all.  A model always runs from
-        row 0, because its memory needs the whole history.
+        Rows whose residuals an identification minimises, counted from 0, with the end excluded; default all. A model
+        always runs from row 0, because its memory needs the whole history.
     unit_u, unit_y : str
         Units of measure of input and output.
     starts : sequence of int
@@ -80,8 +80,8 @@ class Dataset:
     Raises
     ------
     InputError
-        Lengths that differ, fewer than 4 rows, a value that is not finite, time that does not increase in equal steps,
-        a train range outside the data.
+        Lengths differ, there are fewer than 4 rows, a value is not finite, time does not increase in equal steps, or
+        the training rows are outside the data.
 
     Examples
     --------
@@ -299,12 +299,12 @@ class Dataset:
         records : sequence of Dataset
             Records in their order, with the same step and the same units of measure.
         train : slice, (first, end) or "first:end", optional
-            Rows of the whole whose residuals count; default all.
+            Training rows of the joined data; default all.
 
         Raises
         ------
         InputError
-            No record; units of measure or steps that differ; some with an output and some without.
+            There is no record, units of measure or steps differ, or only some records have an output.
 
         Examples
         --------
@@ -355,7 +355,7 @@ class Dataset:
         name : str
             Short name for tables.
         train : slice, optional
-            Rows whose residuals count; default all.
+            Training rows, whose residuals a fit minimises; default all.
         """
         t = np.arange(len(u), dtype=np.float64) * np.float64(h)
         return cls(t, u, y, name, train=slice(None) if train is None else train)
@@ -370,7 +370,7 @@ class Dataset:
         Raises
         ------
         InputError
-            A rate out of range; fewer than 4 training rows left.
+            The rate is out of range, or fewer than 4 training rows are left.
         """
         where = self.path or self.name
         if len(self.starts) > 1:
@@ -393,7 +393,7 @@ class Dataset:
         Raises
         ------
         InputError
-            A lag below 0, or so long that fewer than 4 rows are left.
+            The lag is below 0, or fewer than 4 rows are left.
         """
         where, n = self.path or self.name, len(self.t) - lag
         if lag and len(self.starts) > 1:

@@ -78,7 +78,7 @@ def row_of(where: str, row: int, first: int = 0) -> str:
 
 
 def line_of(where: str, lines: Sequence[int], row: int) -> str:
-    """Name a row of a file for a message, as an editor counts it."""
+    """Name a row of a file for a message, as an editor counts lines."""
     return f"{where}: line {lines[row]}"
 
 
@@ -138,7 +138,7 @@ def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array
     Raises
     ------
     InputError
-        Times that do not increase, or not in equal steps.
+        Times do not increase, or have unequal steps.
     """
     check_increasing(t, place)
     h = float(t[-1] - t[0]) / (len(t) - 1)

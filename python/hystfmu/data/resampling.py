@@ -107,8 +107,8 @@ def resample(
     Raises
     ------
     InputError
-        Times that do not increase; a gap longer than 4.5 median steps; a rate that is not positive or above twice the
-        mean rate; fewer than 4 rows are left.
+        Times do not increase, a gap is longer than 4.5 median steps, the rate is not positive or is above twice the
+        mean rate, or fewer than 4 rows are left.
     """
     place = place or partial(row_of, where)
     check_increasing(t, place)

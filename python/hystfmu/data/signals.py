@@ -84,7 +84,7 @@ def held_out(seed: int = 1000) -> dict[str, Array]:
     Parameters
     ----------
     seed : int
-        Seed of the random reversals; it must differ from that of the training data.
+        Seed of the random reversals; it must differ from the seed of the training data.
 
     Returns
     -------

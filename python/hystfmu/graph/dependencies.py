@@ -42,7 +42,7 @@ def evaluation_order(nodes: Sequence[Node], links: Sequence[Link]) -> list[int]:
     Raises
     ------
     InputError
-        An algebraic loop; the message names its blocks.
+        The blocks form an algebraic loop; the message names these blocks.
     """
     through = [n.feeds_through() for n in nodes]
     # the input that a block tries its output for waits for no source

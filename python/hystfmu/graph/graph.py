@@ -51,8 +51,8 @@ class Graph:
     Raises
     ------
     InputError
-        Invalid step, unknown endpoint, sizes that differ, an input wired twice, two nodes with one name, an algebraic
-        loop (the message names its blocks).
+        The step is invalid, an endpoint is unknown, sizes differ, an input is wired twice, two nodes have the same
+        name, or there is an algebraic loop (the message names its blocks).
 
     Examples
     --------
@@ -299,7 +299,7 @@ class Graph:
         Raises
         ------
         InputError
-            Rows of another width, values that are not finite, a step that the core refuses.
+            Rows have the wrong width, a value is not finite, or the core refuses the step.
         """
         rows = np.asarray(u, dtype=np.float64)
         if rows.ndim == 1:

@@ -67,7 +67,7 @@ class Node:
     Raises
     ------
     InputError
-        Unknown block, parameter or size, wrong length, value out of range.
+        A block, parameter or size is unknown, a length is wrong, or a value is out of range.
 
     Examples
     --------

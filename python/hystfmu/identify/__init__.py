@@ -1,4 +1,4 @@
-"""Identification: `fit(data, key, ...)` makes a Model from measured data.  One file of `methods` per kind."""
+"""Identification: `fit(data, key, ...)` makes a Model from measured data. Each kind has one file in `methods`."""
 
 from __future__ import annotations
 
@@ -47,15 +47,15 @@ def fit(
     Parameters
     ----------
     data : Dataset
-        Measured data.  The model runs free from row 0; the residuals of `data.train` count.
+        Measured data. The model runs free from row 0; a fit minimises the residuals on the rows `data.train`.
     key : str
         Kind of model, one of `METHODS`.
     seed : int
         Seed of random starts; the same seed gives the same model.
     progress : function, optional
-        Called with the fraction done, 0..1.
+        Function that is called with the fraction done, 0..1.
     inverses : Inverses, optional
-        Provides ``auto`` with the inverses of models.
+        Object that states the inverses of models, for ``auto``.
     only_invertible : bool
         Whether only models with a useful inverse compete in ``auto``.
     **given
@@ -64,17 +64,18 @@ def fit(
     Returns
     -------
     Model
-        Model with the key of the method (after ``auto``, of the chosen one). `fit` holds rms and max (unit of measure
-        of y), rms_percent and max_percent (of the span of y in the training rows), parameters (their number), seconds;
-        for a network coverage_percent (`hystfmu.model.coverage`); warnings, if any; if y lags u, lag_rows, dead_rows
-        (rows of dead time, if kinks of u show it) and lag (a text); after ``auto`` also memory, loops, gap_percent and
-        rate. `provenance` holds data, rows, options and versions.
+        Model with the key of the method, or after ``auto`` the key of the chosen method. `fit` contains rms and max
+        (unit of measure of y), rms_percent and max_percent (of the span of y in the training rows), parameters (their
+        number), seconds, and any warnings. For a network it contains coverage_percent (`hystfmu.model.coverage`). If y
+        lags u, it contains lag_rows, lag (a text), and dead_rows (rows of dead time) if kinks of u show the dead time.
+        After ``auto`` it also contains memory, loops, gap_percent and rate. `provenance` contains data, rows, options
+        and versions.
 
     Raises
     ------
     InputError
-        Unknown method or option, value out of range, data without output or without variation, a record that takes more
-        than half of the memory.
+        The method or an option is unknown, a value is out of range, the data have no output or no variation, or the fit
+        needs more than half of the memory of the machine.
     """
     report = progress or silent
     resolve(key, options(key), given)
@@ -110,14 +111,15 @@ def fit_graph(
     Parameters
     ----------
     data : Dataset
-        Measured data.  The model runs free from row 0 of each record; the residuals of `data.train` count.
+        Measured data. The model runs free from row 0 of each record; a fit minimises the residuals on the rows
+        `data.train`.
     graph : Graph, Block or Path
-        The graph; a path is that of a file with the graph and its free parameters. A block alone stands between a
-        scaling of its input to [-1, 1] and a weighted sum of its outputs with an offset; its parameters are named
+        Graph, or path of a file with the graph and its free parameters. For a single block, a graph is built: a scaling
+        of the input to [-1, 1], the block, and a weighted sum of its outputs with an offset. Its parameters are named
         without a node.
     free : mapping of str to True, (lower, upper) or a table
-        The free parameters; default, for a single block: all real parameters without a given value, except redundant
-        ones.
+        Free parameters. The default for a single block is all real parameters without a given value, except redundant
+        parameters.
     seed, progress
         As in `fit`.
     **given
@@ -126,14 +128,13 @@ def fit_graph(
     Returns
     -------
     Model
-        With the key ``graph``.  `fit` holds errors as after `fit`, and as ``free`` the value of each free parameter
-        with its standard error.
+        Model with the key ``graph``. Its `fit` contains the errors as after the function `fit`. ``free`` contains the
+        value of each free parameter with its standard error.
 
     Raises
     ------
     InputError
-        As `fit`; a free parameter that the graph does not have, bounds that exclude its value, a graph without free
-        parameters.
+        As in `fit`. Also: the graph does not have a free parameter, bounds exclude its value, or no parameter is free.
     """
     chosen = resolve("a graph", graph_fit.OPTIONS, given)
     check(data)
@@ -158,7 +159,7 @@ def fit_graph(
 
 
 def _examined(model: Model, data: Dataset) -> Model:
-    """Add properties of the record: a lag of the output; warnings of poor excitation, lag and closed-loop data."""
+    """Add properties of the record: lag of the output, warnings about excitation, lag and closed-loop data."""
     seen, (lagging, late) = examine(data.longest()), sensor_lag.told(data, model.fit["rms_percent"])
     static = [] if guards.follows_late(model.graph) else [*seen.coarse, *late]
     warned = [*seen.warnings, *static, *closed_loop.warnings(data)]

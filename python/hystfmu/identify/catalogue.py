@@ -165,7 +165,7 @@ class Memory:
 
 
 def method(key: str) -> ModuleType:
-    """Import the module of a kind of model; it states ``TEXT`` and ``OPTIONS``.  An unknown key is an InputError."""
+    """Import the module of a kind of model; it states ``TEXT`` and ``OPTIONS``. An unknown key raises an InputError."""
     if key in REMOVED:
         raise InputError(f"The model must be {REMOVED[key]}, which replace {key}. Got {key!r} instead.")
     if key not in METHODS:

@@ -59,15 +59,15 @@ class DeviceCheck:
     of : str
         ``held-out`` or ``training``: the rows of the stated error.
     factor : float
-        Growth that counts as drift.
+        Growth of the error above which the device has drifted.
     inside : float
-        Share of the rows with an input in the trained range (%); only these count.
+        Share of the rows with an input in the trained range (%); only these rows are used.
     reached : float
         Share of the trained range that the new record reaches (%).
     parts : tuple of Part
-        Changes that were tried alone.
+        Changes, each tried alone.
     moved : str
-        Name of the part that explains the error; empty if nothing drifted.
+        Name of the change that explains the error; empty without drift.
     """
 
     drifted: bool
@@ -99,12 +99,13 @@ def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceC
     data : Dataset
         New record, with a measured output.
     factor : float
-        Growth of the RMS error that counts as drift.
+        Growth of the RMS error above which the device has drifted.
 
     Raises
     ------
     InputError
-        No measured output, a model without stated error, too few rows in the trained range, a factor of at most 1.
+        The data have no measured output, the model states no error, too few rows are in the trained range, or the
+        factor is at most 1.
     """
     where = data.path or data.name
     if not data.has_output:
@@ -152,7 +153,7 @@ def _moved(parts: tuple[Part, ...]) -> str:
 
 
 def _parts(data: Dataset, y: Array, counted: NDArray[np.bool_]) -> tuple[Part, ...]:
-    """Try each change by least squares on the counted rows."""
+    """Try each change alone by least squares on the counted rows."""
     rows = np.flatnonzero(counted)
     rows = rows[(rows >= MOST_LAG) & (rows < len(y) - MOST_LAG)]
     rows = rows[:: -(-len(rows) // MOST_ROWS)]

@@ -69,7 +69,7 @@ def finished(
 ) -> Model:
     """Run a fitted graph free, compute its errors, check what the data support, record the provenance.
 
-    A run that diverges, or does not follow the data, is an InputError.
+    If the run diverges or does not follow the data, an InputError is raised.
     """
     graph, parameters, found = with_texts(built[0], data), built[1], dict(built[2])
     y = run_along(graph, data)

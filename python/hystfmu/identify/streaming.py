@@ -35,7 +35,7 @@ class Stream:
     Raises
     ------
     InputError
-        Another kind of model; values that `Recursive` refuses.
+        The model has another kind, or `Recursive` refuses a value.
     """
 
     def __init__(self, model: Model, eta: float = 1.0, mu: float = 1.0, dead_zone: float | None = None) -> None:
@@ -93,7 +93,7 @@ class Stream:
 
     @property
     def model(self) -> Model:
-        """The model with its present weights."""
+        """Model with its present weights."""
         m = self._start
         graph = m.graph.replace(self._network.with_values(theta=self.recursive.theta))
         provenance = {**m.provenance, "updated_samples": self.recursive.samples}

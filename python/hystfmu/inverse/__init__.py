@@ -2,14 +2,14 @@
 
 exact    inverts block by block from output to input; every block of the chain needs an inverse
          (Prandtl-Ishlinskii with a linear term, Zhao-Tan, constraint factor, dead zones, scaling).
-implicit runs the model itself inside the block `implicit_inverse`, which finds the input by bounded root finding in the
-         core; the model must be static, operators with memory and functions of one input, or creep beside them, whose
-         lags before a step are known.
-learned  trains a network on the model's own response with input and output exchanged, on the inverse operator of Zhao
-         & Tan and a few plays; `hystfmu.inverse.learned` gives the recipe.
+implicit runs the model inside the block `implicit_inverse`, which finds the input by bounded root finding in the core.
+         The model must consist of static functions of one input and operators with memory. It may also have creep,
+         whose lags before a step are known.
+learned  trains a network on the response of the model with input and output exchanged. The inputs of the network are
+         the inverse operator of Zhao & Tan and a few plays. `hystfmu.inverse.learned` gives the recipe.
 
-adaptive the exact inverse of a Prandtl-Ishlinskii operator whose weights are learned from the measured output while it
-         runs; ports of its own, `hystfmu.inverse.adaptive`.
+adaptive is the exact inverse of a Prandtl-Ishlinskii operator. It learns the weights from the measured output while it
+         runs. It has other ports, see `hystfmu.inverse.adaptive`.
 
 Linear dynamics and a delay after the hysteresis are inverted by a feed-forward that looks ahead
 (`hystfmu.inverse.dynamic`). The output of the cascade then lags the wanted output by ``lag_steps`` of `fit`. The method
@@ -61,9 +61,9 @@ def inverse(
     method : {"exact", "implicit", "learned", "adaptive"}
         See the module docstring.
     seed : int
-        Seed of the learned inverse: initial weights of the network and training reversals.
+        Seed of the learned inverse, for the initial weights of the network and the training reversals.
     progress : function, optional
-        Called with the fraction done, 0..1, while an inverse is learned.
+        Function that is called with the fraction done, 0..1, while an inverse is learned.
     **options
         The implicit inverse takes ``lo`` and ``hi``, the limits of the input; the default is the range of the data
         (provenance ``span_u``). The learned inverse takes the options of ``play_bank_mlp``. The adaptive inverse takes
@@ -78,7 +78,7 @@ def inverse(
     Raises
     ------
     InputError
-        No such inverse exists; the message gives the reason and the remedy.
+        The model has no inverse of this kind; the message states the reason and the remedy.
     """
     made = invert(model, method, seed, progress, **options)
     if method == "adaptive":  # other ports: what it is worth shows beside a plant

@@ -54,7 +54,7 @@ def from_torch(module: nn.Module, text: str = "", step: float | None = None) -> 
     Raises
     ------
     InputError
-        Unsupported layer, sizes that do not match, a weight that is not finite, no Linear layer.
+        A layer is not supported, sizes do not match, a weight is not finite, or there is no Linear layer.
     """
     nodes, wires = torch_blocks(module)
     inputs = [Input("u", (f"{nodes[0].name}.u",), text="inputs of the network")]

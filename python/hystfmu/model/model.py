@@ -92,7 +92,7 @@ class Model:
         Raises
         ------
         InputError
-            Values that are not finite, a covariate that is missing or unknown, a step that the core refuses.
+            A value is not finite, a covariate is missing or unknown, or the core refuses the step.
         """
         rows = input_rows(self.graph, u, covariates)
         return self.graph.run(rows, h if h is not None else self.step if self.step is not None else 1.0)

@@ -148,9 +148,9 @@ class Wiring:
 def sums_before_samples(graph: Graph) -> frozenset[str]:
     """Return the sums before a block that acts at samples, and the products without divisors before both.
 
-    rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole: the sampled block after it reads the sum before the
-    sampled block in front of it has its new value. As an equation of scalars, the sum has the new value. The same holds
-    for Dynamics.Product.
+    rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole. So the sampled block after a sum reads the sum before
+    the sampled block before the sum has its new value. As an equation of scalars, the sum has the new value. The same
+    holds for Dynamics.Product.
     """
 
     def before(names: set[str]) -> set[str]:
@@ -163,15 +163,15 @@ def sums_before_samples(graph: Graph) -> frozenset[str]:
 
 
 def unit_constant(port: str) -> str:
-    """Name of the constant of a block for the unit of measure that a port has in the model."""
+    """Return the name of the constant of a block for the unit of measure that a port has in the model."""
     return f"{port}_unit"
 
 
 def zero_constant(port: str) -> str:
-    """Name of the constant of a block for the SI value of 0 in the unit of measure of a port."""
+    """Return the name of the constant of a block for the SI value of 0 in the unit of measure of a port."""
     return f"{port}_zero"
 
 
 def counted(port: str, unit: str) -> str:
-    """A port as an expression without the offset of its unit of measure, such as that of degC."""
+    """Return a port as an expression without the offset of its unit of measure, such as the offset of degC."""
     return f"({port} - {zero_constant(port)})" if zero(unit) else port

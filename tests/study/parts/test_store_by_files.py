@@ -201,7 +201,7 @@ def test_a_lock_that_fails_leaves_no_handle_open(tmp_path: Path, monkeypatch: An
             open_locked(tmp_path / "file")
         with pytest.raises(OSError, match="Bad file descriptor"):
             os.fstat(handles[-1])
-    assert folder_lock._HELD == held
+    assert held == folder_lock._HELD
     monkeypatch.undo()
     handle = open_locked(tmp_path / "file")
     with pytest.raises(InputError, match="another study is writing into this folder"):

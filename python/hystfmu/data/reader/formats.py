@@ -133,7 +133,7 @@ def numpy_files(source: str) -> Told:
     Raises
     ------
     ValueError
-        The arrays hold objects.
+        The arrays contain objects.
     """
     loaded = np.load(source, allow_pickle=False)
     if isinstance(loaded, np.ndarray):

@@ -153,7 +153,7 @@ def units_in(rows: Iterable[list[str]], columns: int) -> list[str]:
     rows : iterable of list of str
         The cells of the lines above the rows.
     columns : int
-        Columns that hold numbers.
+        Number of columns with numbers.
     """
     found = [""] * columns
     for name, *cells in rows:

@@ -185,7 +185,7 @@ def _first_row(rows: list[list[str]], width: int, lead: int) -> int:
 
     Return the index of the first row, or the number of rows if there is no row with numbers.
 
-    The first `lead` cells of a row hold no numbers.
+    The first `lead` cells of a row contain no numbers.
     """
     k = max((i + 1 for i, r in enumerate(rows) if any(map(is_number, r))), default=0)
     if not k:

@@ -16,7 +16,7 @@ _LEAK, _LEAST_GROWTH = 32, 1 << 20  # bytes per step; total bytes above the nois
 
 
 def reset(fmu: ForeignFmu) -> Iterator[str]:
-    """After reset the run equals that of a new instance."""
+    """After reset the run equals the run of a new instance."""
     with fmu.running() as made:
         want = fmu.run(made, range(fmu.steps // 2))
         made.call("reset", "reset")

@@ -51,7 +51,7 @@ def _limits(v: Var, facts: Facts) -> dict[str, str]:
 
 
 def _attributes(p: Port, name: str, reference: int, facts: Facts) -> dict[str, str]:
-    """Return the attributes that a variable has in both standards."""
+    """Return the attributes that a variable has in FMI 2.0 and in FMI 3.0."""
     found = {"name": name, "valueReference": str(reference), "description": facts.text or p.text}
     if p.is_parameter:
         found |= {"causality": "parameter", "variability": "tunable" if p.kind == "param" else "fixed"}

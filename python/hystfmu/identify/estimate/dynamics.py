@@ -260,7 +260,7 @@ def told(g: Dynamics, spread: Array, data: Dataset, options: Options) -> dict[st
 def hysteresis(model: Model) -> Model:
     """Return the model without G0 and delay: the static part, which `hystfmu.inverse.inverse` inverts.
 
-    Put a ``feedforward`` block with ``f_n`` and ``zeta`` of ``model.fit`` in front of the inverse. This block needs the
+    Put a ``feedforward`` block with ``f_n`` and ``zeta`` of ``model.fit`` before the inverse. This block needs the
     reference and its first two derivatives, ``delay`` seconds ahead. A model without these dynamics raises an
     InputError.
     """

@@ -212,7 +212,7 @@ class _File(GraphTable):
 
 
 def read_graph(path: Path) -> tuple[Graph, dict[str, Spec]]:
-    """Read a graph and its free parameters from `path`; the blocks may stand in any order.
+    """Read a graph and its free parameters from `path`; the blocks may have any order.
 
     The message of an InputError is one line with file, key, rule and value.
     """

@@ -44,7 +44,7 @@ class OutOfTime(Exception):
 
 
 class Objective:
-    """Residuals of the free run at the rows that count.
+    """Residuals of the free run at the counted rows.
 
     The graph has one output; its inputs are u and covariates of the data. A function returns the graph at a point of
     the coordinates. It returns the same object for the same structure; a delay of another number of samples is another

@@ -1,4 +1,4 @@
-"""Evidence in a record for linear dynamics behind a hysteresis, as numbers with standard errors."""
+"""Evidence in a record for linear dynamics after a hysteresis, as numbers with standard errors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def evidence(data: Dataset, v: Array | None = None) -> Evidence:
     data : Dataset
         Data with a measured output; only its training rows are used.
     v : array, shape (n,), optional
-        Output of the static hysteresis in front of the dynamics; default the input.
+        Output of the static hysteresis before the dynamics; default the input.
     """
     rows = [slice(max(r.start, data.train.start), min(r.stop, data.train.stop)) for r in data.records]
     windows = tuple(w for r in rows if r.stop > r.start and (w := Window.of(r)))

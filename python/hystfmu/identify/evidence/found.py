@@ -28,7 +28,7 @@ class Mode:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Linear dynamics behind the hysteresis that a record shows.
+    """Linear dynamics after the hysteresis, as far as a record shows them.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Evidence:
     modes : tuple of Mode
         Up to three modes that the record determines, sorted by frequency.
     delay, delay_se : float
-        Delay (s) beyond the modes; infinite `delay_se`: not known.
+        Delay (s) in addition to the modes. If `delay_se` is infinite, the delay is not known.
     noise, noise_density : float
         Noise of the sensor: RMS for white noise (unit of measure of y), and one-sided density (unit of measure of y per
         sqrt(Hz)).

@@ -133,8 +133,8 @@ class Response:
     def band(self) -> tuple[float, float]:
         """Return the band (Hz) from the lowest frequency to the first gap; (0, 0) if there is none.
 
-        A mode between two points an octave apart affects the response at both. In a wider gap, a mode with a share of
-        the static gain changes the response by twice this share from one side to the other.
+        A mode between two points an octave apart affects the response at these points. In a wider gap, a mode changes
+        the response by twice its share of the static gain from one side of the gap to the other side.
         """
         at = np.flatnonzero(self.seen)
         at = at[np.argmax(self.sure[at]) :] if self.sure.any() else at[:0]

@@ -44,7 +44,7 @@ def dead_time(data: Dataset, lag: int) -> int | None:
     Parameters
     ----------
     data : Dataset
-        One record; all rows count, also those that are not training rows.
+        One record. All rows are used, also rows outside the training rows.
     lag : int
         Rows by which the output lags the input, at least 1.
 

@@ -19,10 +19,10 @@ from hystfmu.graph import Graph, Input, Node
 from hystfmu.identify.catalogue import Option, Options
 
 LEAST_TRAVEL = 0.02
-RANGE = Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen")
+RANGE = Option("range", None, 1e-6, 1e6, text="range to which the input is scaled before the operator; default: chosen")
 MOST = 0.05  # of the range: a larger sigma is the excitation itself
 WIDTH = 2.0  # half-width of the play, in sigma
-DEAD_BAND_TEXT = "half-width of a play in front of the model, in the unit of measure of u; default: 2 sigma of noise"
+DEAD_BAND_TEXT = "half-width of a play before the model, in the unit of measure of u; default: 2 sigma of noise"
 DEAD_BAND = Option("dead_band", None, 0.0, 1e300, text=DEAD_BAND_TEXT)
 
 
@@ -54,7 +54,7 @@ def branch_option(of: str = "") -> Option:
         "memory",
         "dominant",
         choices=("dominant", "last"),
-        text=f"extremum {what} starts from; last: the literal reading",
+        text=f"extremum at which {what} starts; last: as printed in the paper",
     )
 
 

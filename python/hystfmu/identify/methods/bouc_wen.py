@@ -2,7 +2,7 @@
 
 A scale of (A, beta, gamma) and the weight of z have the same effect. A = 1 removes this redundancy, so that z starts
 with the slope of u. The nonlinear parameters are the bound z_max = (beta + gamma)^(-1/n), the ratio gamma / (beta +
-gamma) and the exponent n. For every trial, linear least squares gives offset, linear term and weight of z (variable
+gamma) and the exponent n. For every trial, linear least squares gives offset, linear term and the weight of z (variable
 projection, Golub & Pereyra 1973). Sources: Wen 1976; Ikhouane & Rodellar 2007.
 """
 

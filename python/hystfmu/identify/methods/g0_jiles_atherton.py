@@ -42,7 +42,7 @@ OPTIONS = (
         "strain",
         None,
         choices=("no", "yes"),
-        text="a part of y with M^2, as of magnetostriction; default: chosen on validation blocks",
+        text="part of y with M^2, for magnetostriction; default: chosen on validation blocks",
     ),
     *DYNAMICS_OPTIONS,
 )

@@ -56,12 +56,18 @@ OPTIONS = (
         choices=("batch", "recursive", "dead_zone"),
         text="batch: QR of all rows; recursive: row by row in square-root form; dead_zone: the same with a dead zone",
     ),
-    Option("dead_zone", None, 1e-300, 1e300, text="r, as y is measured; default 1.2 times the largest batch error"),
+    Option(
+        "dead_zone",
+        None,
+        1e-300,
+        1e300,
+        text="dead zone, in the unit of measure of y; default 1.2 times the largest batch error",
+    ),
     Option("ridge", 1e-3, 1e-12, 1e6, text="ridge on the weights, each scaled by its column"),
     branch_option("f"),
     RANGE,
     u0_option("the operator rests"),
-    Option("margin", 0.05, 0.0, 1e300, text="the input is limited to the training range and this fraction of it"),
+    Option("margin", 0.05, 0.0, 1e300, text="the input is limited to the training range, extended by this fraction"),
 )
 
 

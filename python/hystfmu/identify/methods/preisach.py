@@ -72,13 +72,13 @@ class Penalised:
         self._without = [_triangle(np.vstack(parts[:i] + parts[i + 1 :])) for i in range(len(parts))]
 
     def solve(self, strengths: Strengths) -> tuple[Array, Array, float]:
-        """Return x (p,), v (q,) and c for these strengths; the first strength is that of the ridge."""
+        """Return x (p,), v (q,) and c for these strengths; the first strength belongs to the ridge."""
         z = self._solved(self._whole, strengths)
         w = z[:-1] / self.size
         return w[: self.n], w[self.n :], float(self.mean + z[-1] - self.middle @ w)
 
     def error(self, strengths: Strengths) -> float:
-        """Return the RMS error over `FOLDS` chunks of consecutive rows, each predicted from the others."""
+        """Return the RMS error over `FOLDS` chunks of consecutive rows; fits to all other chunks predict each."""
         squares = [
             float(np.sum((chunk[:, :-1] @ self._solved(triangle, strengths) - chunk[:, -1]) ** 2))
             for chunk, triangle in zip(self._chunks, self._without, strict=True)

@@ -25,7 +25,9 @@ def network_options(hidden: int, starts: int, iterations: int, least_decay: floa
         Option("trainer", "levenberg_marquardt", choices=tuple(TRAINERS), text="optimiser"),
         Option("iterations", iterations, 1, 100000, text="iterations of the best start"),
         Option("decay", None, 0.0, 1e3, text=decay),
-        Option("margin", 0.05, 0.0, 1e300, text="features are limited to the training range and this fraction of it"),
+        Option(
+            "margin", 0.05, 0.0, 1e300, text="features are limited to the training range, extended by this fraction"
+        ),
     )
 
 

@@ -35,7 +35,7 @@ def train_module(
     x : array, shape (n, n_in)
         Inputs, scaled to about [-1, 1].
     y : array, shape (n,) or (n, n_out)
-        Wanted outputs, scaled likewise.
+        Wanted outputs, also scaled to about [-1, 1].
     trainer : {"levenberg_marquardt", "powell_beale", "lbfgs"}
         Optimiser; see `hystfmu.identify.solvers.trainers`.
     iterations : int
@@ -49,7 +49,7 @@ def train_module(
     Raises
     ------
     InputError
-        Unknown trainer, lengths that differ, a module without weights.
+        The trainer is unknown, lengths differ, or the module has no weights.
     """
     if trainer not in TRAINERS:
         raise InputError(f"The trainer must be one of {', '.join(TRAINERS)}. Got {trainer!r} instead.")

@@ -104,11 +104,10 @@ def conjugate_gradients(
 ) -> tuple[Array, float, int]:
     """Minimise a smooth function from the start p by conjugate gradients with Powell-Beale restarts.
 
-    d_k = -g_k + beta_k d_{k-1} + gamma_k d_t, t the last restart, y_k = g_{k+1} - g_k,
-    beta_k = g_k'y_{k-1} / d_{k-1}'y_{k-1}, gamma_k = g_k'y_t / d_t'y_t (0 at k = t+1).
-    It restarts with d_k = -g_k if |g_{k-1}'g_k| >= 0.2 |g_k|^2 (Powell 1977, Math. Prog. 12, 241-254), after n steps,
-    and if d_k is not a descent direction.  The third term keeps directions conjugate to that of the restart (Beale
-    1972).
+    d_k = -g_k + beta_k d_{k-1} + gamma_k d_t, t the last restart, y_k = g_{k+1} - g_k, beta_k = g_k'y_{k-1} /
+    d_{k-1}'y_{k-1}, gamma_k = g_k'y_t / d_t'y_t (0 at k = t+1). It restarts with d_k = -g_k if |g_{k-1}'g_k| >= 0.2
+    |g_k|^2 (Powell 1977, Math. Prog. 12, 241-254), after n steps, and if d_k is not a descent direction. The third term
+    keeps directions conjugate to the direction of the restart (Beale 1972).
 
     `function` returns value and gradient (n,) at a point (n,). A line search ends when the slope has decreased to the
     fraction `slope`; conjugacy needs about 0.1 or less. The steps end when the largest component of the gradient is at
