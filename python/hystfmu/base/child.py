@@ -5,6 +5,7 @@ The foreign code may replace a result by a link to a file that the code itself c
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import signal
@@ -26,9 +27,19 @@ from hystfmu.base.errors import InputError
 
 MOST_LOG = 1 << 16
 _MOST_OUTPUT = 1 << 24  # bytes on the disk; what is older is dropped
+_PUNCH_HOLE = 3  # and keep the size: the mode of fallocate(2)
 _LOOK = 0.5  # s: between two looks at the size of the output
 _END = 10.0  # s: time for the supervisor to end all processes
 _TOLD: set[str] = set()
+
+
+def _freed(handle: int, size: int) -> bool:
+    """Free the first bytes of a file, where the system can. Bytes that the child writes meanwhile stay."""
+    if sys.platform != "linux":
+        return False
+    call = ctypes.CDLL(None).fallocate
+    call.argtypes = [ctypes.c_int, ctypes.c_int, ctypes.c_int64, ctypes.c_int64]
+    return bool(call(handle, _PUNCH_HOLE, 0, size) == 0)
 
 
 def limit_memory(gigabytes: float) -> None:
@@ -178,11 +189,13 @@ class Child:
 
         The file becomes sparse.
         """
-        if getattr(os.fstat(self._output.fileno()), "st_blocks", 0) * 512 > _MOST_OUTPUT:
+        handle = self._output.fileno()
+        found = os.fstat(handle)
+        if getattr(found, "st_blocks", 0) * 512 > _MOST_OUTPUT and not _freed(handle, found.st_size - MOST_LOG):
             last = self._last_output()
             whole, newline, _ = last.rpartition(b"\n")  # the rest of a line that is being written gets lost
             self._dropped = whole + newline or last
-            os.ftruncate(self._output.fileno(), 0)
+            os.ftruncate(handle, 0)
 
     def _end(self) -> None:
         if self._process.poll() is None and sys.platform == "linux":

@@ -29,9 +29,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "constraint_factor_mlp": TRAINED,
     "fitted_operator_mlp": {**TRAINED, "N": 8},
     "g0_bouc_wen": {},
-    "bouc_wen_parallel": {
-        "rate": "yes"
-    },  # without lags the loop of this stack falls after a reversal, which is refused
     "knee": {},
 }
 SHEET = {"stroke": 40e-6, "blocking_force": 800.0, "capacitance": 4e-6, "resonance": 2000.0}

@@ -10,7 +10,7 @@ from hystfmu.modelica.actuator.slot import Slot, lags, left_out, value, zones
 from hystfmu.modelica.literals import number
 
 CURVE, OF_X = ("m_x", "c0", "knots_x", "curve"), ("lags_x", "creep_x", "T_x")
-FASTEST = 3  # steps: time constant of a lag that does not act at once
+FASTEST = 1  # step: time constant of a lag that does not act at once
 INSIDE = 0.999999  # of the bound of z: the class refuses a start beyond it
 PREISACH = {
     "hysteresis": "preisach",
