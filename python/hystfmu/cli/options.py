@@ -66,7 +66,7 @@ class Command(click.Command):
         for names, text in _HOW_MUCH:
             self.params.append(click.Option(names, is_flag=True, expose_value=False, callback=_level, help=text))
         if any(isinstance(p.type, (OutputFile, OutputFolder)) for p in self.params):
-            text = "Replace existing files with different content; without this option they are refused."
+            text = "Replace existing files with different content.  Without this option such a file is an error."
             self.params.append(click.Option(["--force"], is_flag=True, expose_value=False, callback=_force, help=text))
 
     def invoke(self, ctx: click.Context) -> Any:

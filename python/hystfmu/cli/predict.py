@@ -86,7 +86,7 @@ def predict(
     type=float,
     default=2.0,
     show_default=True,
-    help="The device has drifted if the RMS error is this factor above the error in the model file.",
+    help="The device has drifted if the RMS error exceeds this multiple of the error in the model file.",
 )
 @json_option
 def check(model: str, data: str, columns: Columns, factor: float, as_json: bool) -> None:

@@ -21,8 +21,9 @@ def printed(eta: float, eps: float) -> float:
 
 
 def ultimate(eta: float, rho: float, eps: float, D: float) -> float:
-    """Return the exact ultimate bound of |s|. eta is in 1/s, eps has the unit of s, rho and D have the unit of
-    ds/dt.
+    """Return the exact ultimate bound of |s|.
+
+    eta is in 1/s, eps has the unit of s, rho and D have the unit of ds/dt.
     """
     b = eta * eps + rho - D
     root = math.sqrt(b * b + 4 * eta * D * eps)

@@ -43,8 +43,9 @@ def decades(values: Array) -> tuple[tuple[float, float], list[float]]:
 
 
 def sparse(ticks: Sequence[float], names: Sequence[str], size: float) -> list[tuple[float, str]]:
-    """Return ticks and their names along an axis of `size` points. Every second or third tick if names would
-    overlap.
+    """Return ticks and their names along an axis of `size` points.
+
+    Only every second or third tick is returned if names would overlap.
     """
     wide = LETTER * max(map(len, names), default=0) + GAP
     every = max(1, math.ceil(wide * len(ticks) / size))

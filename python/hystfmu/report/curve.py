@@ -8,8 +8,9 @@ from hystfmu.base.arrays import Array
 
 
 def path(x: Array, y: Array) -> str:
-    """Return a curve as SVG path data in relative steps of a tenth of a point. Decimals would need three times the
-    size.
+    """Return a curve as SVG path data in relative steps of a tenth of a point.
+
+    Decimals would need three times the size.
     """
     points = np.column_stack([x, y])
     tenths = np.round(10 * points).astype(int)

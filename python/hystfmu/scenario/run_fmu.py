@@ -31,8 +31,9 @@ _CHUNK = 4096  # rows
 
 @dataclass(frozen=True)
 class FmuRun:
-    """Outputs of a run by name, at the times `t` (s). If the run ended before the stop time, `note` states the
-    reason.
+    """Outputs of a run by name, at the times `t` (s).
+
+    If the run ended before the stop time, `note` states the reason.
     """
 
     path: str

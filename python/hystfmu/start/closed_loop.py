@@ -1,5 +1,4 @@
-"""The loop around a fitted model: plants that agree with the record, comparison of controllers, a scenario with a
-verdict.
+"""The loop around a fitted model: plants that agree with the record, controllers, and a scenario with a verdict.
 
 A controller is used only if it meets its margins for all plants of the set, and if every drawn device stays bounded in
 simulation. Otherwise the loop consists of feed-forward and inverse, and a note states this.

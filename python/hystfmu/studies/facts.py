@@ -26,8 +26,9 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Facts(pydantic.BaseModel):
-    """Data of a study in its report.json. `outcomes` has a letter of `WORDS` for each draw, in the order of the
-    draws.
+    """Data of a study in its report.json.
+
+    `outcomes` has a letter of `WORDS` for each draw, in the order of the draws.
     """
 
     model_config = pydantic.ConfigDict(strict=True)

@@ -27,9 +27,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Spread:
-    """Distribution of one metric in one case: percentiles, worst value, limit, and share of the draws within the
-    limit.
-    """
+    """Distribution of one metric in one case: percentiles, worst value, limit, and share within the limit."""
 
     case: str
     metric: str

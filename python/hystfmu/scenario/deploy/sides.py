@@ -96,8 +96,9 @@ class _Sides:
         return self.system.parts[k].period < self.system.case.ripple
 
     def _drivers(self, k: int) -> list[int]:
-        """Return the values that a unit reads, except noise. Values of sources are omitted if there are other
-        values.
+        """Return the values that a unit reads, except noise.
+
+        Values of sources are omitted if there are other values.
         """
         read = {n.source for n in self.into[k]}
         driven = sorted(s for s in read if self.owner[s] not in self.sources)

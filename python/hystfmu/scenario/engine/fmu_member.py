@@ -32,14 +32,18 @@ def n_states(graph: Graph) -> int:
 
 
 def n_saved(graph: Graph) -> int:
-    """Return the number of values of a saved state of the core: last step, states, and other values that a run
-    changes."""
+    """Return the number of values of a saved state of the core.
+
+    These are the last step, the states, and other values that a run changes.
+    """
     return len(graph.executor().state)
 
 
 def state_hash(graph: Graph, saved: Array, skip: int = 0) -> str:
-    """Return the hash of the states of a graph in a `saved` state (n,) of the core, after `skip` states of other
-    graphs."""
+    """Return the hash of the states of a graph in a `saved` state (n,) of the core.
+
+    `skip` is the number of preceding states, which belong to other graphs.
+    """
     return hashlib.sha256(saved[1 + skip : 1 + skip + n_states(graph)].tobytes()).hexdigest()[:16]
 
 

@@ -28,8 +28,9 @@ from hystfmu.scenario.system.system import System
 
 
 class Newton:
-    """Newton's method for the guess in one step of the units that are due. `values` contains all values of the
-    system.
+    """Newton's method for the guess in one step of the units that are due.
+
+    `values` contains all values of the system.
     """
 
     def __init__(self, system: System, due: Sequence[Member], values: Array) -> None:

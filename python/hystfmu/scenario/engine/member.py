@@ -20,8 +20,9 @@ from hystfmu.scenario.system.system import Link, Part, System
 
 
 def weights(system: System, links: Sequence[Link]) -> list[float]:
-    """Return the position of the newest value of each source within the step of the reader: 1 at the end, 0 at the
-    start.
+    """Return the position of the newest value of each source within the step of the reader.
+
+    The position is 1 at the end of the step and 0 at its start.
 
     If a source steps more often and follows in the order, its value is old by one step of the source.
     """

@@ -98,8 +98,9 @@ class Native:
         self._columns = np.array([system.columns[c] for c in self._names], dtype=np.int64)
 
     def set(self, values: Mapping[str, Any]) -> None:
-        """Set the parameters of the next runs, ``{"unit.parameter": value}``. They replace the parameters of the last
-        call.
+        """Set the parameters of the next runs, ``{"unit.parameter": value}``.
+
+        They replace the parameters of the last call.
 
         All other parameters have the values in the scenario. Values have the form of `set` of a scenario; ``"*1.2"`` is
         a factor. An unknown unit, an unknown parameter or a value out of range is an InputError.

@@ -106,8 +106,10 @@ def one_line(words: object) -> str:
 
 
 def box_of(systems: Sequence[System], folder: str) -> Box:
-    """Return the files that the foreign FMUs of these cases may use: their unpacked archives, and a folder to write
-    into."""
+    """Return the files that the foreign FMUs of these cases may use.
+
+    These are their unpacked archives, and a folder for written files.
+    """
     return Box.of(folder, *(p.graph.folder for s in systems for p in s.foreign if isinstance(p.graph, Foreign)))
 
 

@@ -215,9 +215,7 @@ class OpenedLoop:
         return -_error(response_of(self.controller, z), slope * response_of(self.held(delay), z)[:, 0, 0])
 
     def worst_peak_db(self, delay: float = 0.0) -> float:
-        """Return the largest peak of the sensitivity over the sector of slopes (dB); infinite if a slope is
-        unstable.
-        """
+        """Return the largest peak of the sensitivity over the sector of slopes (dB); infinite if one is unstable."""
         if not self.stable_at(delay):
             return np.inf
         return max(self._peak_db(float(slope), delay) for slope in np.linspace(*self.slopes, SLOPES))

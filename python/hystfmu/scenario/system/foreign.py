@@ -127,8 +127,9 @@ class Foreign:
         return found
 
     def with_settings(self, settings: Mapping[str, Any]) -> Foreign:
-        """Return the FMU with other parameter values of the correct types; ``"*1.2"`` is a factor of the start
-        value.
+        """Return the FMU with other parameter values of the correct types.
+
+        ``"*1.2"`` is a factor of the start value.
         """
         variables = {v.name: v for v in self.description.modelVariables if v.causality in _SETTABLE}
         new = dict(self.settings)

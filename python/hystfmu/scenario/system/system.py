@@ -134,8 +134,9 @@ class System:
         return np.where((n < self.n_steps) & (self.at(n) < t), n + 1, n)
 
     def chunks(self) -> Iterator[tuple[int, int]]:
-        """Yield first fine step and end of each chunk of rows. The size of a chunk is bounded for runs of any
-        length.
+        """Yield first fine step and end of each chunk of rows.
+
+        The size of a chunk is bounded for runs of any length.
         """
         most = 1 << max(CHUNK_VALUES // max(self.n_values, 8), SHORTEST_CHUNK).bit_length() - 1
         end = self.n_steps + 1
