@@ -145,8 +145,8 @@ class Wiring:
 def sums_before_samples(graph: Graph) -> frozenset[str]:
     """Return the sums before a block that acts at samples.
 
-    rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole. So the sampled block after a sum reads the sum before
-    the sampled block before the sum has its new value. As an equation of scalars, the sum has the new value.
+    rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole. So the sampled block after a sum reads an old value:
+    the sampled block before the sum has not been updated yet. As an equation of scalars, the sum has the new value.
     """
     sampled = {n.name for n in graph.nodes if classes.is_sampled(n)}
     before = {a.split(".")[0] for a, b in graph.wires if b.split(".")[0] in sampled}
