@@ -223,8 +223,8 @@ def _warnings(best: Trial, seen: Excitation) -> list[str]:
         return []
     return [
         f"the best model on the validation blocks is {best.name}, but the minor loops in the data have a gap of "
-        f"{seen.gap:.2g} % of the span of y ({seen.memory} memory): rate dependence, creep or drift opens them, "
-        "or no candidate fits"
+        f"{seen.gap:.2g} % of the span of y ({seen.memory} memory): rate dependence, creep or drift opens the "
+        "loops, or no candidate fits"
     ]
 
 
@@ -244,7 +244,7 @@ def refusal(
     poor = f" The record is poor: {'; '.join(seen.warnings)}." if seen.warnings else ""
     return InputError(
         f"{where}: {rule}. Got {got}{f'; {others}' if others else ''}.{poor} The output depends on more than the past "
-        "of this input, or no kind describes it: measure what else acts on it, or name a kind to fit it all the same."
+        "of this input, or no kind describes the device: measure its other inputs too, or name a kind to fit it anyway."
     )
 
 
