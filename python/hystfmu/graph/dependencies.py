@@ -3,8 +3,8 @@
 Between blocks, the wires and `feedthrough()` define the dependencies. Within a block with continuous states, the
 equations define them. The equations are evaluated once per state with NaN as the value of this state; every value that
 becomes NaN depends on this state. 0 times NaN is also a dependency, because a coefficient of 0 may be set to another
-value. A block that only holds its output between samples has direct feed-through, because it has direct feed-through at
-a sample.
+value. A block that only holds its output between samples has direct feed-through, because its output depends on the
+input at a sample.
 """
 
 from __future__ import annotations

@@ -140,7 +140,9 @@ def fit_graph(
     check(data)
     if isinstance(graph, Path):
         if free is not None:
-            raise InputError(f"{graph}: The free parameters must be those of the file. Got others beside it.")
+            raise InputError(
+                f"{graph}: The free parameters must be those of the file. Got a file and further free parameters."
+            )
         graph, free = read_graph(graph)
     started, alone = time.perf_counter(), isinstance(graph, Block)
     if isinstance(graph, Block):

@@ -8,16 +8,17 @@ A block that alone reaches an end of the range is not held out, because without 
 
 The blocks form disjoint folds. After each fold, losers are stopped (racing: Maron & Moore 1994; Birattari et al. 2002).
 A loser is a kind whose error, without the noise of the output, is `LOSER` times the least error. The spread between the
-fits of the folds is added to the error. A loser returns if the errors of the other kinds turn out to be uncertain. A
-kind that is expensive to fit starts with a short trial fit with all its parts.
+fits of the folds is added to the error (root of the sum of squares). A loser returns if the errors of the other kinds
+turn out to be uncertain. A kind that is expensive to fit starts with a short trial fit with all its parts.
 
 Validation blocks do not test states of the memory that the record does not reach. Networks and kinds with local
 parameters have errors in these states. Therefore the share of these states among the states of other signals
-(`hystfmu.model.coverage`) is multiplied by `OUTSIDE` % of the span and added to the error. Each model also runs on the
-input of the record with another initial memory. If the output then leaves the range of the record, a model whose output
-stays inside is preferred, unless that model is a loser. Of equally good kinds, one with an exact inverse is preferred,
-then the one with the fewest parameters. If the record is one oscillation, its blocks are similar; then all kinds except
-losers are equally good. If the best error without noise is above `REFUSED` %, the record is refused (`refusal`).
+(`hystfmu.model.coverage`), times `OUTSIDE` % of the span, is added to the error (root of the sum of squares). Each
+model also runs on the input of the record with another initial memory. If the output then leaves the range of the
+record, a model whose output stays inside is preferred, unless that model is a loser. Of equally good kinds, one with an
+exact inverse is preferred, then the one with the fewest parameters. If the record is one oscillation, its blocks are
+similar; then all kinds except losers are equally good. If the best error without noise is above `REFUSED` %, the record
+is refused (`refusal`).
 
 No kind is omitted because of its cost. If fits to the whole record would take too long, all kinds compete on a shorter
 part of the record (`hystfmu.identify.cuts`). If there are several records, they compete on the longest record. The
@@ -222,8 +223,8 @@ def _warnings(best: Trial, seen: Excitation) -> list[str]:
         return []
     return [
         f"the best model on the validation blocks is {best.name}, but the minor loops in the data have a gap of "
-        f"{seen.gap:.2g} % of the span of y ({seen.memory} memory): rate dependence, creep or drift opens them, "
-        "or no candidate fits"
+        f"{seen.gap:.2g} % of the span of y ({seen.memory} memory): rate dependence, creep or drift opens the "
+        "loops, or no candidate fits"
     ]
 
 
@@ -243,7 +244,7 @@ def refusal(
     poor = f" The record is poor: {'; '.join(seen.warnings)}." if seen.warnings else ""
     return InputError(
         f"{where}: {rule}. Got {got}{f'; {others}' if others else ''}.{poor} The output depends on more than the past "
-        "of this input, or no kind describes it: measure what else acts on it, or name a kind to fit it all the same."
+        "of this input, or no kind describes the device: measure its other inputs too, or name a kind to fit it anyway."
     )
 
 

@@ -109,7 +109,7 @@ def _fast_poles(graph: Graph, h: float) -> list[str]:
         if fast * h > np.pi:
             found.append(
                 f"a pole of {n.name} at {fast:.2g} 1/s lies above pi/h = {np.pi / h:.2g} 1/s of the data, which do "
-                "not determine it: the dynamics act as slower ones, or the record shows none"
+                "not determine this pole: the record shows slower dynamics, or no dynamics"
             )
     return found
 

@@ -3,7 +3,7 @@
 Validation blocks of one record are similar, so they do not show errors of extrapolation to other states of the memory.
 Differences between fits to different rows show these errors. The folds are a delete-group jackknife (Shao & Wu, Annals
 of Statistics 17 (1989) 1176-1197). The standard error of the output for an input with another memory is added to the
-error.
+error (root of the sum of squares).
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ class Race:
         return 100 * float(np.sqrt(left / self.data.span**2 + (OUTSIDE / 100 * trial.outside) ** 2))
 
     def risk(self, trial: Trial) -> float:
-        """Return the error to expect on other signals, in % of the span: `excess`, and the spread between the folds."""
+        """Return the expected error on other signals, in % of the span, from `excess` and the spread between folds."""
         return float(np.hypot(self.excess(trial), 100 * trial.spread / self.data.span))
 
     def best(self) -> Trial:
@@ -172,7 +172,7 @@ class Race:
         return least
 
     def least(self) -> float:
-        """Return the least error to expect so far, in % of the span."""
+        """Return the least expected error so far, in % of the span."""
         return max(min((self.risk(t) for t in self.trials.values()), default=np.inf), EXACT)
 
     def follows(self, trial: Trial, percent: float) -> bool:

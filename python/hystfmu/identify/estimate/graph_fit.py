@@ -47,8 +47,8 @@ def fit_graph(
     """Fit the free parameters of a graph to the free run on every record.
 
     The graph has one output. Its first input is u; further inputs are covariates of the data, by name. `free` has the
-    form of `hystfmu.identify.estimate.free`. With `hold`, redundant parameters are held. The further results are
-    ``free`` and ``condition`` of `determined`, ``held``, ``bounded`` and ``warnings``.
+    form of `hystfmu.identify.estimate.free`. With `hold`, redundant parameters are held. Further results are ``free``
+    and ``condition`` of `determined`, ``held``, ``bounded`` and ``warnings``.
 
     An InputError is raised for other ports, for an invalid free parameter, and for a graph that the core cannot run on
     the data with its given values.
