@@ -154,7 +154,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         ("scaling", "sum"), "rate_of(): gains through which the rates of ports reach an operator"
     ),
     "modelica/wiring.py": dict.fromkeys(
-        ("sum", "product"), "sums_before_samples(): the blocks that one compiler reads too early"
+        ("sum", "product"), "inlined_before_samples(): the blocks that one compiler reads too early"
     ),
     "modelica/classes.py": {
         **dict.fromkeys(("delay", "iterative_learning", "narx_network", "repetitive"), "COUNTED: lags in samples"),

@@ -27,7 +27,7 @@ from hystfmu.modelica.realisation import (
 from hystfmu.modelica.record import field, step
 from hystfmu.modelica.span import span
 from hystfmu.modelica.state_space import TEXTS
-from hystfmu.modelica.wiring import Wiring, sums_before_samples
+from hystfmu.modelica.wiring import Wiring, inlined_before_samples
 
 
 def wiring(graph: Graph, taken: set[str]) -> Wiring:
@@ -79,9 +79,9 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
     if sampled:
         lines.append("  extends HystFMU.Interfaces.Sampled(Ts = values.Ts);")
     if kind == SAMPLED:
-        w = replace(w, sums=sums_before_samples(graph) - implicit.hidden(graph))
-    sums = [w.sum(name) for name in sorted(w.sums)]
-    nodes = [n for n in nodes if n.name not in w.sums]
+        w = replace(w, inlined=inlined_before_samples(graph) - implicit.hidden(graph))
+    sums = [w.inline(name) for name in sorted(w.inlined)]
+    nodes = [n for n in nodes if n.name not in w.inlined]
     lines += [
         f"  {_declaration(model, n, w.parts[n.name], inverses.get(n.name), kind)} "
         f"annotation ({placed(*w.where.of[n.name])});"
@@ -94,7 +94,7 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
         lines.append(_refusal(step(model)))
     for i, p in enumerate(graph.inputs):
         lines += w.from_port(p, i)
-    apart = implicit.hidden(graph) | w.sums
+    apart = implicit.hidden(graph) | w.inlined
     lines += [w.between(a, b) for a, b in implicit.wires(graph) if b.split(".")[0] not in apart]
     lines += [w.to_port(o, i) for i, o in enumerate(graph.outputs)]
     lines += w.unconnected(nodes)

@@ -26,15 +26,15 @@ class Wiring:
     ports, parts : dict of str to str
         Names in the block, by their names in the graph.
     where : Spots
-    sums : frozenset of str
-        Nodes that become an equation instead of a component, see `sums_before_samples`.
+    inlined : frozenset of str
+        Nodes that become an equation instead of a component, see `inlined_before_samples`.
     """
 
     graph: Graph
     ports: dict[str, str]
     parts: dict[str, str]
     where: Spots
-    sums: frozenset[str] = frozenset()
+    inlined: frozenset[str] = frozenset()
 
     def row(self, end: str) -> tuple[Node, Var, str | None]:
         """Return node, row of its table, and index of an end of a wire."""
@@ -49,7 +49,7 @@ class Wiring:
         The other end may be a scalar.
         """
         node, v, index = self.row(end)
-        if node.name in self.sums:
+        if node.name in self.inlined:
             return self.parts[node.name]
         if index is None and v.size != "1" and node.sizes[v.name] == 1:
             index = "1"
@@ -58,7 +58,7 @@ class Wiring:
     def point(self, end: str) -> Point:
         """Return the position of an end in the diagram."""
         node, v, _ = self.row(end)
-        if node.name in self.sums:
+        if node.name in self.inlined:
             return self.where.of[node.name]
         rows = node.block.of(v.kind)
         return on_component(port_at(v.kind == "input", rows.index(v), len(rows)), self.where.of[node.name])
@@ -75,7 +75,7 @@ class Wiring:
         """
         name, found = self.ports[p.name], []
         for to in p.to:
-            if to.split(".")[0] in self.sums:
+            if to.split(".")[0] in self.inlined:
                 continue
             end = self.end(to)
             value = counted(name, p.unit) + (f"/{self._scale(p, to)}" if si(p.unit)[0] else "")
@@ -95,8 +95,8 @@ class Wiring:
         at = port_at(False, i, len(self.graph.outputs), self.where.edge)
         return f"  connect({self.end(o.source)}, {name}) {line(self.point(o.source), at)};"
 
-    def sum(self, name: str) -> tuple[str, str]:
-        """Return declaration and equation of a node of `sums`."""
+    def inline(self, name: str) -> tuple[str, str]:
+        """Return declaration and equation of a node of `inlined`."""
         node, part = self.graph.node(name), self.parts[name]
         is_sum = node.type == "sum"
         k = f"values.{field(self.graph, node, 'k')}" if is_sum else ""
@@ -106,11 +106,11 @@ class Wiring:
             wire = next((a for a, b in self.graph.wires if b in to), None)
             port = next((p for p in self.graph.inputs if to & set(p.to)), None)
             if wire is not None:
-                terms.append(f"{k}[{i}]*{self.end(wire)}" if is_sum else self.end(wire))
+                terms.append(f"{k}[{i}]*" * is_sum + self.end(wire))
             elif port is not None:
                 own = self.ports[port.name]
                 scaled = f"/{unit_constant(own)}" if si(port.unit)[0] else ""
-                terms.append(f"{k}[{i}]*{counted(own, port.unit)}{scaled}" if is_sum else f"{own}{scaled}")
+                terms.append(f"{k}[{i}]*" * is_sum + f"{counted(own, port.unit)}{scaled}")
             elif not is_sum:
                 terms.append("0")  # an input that nothing drives
         where, what = placed(*self.where.of[name]), "Weighted sum" if is_sum else "Product"
@@ -145,7 +145,7 @@ class Wiring:
         return found
 
 
-def sums_before_samples(graph: Graph) -> frozenset[str]:
+def inlined_before_samples(graph: Graph) -> frozenset[str]:
     """Return the sums before a block that acts at samples, and the products without divisors before both.
 
     rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole. So the sampled block after a sum reads the sum before

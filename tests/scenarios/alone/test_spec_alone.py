@@ -147,7 +147,7 @@ def test_what_a_record_does_not_take() -> None:
 
 
 def test_values_of_the_package_cannot_be_changed() -> None:
-    """All dataclasses are frozen but the one that counts."""
+    """All dataclasses are frozen, except Sweeps, whose counters change during a run."""
     found = {}
     for info in pkgutil.walk_packages(hystfmu.scenario.__path__, "hystfmu.scenario."):
         for name, value in vars(importlib.import_module(info.name)).items():
