@@ -28,7 +28,7 @@ from hystfmu.start.contender import Contender
 from hystfmu.start.device import FINE, SLOPES, Device, device
 from hystfmu.start.loop import command_of, draws, loop_scenario
 from hystfmu.start.misfit import HARMONICS, Misfit, misfit
-from hystfmu.start.promise import OTHER_KIND, Promise, expected_percent, promises
+from hystfmu.start.promise import Promise, expected_percent, promises
 from hystfmu.start.references import Tried, references
 from hystfmu.start.requirements import JUMPS, OVERSHOOT, Amplifier, Requirements
 from hystfmu.start.step_response import StepResponse, step_response
@@ -87,7 +87,7 @@ class ClosedLoop:
     @property
     def misfitted(self) -> tuple[str, ...]:
         """Reason why the model does not follow its record; empty if it follows the record."""
-        return tuple({p.why for p in self.promises if p.why.endswith(OTHER_KIND)})
+        return tuple(dict.fromkeys(p.why for p in self.promises if not p.follows))
 
     @property
     def references(self) -> tuple[str, ...]:

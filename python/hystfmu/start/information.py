@@ -38,11 +38,19 @@ def information(model: Model, data: Dataset, u: Array, h: float) -> float:
         return new_states(data, u)
     runs, sigma = Runs(model.graph), max(float(model.fit.get("rms", 0.0)), LEAST_NOISE * data.span)
 
-    def told(v: Array, step: float) -> Array:
+    def scaled(v: Array, step: float) -> Array:
+        """Return derivatives over sigma of some rows of a run, weighted for all rows, shape (rows, changes)."""
         rows = np.arange(len(v))[:: -(-len(v) // MOST_ROWS)]
         j = runs.sensitivities(v.reshape(-1, 1), step, changes, rows)[1]
-        return np.asarray(j.T @ j * (len(v) / len(rows)) / sigma**2)
+        return np.asarray(j * (np.sqrt(len(v) / len(rows)) / sigma))
 
-    known = np.eye(len(changes)) + sum(told(data.u[rows], data.h) for rows in data.records)
-    gain = np.linalg.slogdet(known + told(u, h))[1] - np.linalg.slogdet(known)[1]
+    known = np.vstack([np.eye(len(changes)), *(scaled(data.u[rows], data.h) for rows in data.records)])
+    gain = _log_det(np.vstack([known, scaled(u, h)])) - _log_det(known)
     return float(gain) if np.isfinite(gain) else new_states(data, u)
+
+
+def _log_det(a: Array) -> float:
+    """Return log det a'a, by QR; infinite or NaN where a is not finite."""
+    if not np.isfinite(a).all():
+        return float("nan")
+    return float(2 * np.log(np.abs(np.diag(np.linalg.qr(a, mode="r")))).sum())

@@ -50,6 +50,8 @@ class Promise:
         Expected RMS error on the device, and a bound of this error; None if not known.
     why : str
         Reason why the error is not known.
+    follows : bool
+        False if this reason is that the model does not follow its record.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Promise:
     rms_percent: float | None
     bound_percent: float | None
     why: str = ""
+    follows: bool = True
 
 
 def promises(
@@ -74,15 +77,19 @@ def promises(
     model: Model,
 ) -> tuple[Promise, ...]:
     """Return the expected errors for all references."""
-    made = []
+    made, fault = [], misfitted(model, 100 * found.noise / data.span)
     values = {r.case: v.value for r in results for v in r.verdicts if v.metric == "tracking"}
     for t in tried:
         in_percent = 100 / (2 * t.amplitude)
         run = values.get(t.name, float("inf")) * tried[0].amplitude / t.amplitude
-        why = unknown(found, t, data, model)
+        why = unknown(found, t, data, model, fault)
         expected = None if why else float(np.hypot(run, np.sqrt(_left(found, plants, aim, tuned, t)) * in_percent))
         bound = None if expected is None else max(BOUND * expected, LEAST * found.noise * in_percent)
-        made.append(Promise(t.name, t.shape, t.frequency, t.amplitude, t.offset, run, expected, bound, why))
+        made.append(
+            Promise(
+                t.name, t.shape, t.frequency, t.amplitude, t.offset, run, expected, bound, why, not why or why != fault
+            )
+        )
     return tuple(made)
 
 
@@ -95,13 +102,13 @@ def expected_percent(found: Device, plants: PlantSet, aim: Aim, missed: Misfit, 
     return float(100 * np.sqrt(power.sum() + noise + _left(found, plants, aim, tuned, t)) / (2 * t.amplitude))
 
 
-def unknown(found: Device, t: Tried, data: Dataset, model: Model) -> str:
+def unknown(found: Device, t: Tried, data: Dataset, model: Model, fault: str) -> str:
     """Return the reason why the error on the device is not known; empty if it is known."""
     size = SMALL * float(np.ptp(data.u))
     turns = sum(len(turning_points(data.u[rows], size)) for rows in data.records)
     if turns < LEAST_REVERSALS or any("informative" in w for w in model.fit.get("warnings", ())):
         return "the record does not show the memory of the hysteresis"
-    if fault := misfitted(model, 100 * found.noise / data.span):
+    if fault:
         return fault
     if not found.plant.f_n:
         return "the record does not show the dynamics of the device"
