@@ -122,8 +122,8 @@ class LoopFigures:
 
 
 @dataclass(frozen=True)
-class Result:
-    """Result of one case of a scenario.
+class CaseResult:
+    """What is known about one case after its run: verdicts, failures, signals (`hystfmu.scenario.Result` draws it).
 
     Parameters
     ----------
