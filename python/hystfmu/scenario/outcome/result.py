@@ -123,7 +123,7 @@ class LoopFigures:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """What is known about one case after its run: verdicts, failures, signals (`hystfmu.scenario.Result` draws it).
+    """Verdicts, failures and signals of one case after its run; `hystfmu.scenario.Result` can draw them.
 
     Parameters
     ----------
