@@ -94,7 +94,7 @@ def fit(
     from hystfmu.data.reader.reading import dataset_of
     from hystfmu.face.evidence import with_evidence
     from hystfmu.identify import fit, fit_graph
-    from hystfmu.inverse.worth import Inverses
+    from hystfmu.inverse import Inverses
 
     if purpose not in ("model", "inverse"):
         raise InputError(f"The purpose of a fit must be 'model' or 'inverse'. Got {purpose!r} instead.")
