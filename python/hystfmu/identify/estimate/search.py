@@ -73,7 +73,11 @@ class Differences:
 
 
 def refined(
-    objective: Objective | Differences, p: Array, evaluations: int, tolerance: float = TOLERANCES[1], by_jacobian: bool = False
+    objective: Objective | Differences,
+    p: Array,
+    evaluations: int,
+    tolerance: float = TOLERANCES[1],
+    by_jacobian: bool = False,
 ) -> Found:
     """Minimise the misfit from a point p (n,) by trust-region steps.
 
