@@ -186,7 +186,7 @@ def row_space(A: Array) -> tuple[Array, Array]:
     least = DEPENDENT * float(np.sqrt(np.einsum("ij,ij->i", A, A).max(initial=0.0)))
     small = np.abs(np.diag(R)) <= least
     k = int(np.argmax(small)) if small.any() else len(small)
-    return Q[:, :k], R[:k, :k].T
+    return np.asarray(Q[:, :k]), np.asarray(R[:k, :k].T)
 
 
 def _pushed(Q: Array, x: Array) -> Array | None:
