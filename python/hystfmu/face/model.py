@@ -163,7 +163,7 @@ class Model(Record):
         True
         """
         from hystfmu.data.reader.reading import dataset_of
-        from hystfmu.model.inputs import run_along
+        from hystfmu.model import run_along
 
         if (not isinstance(u, Dataset) and not is_frame(u)) or isinstance(u, np.ndarray):
             return super().predict(np.asarray(u, dtype=np.float64), h, covariates)
@@ -214,8 +214,8 @@ class Model(Record):
         """
         from hystfmu.data.reader.reading import dataset_of
         from hystfmu.data.record_rows import train_rows
+        from hystfmu.model import run_along
         from hystfmu.model.accuracy import errors
-        from hystfmu.model.inputs import run_along
 
         self._one_to_one("score")
         if y is None and not isinstance(other, np.ndarray):
@@ -300,7 +300,7 @@ class Model(Record):
         Plot('prandtl_ishlinskii: y over u', measured, model)
         """
         from hystfmu.data.reader.reading import dataset_of
-        from hystfmu.model.inputs import run_along
+        from hystfmu.model import run_along
 
         self._one_to_one("plot")
         other = dataset_of(other, output=False)
@@ -430,7 +430,7 @@ class Model(Record):
         >>> model.predict([lo, hi, hi + 1])[:, 1].tolist()
         [1.0, 1.0, 0.0]
         """
-        from hystfmu.model.trained_range import with_in_range
+        from hystfmu.model.coverage import with_in_range
 
         return Model.of(with_in_range(self))
 

@@ -30,11 +30,10 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
-from hystfmu.graph import Graph, Input, Node
+from hystfmu.graph import Graph, Node
 from hystfmu.graph.columns import discretised
-from hystfmu.inverse.ports import at_start, over_range, wanted_text
-from hystfmu.model import Model
-from hystfmu.model.inputs import with_starts
+from hystfmu.inverse.ports import assembled, over_range
+from hystfmu.model import Model, with_starts
 
 ACCURATE, MOST_AHEAD = 1e-4, 8
 BAND = 0.1  # of the slowest natural frequency: where the feed-forward is accurate and the cascade is tested
@@ -109,25 +108,17 @@ def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Mode
     ahead, taps = feedforward(parts, model.step)
     behind = inverted(parts.front)
     g = behind.graph
-    name = "dynamics"
-    while name in {n.name for n in g.nodes}:
-        name += "_"
+    name = g.unused("dynamics")
     gain, offset = parts.readout
     theta = np.append(taps / gain, -offset / gain * taps.sum())
-    dims = {"n_u": len(taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
-    sink = model.graph.outputs[0]
-    graph = Graph(
-        [Node(name, "polynomial_narx", dims, {"theta": theta}), *g.nodes],
-        [*g.wires, *((f"{name}.y", end) for end in g.inputs[0].to)],
-        [Input("u", (f"{name}.u",), sink.unit, at_start(model), wanted_text(sink)), *g.inputs[1:]],
-        g.outputs,
-    )
-    steps = ahead + parts.delay
+    node = Node(name, "polynomial_narx", {"n_u": len(taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}, {"theta": theta})
+    wires = [*g.wires, *((f"{name}.y", end) for end in g.inputs[0].to)]
+    how, steps = behind.provenance["inverse"], ahead + parts.delay
+    made = assembled(model, how, [node, *g.nodes], wires, (f"{name}.u",), g.outputs[0].source, g.inputs[1:])
     lag = {"lag_steps": steps, "lag": steps * model.step, "band": BAND * parts.frequency()}
-    provenance = {**behind.provenance, "samples": len(taps), "of": model.provenance}
-    late = "1 step" if steps == 1 else f"{steps} steps"
-    text = f"{behind.provenance['inverse']} inverse, {late} late: {model.text}"
-    return Model(f"{model.key}_inverse", graph, model.step, text, {**behind.fit, **lag}, provenance)
+    told = {**behind.provenance, "samples": len(taps), "of": model.provenance}
+    late = f"{how} inverse, {steps} step{'s' * (steps > 1)} late: {model.text}"
+    return replace(made, text=late, fit={**behind.fit, **lag}, provenance=told)
 
 
 def feedforward(parts: Parts, h: float) -> tuple[int, Array]:

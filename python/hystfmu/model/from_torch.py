@@ -16,7 +16,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.model.model import Model
+from hystfmu.model import Model
 
 if TYPE_CHECKING:
     from torch import nn

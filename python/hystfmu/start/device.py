@@ -25,7 +25,7 @@ from hystfmu.graph import Graph, Input, Node
 from hystfmu.identify.evidence import Evidence, Mode
 from hystfmu.inverse.dynamic import Parts, split
 from hystfmu.inverse.ports import at_start, input_range, over_range
-from hystfmu.model.inputs import beside
+from hystfmu.model import beside
 
 PERIODS = 4  # of the reference in a run
 SAMPLES = 100  # steps of the loop in a period of the references, at least
