@@ -76,7 +76,7 @@ def graph_tables(g: Graph) -> dict[str, Any]:
     ]
     outputs = [{"name": o.name, "source": o.source, "unit": o.unit, "text": o.text} for o in g.outputs]
     blocks = [{"name": n.name, "type": n.type, "dims": dict(n.dims), "values": _values(n)} for n in g.nodes]
-    ports = {"inputs": inputs, "outputs": outputs}
+    ports: dict[str, list[dict[str, Any]]] = {"inputs": inputs, "outputs": outputs}
     told = {key: [{k: v for k, v in port.items() if v != ""} for port in found] for key, found in ports.items()}
     return {"wires": [list(w) for w in g.wires], **told, "blocks": blocks}
 
