@@ -109,9 +109,10 @@ def fit(
         if isinstance(key, str):
             if free is not None:
                 raise InputError(f"The free parameters must be those of a graph. Got the kind {key!r}.")
-            model = fit(data, key, seed, progress, inverses, purpose == "inverse", **options)
+            found = fit(data, key, seed, progress, inverses, purpose == "inverse", **options)
         else:
-            model = fit_graph(data, key, free, seed, progress, **options)
-        if purpose == "inverse" and (fault := inverses.fault(model)):
-            raise InputError(f"{data.path or data.name}: The model {model.key} must have a useful inverse. {fault}")
-        return with_evidence(held_out(Model.of(model), data), data)
+            found = fit_graph(data, key, free, seed, progress, **options)
+        if purpose == "inverse" and (fault := inverses.fault(found)):
+            raise InputError(f"{data.path or data.name}: The model {found.key} must have a useful inverse. {fault}")
+        model = Model(found.key, found.graph, found.step, found.text, found.fit, found.provenance)
+        return with_evidence(held_out(model, data), data)
