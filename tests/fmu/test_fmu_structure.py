@@ -15,8 +15,9 @@ from fmu_events import Events
 from fmu_master import BLOCKS, OK, H, loop, mixed, rows, single
 from runners import run_by_fmpy, run_by_unit
 
+import hystfmu as hy
 from hystfmu import Dataset, Model
-from hystfmu.fmu import check_fmu, export_fmu
+from hystfmu.fmu import export_fmu
 from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.graph.dependencies import dependencies
@@ -205,7 +206,7 @@ def test_ranges_sizes_and_texts(model: Model, tmp_path: Path, fmi: int) -> None:
     assert (u.unit, y.unit) == ("V", "um")
     threshold, weight = (next(v for n, v in found.items() if n.startswith(f"hysteresis_{k}")) for k in "rw")
     assert (threshold.unit, weight.unit) == ("V", "1")
-    assert check_fmu(tmp_path / "m.fmu") == []
+    assert hy.validate(tmp_path / "m.fmu") == []
 
 
 def test_the_step_has_no_dust(model: Model, tmp_path: Path, fmi: int) -> None:

@@ -18,7 +18,7 @@ import hystfmu as hy
 from hystfmu import Model
 from hystfmu.cli import main
 from hystfmu.data import signals
-from hystfmu.model.trained_range import trained_range
+from hystfmu.model.coverage import trained_range
 
 H = 1e-3
 

@@ -15,7 +15,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.graph import Port
 from hystfmu.model import Model
-from hystfmu.model.trained_range import COVARIATES, KEY
+from hystfmu.model.coverage import COVARIATES, KEY
 
 _DIGITS = 8  # of a hash, for a reader
 _MOST = 60  # characters of the name of a record: that of many joined ones has no end
