@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from engines import ready
 
-from hystfmu.data.csv_file import csv_text
+from hystfmu.data.columns import csv_text
 from hystfmu.scenario import Run, Scenario, build, run_scenarios, simulate
 from hystfmu.scenario.engine.simulation import chunks
 from hystfmu.scenario.outcome.metrics import Measure, measure

@@ -212,8 +212,8 @@ class Model(Record):
         >>> model.score(other)["rms_percent"] < 2.0
         True
         """
+        from hystfmu.data.columns import train_rows
         from hystfmu.data.reader.reading import dataset_of
-        from hystfmu.data.record_rows import train_rows
         from hystfmu.model.accuracy import errors
         from hystfmu.model.inputs import run_along
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hystfmu.data.reader.arrays import Columns
-    from hystfmu.fmu.check.findings import Findings
+    from hystfmu.fmu.check.check import Findings
     from hystfmu.graph import Graph
     from hystfmu.graph.blocks import Block
     from hystfmu.identify.estimate.free import Spec

@@ -31,7 +31,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node
-from hystfmu.graph.columns import discretised
+from hystfmu.graph.recursion import discretised
 from hystfmu.inverse.ports import at_start, over_range, wanted_text
 from hystfmu.model import Model
 from hystfmu.model.inputs import with_starts

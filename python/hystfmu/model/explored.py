@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Port
-from hystfmu.graph.ports import element_names
+from hystfmu.graph.node import element_names
 from hystfmu.model.model import Model
 from hystfmu.model.trained_range import COVARIATES, KEY
 from hystfmu.report.explorer import Driven, Explored, Memory, Slider
