@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
 
@@ -124,7 +124,7 @@ def markdown() -> str:
 
 def loop(name: str, case: str) -> OpenedLoop:
     """Open the loop of a case."""
-    found = next((c for c in Scenario(SCENARIOS / name).cases if c.name == case), None)
+    found = next((c for c in Cases(SCENARIOS / name).cases if c.name == case), None)
     if found is None:
         raise InputError(f"{name}: no case {case}")
     return open_loop(build(found))

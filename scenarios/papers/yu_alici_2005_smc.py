@@ -202,14 +202,14 @@ class _Loops:
 
     def trace(self, scenario: str, case: str, inverse: Graph | None = None, **changed: float) -> tuple[Trace, Any]:
         """Run a scenario as `run` does; return its signals and its metrics."""
-        from hystfmu.scenario import Scenario, build, simulate
+        from hystfmu.scenario import Cases, build, simulate
 
         overrides: dict[str, Any] = {key.replace("__", "."): v for key, v in changed.items()}
         if any(inverse is network for network in self.literal):  # the network takes the reference itself
             overrides |= {"feedforward.f_n": 1e12, "feedforward.zeta": 0.0}
         elif inverse is not None:
             overrides |= self.dynamics
-        cases = Scenario(self.folder / scenario, overrides).cases
+        cases = Cases(self.folder / scenario, overrides).cases
         system = build(next(c for c in cases if c.name == case))
         if inverse is not None:
             parts = tuple(replace(p, graph=inverse) if p.name == "inverse" else p for p in system.parts)

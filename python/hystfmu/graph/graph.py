@@ -198,6 +198,13 @@ class Graph:
         nodes = [node if n.name == node.name else n for n in self.nodes]
         return Graph(nodes, self.wires, self.inputs, self.outputs, sort=False, step=self.step)
 
+    def unused(self, name: str) -> str:
+        """Return the name, with underscores behind it if a block has it."""
+        taken = {n.name for n in self.nodes}
+        while name in taken:
+            name += "_"
+        return name
+
     def with_step(self, step: float) -> Graph:
         """Return the same graph with another sample period `step` (s)."""
         return Graph(self.nodes, self.wires, self.inputs, self.outputs, sort=False, step=step)

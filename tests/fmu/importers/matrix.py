@@ -38,7 +38,7 @@ from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph
 from hystfmu.graph.graph import sample_time
 from hystfmu.identify import METHODS
-from hystfmu.scenario import Scenario
+from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_loop, write_ssp
 from hystfmu.scenario.system.folders import shipped_scenarios
 from hystfmu.unit import Unit
@@ -235,7 +235,7 @@ LOOP_COLUMNS = ("SSP fmpy", "SSP libcosim", "SSP ecos", "FMU fmpy CS 2", "FMU fm
 
 def loop_row(folder: Path, work: Path) -> dict[str, float | str]:
     """The cells of a shipped loop; a loop that has no archive gives its one line."""
-    case = Scenario(folder).cases[0]
+    case = Cases(folder).cases[0]
     archive = work / "loop.ssp"
     try:
         written = write_ssp(case, archive)
@@ -348,7 +348,7 @@ def first_rows(work: Path) -> tuple[Array, float]:
         "metrics": {"top": {"kind": "peak", "signal": "fmu.Float64_continuous_output", "limit": 2.0}},
     }
     (work / "scenario.toml").write_text(tomli_w.dumps(data))
-    archive = write_ssp(Scenario(work).cases[0], work / "first.ssp").path
+    archive = write_ssp(Cases(work).cases[0], work / "first.ssp").path
     result = simulate_ssp(str(archive), stop_time=0.1, step_size=1e-4)
     off = np.abs(result["time"] - np.arange(len(result)) * 1e-4).max()
     return np.array(result["fmu.Float64_continuous_output"]), float(off)

@@ -23,7 +23,7 @@ from hystfmu.graph import Graph, Port
 from hystfmu.graph.dependencies import Knowns, dependencies
 from hystfmu.graph.graph import is_hysteretic, is_sampled, needs_step, sample_time, suitable_step
 from hystfmu.model import Model
-from hystfmu.model.trained_range import COVARIATES, KEY
+from hystfmu.model.coverage import COVARIATES, KEY
 
 _DIGITS = 8  # of a hash, for a reader
 _MOST = 60  # characters of the name of a record: that of many joined ones has no end
