@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 import hystfmu as hy
 from hystfmu.base.arrays import Array
 from hystfmu.data.signals import training
-from hystfmu.model.conformal import interval, width
+from hystfmu.model.accuracy import interval, width
 
 DRAWS = np.random.SeedSequence()  # drawn anew in every run; a failure prints it
 

@@ -74,8 +74,10 @@ ALLOWED: dict[str, dict[str, str]] = {
         "creep": "known_states(): the block whose lags are known",
         **dict.fromkeys(("sum", "scaling"), "_separated(): a step of creep, and lags that start at 0"),
     },
-    "model/coverage.py": {"scaling": "_limiters(): the block that limits the inputs of a network"},
-    "model/trained_range.py": {"in_range": "with_in_range(): the block that compares the input with its range"},
+    "model/coverage.py": {
+        "scaling": "_limiters(): the block that limits the inputs of a network",
+        "in_range": "with_in_range(): the block that compares the input with its range",
+    },
     "model/from_torch.py": {"mlp": "torch_blocks(): the block of two linear layers"},
     "design/delays.py": {
         "delay": "cut(): delays become states",

@@ -15,7 +15,7 @@ from hystfmu.identify import entrants, fit, options
 from hystfmu.identify.catalogue import candidates
 from hystfmu.identify.excitation.minor_loops import Excitation, examine, gaps
 from hystfmu.identify.race import AS_GOOD, EXACT, FOLDS, Race
-from hystfmu.inverse.worth import Inverses
+from hystfmu.inverse import Inverses
 
 U = signals.training(60, 1)
 CANDIDATES = candidates()

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.replacing import together
+from hystfmu.base.files import together
 from hystfmu.cli import places
 from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
-from hystfmu.report.verbosity import echo, say, wrong
+from hystfmu.report.terminal import echo, say, wrong
 
 if TYPE_CHECKING:
-    from hystfmu.face.result import Results
     from hystfmu.face.scenario import Scenario
+    from hystfmu.scenario import Results
 
 STRUCTURES = {  # as in hystfmu.design.structures, whose import would slow down --help
     "integral": "integral alone",
@@ -97,7 +97,7 @@ def repetitive(
              hystfmu design repetitive scenarios/stage/irc -o scan --frequency 100
     """
     from hystfmu.redesign import repetitive as design_repetitive
-    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import progress
 
     if period is not None and frequency is not None:
         raise InputError("--period and --frequency state the same. Got both.")
@@ -176,7 +176,7 @@ def _structure(name: str, text: str) -> None:
         scenario: str, out: str, ms: float | None, bandwidth: float | None, percent: float, as_json: bool
     ) -> None:
         from hystfmu.redesign import controller
-        from hystfmu.report.progress import progress
+        from hystfmu.report.terminal import progress
 
         (source,) = places.found([scenario])
         into = _folder(out, source)
@@ -258,7 +258,7 @@ def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
     folder. Therefore nothing is written if one of the files must not be replaced.
     """
     from hystfmu.base.files import read_bytes, write_bytes
-    from hystfmu.face.running import run
+    from hystfmu.scenario import run
     from hystfmu.scenario.loop.table import margin_table
 
     with tempfile.TemporaryDirectory(prefix="hystfmu-design-") as folder:

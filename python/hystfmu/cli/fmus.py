@@ -21,7 +21,7 @@ from hystfmu.cli.options import (
     json_option,
     unconfined_option,
 )
-from hystfmu.report.verbosity import VERBOSE, echo, level, say
+from hystfmu.report.terminal import VERBOSE, echo, level, say
 
 if TYPE_CHECKING:
     import hystfmu as hy
@@ -197,12 +197,12 @@ def _controller(
     """Write the controller of a case, and print the units in it."""
     from hystfmu.cli import places
     from hystfmu.report.terminal import table
-    from hystfmu.scenario import Scenario
+    from hystfmu.scenario import Cases
     from hystfmu.scenario.deploy.unit import write_controller, write_target
 
     if out is None and target is None:
         raise InputError("export --controller needs -o X.fmu, --c DIR, or both")
-    chosen = Scenario(places.found([scenario])[0]).named(case)
+    chosen = Cases(places.found([scenario])[0]).named(case)
     if target is not None:
         files, found = write_target(chosen, target, name)
         say(f"wrote {' and '.join(map(str, files))}: C99, {files[0].stem}_start and {files[0].stem}_step")
@@ -243,8 +243,7 @@ def validate(fmu: str, seconds: float, unconfined: bool, as_json: bool) -> None:
     Example: hystfmu validate piezo.fmu
     """
     import hystfmu as hy
-    from hystfmu.report.progress import progress
-    from hystfmu.report.terminal import table
+    from hystfmu.report.terminal import progress, table
 
     with progress("checking") as report:
         problems = hy.validate(fmu, seconds, not unconfined, report)

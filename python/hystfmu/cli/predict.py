@@ -10,7 +10,7 @@ import click
 
 from hystfmu.cli.columns import Columns, data_options
 from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, Command, json_option
-from hystfmu.report.verbosity import echo, say
+from hystfmu.report.terminal import echo, say
 
 
 @click.command(cls=Command)
@@ -46,8 +46,8 @@ def predict(
     """
     import hystfmu as hy
     from hystfmu.face.rows import free_run, parts, table_of
+    from hystfmu.model import beside, rows_of
     from hystfmu.model.coverage import WARN, clamped
-    from hystfmu.model.inputs import beside, rows_of
     from hystfmu.report.terminal import table
 
     m = hy.Model.load(model)

@@ -9,7 +9,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.face.model import Model
 from hystfmu.graph import Graph
-from hystfmu.model.inputs import run_along
+from hystfmu.model import run_along
 
 if TYPE_CHECKING:
     from hystfmu.identify.evidence import Evidence

@@ -9,7 +9,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.inverse import invert
 from hystfmu.model import Model
-from hystfmu.model.explored import explored, span_of
+from hystfmu.model.coverage import span_of
+from hystfmu.model.explored import explored
 from hystfmu.report.explorer import Explorer
 
 

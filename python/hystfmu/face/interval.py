@@ -1,6 +1,6 @@
 """The 95 % interval of a fit. The model stores it as ``fit["interval"]``, for terminal, page and JSON.
 
-The interval is computed from errors on rows that a fit did not use (`hystfmu.model.conformal`). These are the rows
+The interval is computed from errors on rows that a fit did not use (`hystfmu.model.accuracy`). These are the rows
 outside the training rows. If all rows are training rows, the interval is computed by cross-validation over validation
 blocks between reversals: for each fold of blocks, the same kind of model is fitted without these blocks, and its errors
 on these blocks are used (Barber, Candes, Ramdas & Tibshirani, Annals of Statistics 49 (2021) 486-507). If only one
@@ -16,7 +16,7 @@ contains the states of these signals. The text of the interval names the signals
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -25,11 +25,9 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.face.rows import free_run, held_out_errors
-from hystfmu.model import Model
-from hystfmu.model.accuracy import rms
-from hystfmu.model.conformal import Interval, interval
+from hystfmu.model import M, Model
+from hystfmu.model.accuracy import Interval, interval, rms
 
-M = TypeVar("M", bound=Model)
 FOLDS = (1, 2)  # of every four blocks; never the first, which alone starts from rest, nor those that kinds hold out
 FAILED = 2.0  # times the error on the rows that both fitted: a search that ended elsewhere
 AS_NOISE = 1.3  # times the noise: held-out errors that leave nothing to explain

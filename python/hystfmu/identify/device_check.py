@@ -23,9 +23,9 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify.features.plays import plays, thresholds
-from hystfmu.model import Model
+from hystfmu.model import Model, run_along
 from hystfmu.model.accuracy import rms
-from hystfmu.model.inputs import run_along
+from hystfmu.model.coverage import KEY, span_of
 
 FACTOR = 2.0  # growth of the error that counts as drift
 AS_GOOD = 1.25
@@ -118,9 +118,9 @@ def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceC
         raise InputError(
             f"The model to check with must state its RMS error, fit.rms > 0. Got {stated!r} of {model.key}."
         )
-    span = model.provenance.get("trained_u", model.provenance.get("span_u"))
-    if not (isinstance(span, list) and len(span) == 2):
-        raise InputError(f"The model to check with must state provenance.trained_u = [least, largest]. Got {span!r}.")
+    span = span_of(model)
+    if span is None:
+        raise InputError(f"The model to check with must state provenance.{KEY} = [least, largest]. Got {model.key}.")
     counted = (data.u >= span[0]) & (data.u <= span[1])
     if counted.sum() < LEAST_ROWS:
         raise InputError(

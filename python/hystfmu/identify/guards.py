@@ -21,7 +21,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.signals import nested_reversals
 from hystfmu.graph import Graph
-from hystfmu.model.inputs import with_starts
+from hystfmu.model import with_starts
 
 HELD = 100  # rows of each step
 REVERSALS, SEED = 80, 77

@@ -25,11 +25,9 @@ from hystfmu.identify.catalogue import AUTO, METHODS, Built, method, resolve, ta
 from hystfmu.identify.excitation import drift
 from hystfmu.identify.features.plays import DEAD_BAND, behind_dead_band, dead_band, with_dead_band
 from hystfmu.identify.one_run import one_run
-from hystfmu.model import Model
+from hystfmu.model import Model, run_along
 from hystfmu.model.accuracy import errors, rms
-from hystfmu.model.coverage import coverage
-from hystfmu.model.inputs import run_along
-from hystfmu.model.trained_range import trained_range
+from hystfmu.model.coverage import coverage, trained_range
 
 WORST = 0.5  # of the span: no constant has a larger RMS error
 SMALLEST = 1e-100

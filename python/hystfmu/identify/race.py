@@ -23,9 +23,8 @@ from hystfmu.identify.cuts import beginning, validation_rows, without_outermost
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.features.other_memory import other_memory, unseen
 from hystfmu.identify.one import fit_one
-from hystfmu.model import Model
+from hystfmu.model import Model, run_along, with_starts
 from hystfmu.model.accuracy import rms
-from hystfmu.model.inputs import run_along, with_starts
 
 BLOCKS = 8  # long ones: where a record repeats its loops, short blocks have been seen by their neighbours
 SPREAD = 2  # folds that tell a spread

@@ -23,12 +23,12 @@ frequency, and the lag is removed.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Progress, silent
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.inverse.adaptive import adaptive_inverse
 from hystfmu.inverse.dynamic import dynamic_inverse, split, wanted
@@ -36,22 +36,25 @@ from hystfmu.inverse.exact import exact_inverse
 from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.inverse.learned import learned_inverse
 from hystfmu.inverse.ports import over_range
-from hystfmu.model import Model
-from hystfmu.model.inputs import beside, with_starts
+from hystfmu.model import M, Model, beside, with_starts
 
 __all__ = ["inverse"]
 
 METHODS = ("exact", "implicit", "learned", "adaptive")
+BACK = 1e-6  # of the range of the output: smaller steps against the direction are rounding
+POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an inverse is of no use
+ENDS = (np.linspace(-1.0, 1.0, 200), np.linspace(1.0, -1.0, 200))
+ANALYTIC = ("exact", "implicit")  # a learned inverse exists for every model; it is fitted on request
 SHARE = 0.9  # fraction of the input range that the wanted outputs of the cascade test use
 
 
 def inverse(
-    model: Model,
+    model: M,
     method: str = "exact",
     seed: int = 0,
     progress: Progress = silent,
     **options: Any,
-) -> Model:
+) -> M:
     """Invert a model: the input `u` of the inverse is the wanted output, and its output `y` is the input to apply.
 
     Parameters
@@ -87,12 +90,12 @@ def inverse(
 
 
 def invert(
-    model: Model,
+    model: M,
     method: str = "exact",
     seed: int = 0,
     progress: Progress = silent,
     **options: Any,
-) -> Model:
+) -> M:
     """Invert a model without the cascade test; parameters and errors as for `inverse`."""
     if method == "adaptive":
         return adaptive_inverse(model, **options)
@@ -121,7 +124,7 @@ def invert(
             f"The options of the {method} inverse must be among: {legal}. Got {sorted(unknown)[0]!r} instead."
         )
 
-    def static(part: Model) -> Model:
+    def static(part: M) -> M:
         if method == "learned":
             return learned_inverse(part, seed, options, progress)
         return implicit_inverse(part, **options) if method == "implicit" else exact_inverse(part)
@@ -132,7 +135,7 @@ def invert(
 def _cascade(model: Model, made: Model) -> dict[str, float]:
     """Compute the worst errors of the cascade inverse -> model over the held-out signals."""
     from hystfmu.data.signals import held_out
-    from hystfmu.identify import errors
+    from hystfmu.model.accuracy import errors
 
     if "span_u" not in model.provenance:
         return {}
@@ -146,3 +149,59 @@ def _cascade(model: Model, made: Model) -> dict[str, float]:
         reached = model.predict(with_starts(model.graph, made.predict(with_starts(made.graph, r), model.step)))
         found.append(errors(reached[late:], r[: len(r) - late], float(np.ptp(r))))
     return {f"cascade_{k}": max(e[k] for e in found) for k in ("rms_percent", "max_percent")}
+
+
+@dataclass(frozen=True)
+class Inverses:
+    """Answers to the questions of `auto` about the inverses of models."""
+
+    def kind(self, model: Model) -> str:
+        """Return the first of `ANALYTIC` for the model, else ``learned``, or a text if the output is not monotone."""
+        if _folded(model):
+            return "none: not monotone"
+        for method in ANALYTIC:
+            try:
+                invert(model, method)
+            except InputError:
+                continue
+            return method
+        return "learned"
+
+    def fault(self, model: Model) -> str:
+        """Return the reason why no inverse of `ANALYTIC` is useful; empty if one of them is useful."""
+        if _folded(model):
+            return "the output is not monotone in the input: a wanted output has several inputs"
+        reason = ""
+        for method in ANALYTIC:
+            try:
+                made = inverse(model, method)
+            except InputError as e:
+                reason = reason or str(e)
+                continue
+            off = made.fit.get("cascade_rms_percent", 0.0)
+            if off <= POOR:
+                return ""
+            reason = f"the {method} inverse and the model in cascade are off by {off:.2g} % of the span"
+        return reason
+
+
+def _at_rest(model: Model, u: Array) -> Array:
+    """Return the output along u (n,) with covariates at their start values."""
+    return np.asarray(model.predict(with_starts(model.graph, u)))
+
+
+def _folded(model: Model) -> bool:
+    """Return whether the output of a static model reverses while the input rises or falls over its range.
+
+    If the output reverses, several inputs give the same output. Models with creep or lags are not tested: their output
+    may continue in its direction after a reversal of the input, and the inverse uses the present slope.
+    """
+    if split(model) is not None:
+        return False
+    u = over_range(model, np.concatenate([*ENDS, *ENDS]))
+    y, n = _at_rest(model, u), len(ENDS[0])
+    room = BACK * float(np.ptp(y))
+    if np.abs(_at_rest(model, np.repeat(u, 2))[1::2] - y).max() > room:
+        return False
+    up, down = np.diff(y[-2 * n : -n]), np.diff(y[-n:])
+    return not any((s * up >= -room).all() and (s * down <= room).all() for s in (1, -1))

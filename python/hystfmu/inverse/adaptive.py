@@ -11,6 +11,7 @@ Without feedback the default options are suitable. If a feedback adds to the wan
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,31 +20,16 @@ from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.dynamic import split
-from hystfmu.inverse.ports import at_start
-from hystfmu.model import Model
+from hystfmu.inverse.ports import at_start, chain
+from hystfmu.model import M, Model
 
 KEY = "adaptive_inverse"
-OPTIONS = {
-    "f_n",
-    "zeta",
-    "delay",
-    "f_h",
-    "sd",
-    "start",
-    "T",
-    "sigma",
-    "change",
-    "pause",
-    "box",
-    "w0_min",
-    "u_min",
-    "u_max",
-}
+FROM_MODEL = {"w0", "r", "w", "u0"}  # parameters of the block that are no options
 SPREAD = 0.22  # standard deviation of a weight after a change, of itself
 LEAST_ERROR = 1e-3  # error of prediction, of the output at the last threshold, that a perfect fit is taken to have
 
 
-def adaptive_inverse(model: Model, **options: Any) -> Model:
+def adaptive_inverse(model: M, **options: Any) -> M:
     """Make the adaptive inverse of a model: a Prandtl-Ishlinskii operator, optionally with scaling, delay and dynamics.
 
     Inputs: ``v`` is the wanted output before dynamics and delay (from feed-forward and feedback), ``y_d`` is the
@@ -63,9 +49,10 @@ def adaptive_inverse(model: Model, **options: Any) -> Model:
     InputError
         The model has another structure, or an option is unknown.
     """
-    if unknown := sorted(set(options) - OPTIONS):
+    legal = {v.name for v in Node("adaptive", KEY).block.parameters} - FROM_MODEL | {"delay"}
+    if unknown := sorted(set(options) - legal):
         raise InputError(
-            f"The options of the adaptive inverse must be among: {', '.join(sorted(OPTIONS))}. "
+            f"The options of the adaptive inverse must be among: {', '.join(sorted(legal))}. "
             f"Got {unknown[0]!r} instead."
         )
     parts = split(model)
@@ -124,28 +111,22 @@ def adaptive_inverse(model: Model, **options: Any) -> Model:
     graph.executor()  # the core refuses values that have no inverse
     provenance = {"inverse": "adaptive", "of": model.provenance}
     step = None if parts is None else model.step
-    return Model(f"{model.key}_{KEY}", graph, step, f"adaptive inverse: {model.text}", {}, provenance)
+    text = f"adaptive inverse: {model.text}"
+    return replace(model, key=f"{model.key}_{KEY}", graph=graph, step=step, text=text, fit={}, provenance=provenance)
 
 
 def _chain(front: Model) -> tuple[list[Node], Node, list[Node]]:
     """Return the scalings before the operator, the operator, and the scalings after it."""
-    g = front.graph
-    follows = {a.split(".")[0]: b.split(".")[0] for a, b in g.wires}
-    at: str | None = g.inputs[0].to[0].split(".")[0]
-    chain: list[Node] = []
-    while at is not None and len(chain) <= len(g.nodes):
-        chain.append(g.node(at))
-        at = follows.get(at)
-    types = [n.type for n in chain]
-    straight = len(chain) == len(g.nodes) == len(g.wires) + 1 and len(g.inputs) == 1
-    if not straight or types.count("prandtl_ishlinskii") != 1 or set(types) > {"prandtl_ishlinskii", "scaling"}:
+    found = chain(front.graph) if len(front.graph.inputs) == 1 else None
+    types = [n.type for n in found or front.graph.nodes]
+    if found is None or types.count("prandtl_ishlinskii") != 1 or set(types) > {"prandtl_ishlinskii", "scaling"}:
         other = next((t for t in types if t not in ("prandtl_ishlinskii", "scaling")), "another structure")
         raise InputError(
             "A model for an adaptive inverse must be a Prandtl-Ishlinskii operator, perhaps scaled, before second "
             f"order dynamics. Got {other} in {front.key}."
         )
     i = types.index("prandtl_ishlinskii")
-    return chain[:i], chain[i], chain[i + 1 :]
+    return found[:i], found[i], found[i + 1 :]
 
 
 def _line(scalings: list[Node]) -> tuple[float, float]:

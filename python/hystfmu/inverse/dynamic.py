@@ -24,17 +24,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import factorial
+from typing import Generic
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
-from hystfmu.graph import Graph, Input, Node
-from hystfmu.graph.columns import discretised
-from hystfmu.inverse.ports import at_start, over_range, wanted_text
-from hystfmu.model import Model
-from hystfmu.model.inputs import with_starts
+from hystfmu.graph import Graph, Node
+from hystfmu.graph.recursion import discretised
+from hystfmu.inverse.ports import assembled, over_range
+from hystfmu.model import M, Model, with_starts
 
 ACCURATE, MOST_AHEAD = 1e-4, 8
 BAND = 0.1  # of the slowest natural frequency: where the feed-forward is accurate and the cascade is tested
@@ -43,10 +43,10 @@ DYNAMICS, LINEAR = ("transfer_function", "delay"), ("transfer_function", "delay"
 
 
 @dataclass(frozen=True)
-class Parts:
+class Parts(Generic[M]):
     """A model in two parts: `front`, its hysteresis, and the chain of linear blocks after the hysteresis."""
 
-    front: Model
+    front: M
     tail: tuple[Node, ...]
 
     @property
@@ -74,7 +74,7 @@ class Parts:
         return float(min(poles, default=np.inf) / (2 * np.pi))
 
 
-def split(model: Model) -> Parts | None:
+def split(model: M) -> Parts[M] | None:
     """Separate the linear dynamics at the end of a model; None without dynamics, or without blocks before them."""
     g = model.graph
     drives = {b: a for a, b in g.wires}
@@ -97,7 +97,7 @@ def split(model: Model) -> Parts | None:
     return Parts(replace(model, key=model.key.removeprefix("g0_"), graph=front, fit={}), tuple(tail))
 
 
-def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Model]) -> Model:
+def dynamic_inverse(model: M, parts: Parts[M], inverted: Callable[[M], M]) -> M:
     """Put the feed-forward of the dynamics before the inverse of the hysteresis.
 
     `parts` is the result of `split`. `inverted` returns the inverse of the model of the hysteresis. `fit` of the result
@@ -109,28 +109,20 @@ def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Mode
     ahead, taps = feedforward(parts, model.step)
     behind = inverted(parts.front)
     g = behind.graph
-    name = "dynamics"
-    while name in {n.name for n in g.nodes}:
-        name += "_"
+    name = g.unused("dynamics")
     gain, offset = parts.readout
     theta = np.append(taps / gain, -offset / gain * taps.sum())
-    dims = {"n_u": len(taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
-    sink = model.graph.outputs[0]
-    graph = Graph(
-        [Node(name, "polynomial_narx", dims, {"theta": theta}), *g.nodes],
-        [*g.wires, *((f"{name}.y", end) for end in g.inputs[0].to)],
-        [Input("u", (f"{name}.u",), sink.unit, at_start(model), wanted_text(sink)), *g.inputs[1:]],
-        g.outputs,
-    )
-    steps = ahead + parts.delay
+    node = Node(name, "polynomial_narx", {"n_u": len(taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}, {"theta": theta})
+    wires = [*g.wires, *((f"{name}.y", end) for end in g.inputs[0].to)]
+    how, steps = behind.provenance["inverse"], ahead + parts.delay
+    made = assembled(model, how, [node, *g.nodes], wires, (f"{name}.u",), g.outputs[0].source, g.inputs[1:])
     lag = {"lag_steps": steps, "lag": steps * model.step, "band": BAND * parts.frequency()}
-    provenance = {**behind.provenance, "samples": len(taps), "of": model.provenance}
-    late = "1 step" if steps == 1 else f"{steps} steps"
-    text = f"{behind.provenance['inverse']} inverse, {late} late: {model.text}"
-    return Model(f"{model.key}_inverse", graph, model.step, text, {**behind.fit, **lag}, provenance)
+    told = {**behind.provenance, "samples": len(taps), "of": model.provenance}
+    late = f"{how} inverse, {steps} step{'s' * (steps > 1)} late: {model.text}"
+    return replace(made, text=late, fit={**behind.fit, **lag}, provenance=told)
 
 
-def feedforward(parts: Parts, h: float) -> tuple[int, Array]:
+def feedforward(parts: Parts[M], h: float) -> tuple[int, Array]:
     """Return the number of samples ahead and the weights of the last samples, newest first, for steps of h (s).
 
     The transfer functions are inverted, without gains and delays. Dynamics without static gain, or dynamics that need
@@ -176,7 +168,7 @@ def _quotient(a: Array, b: Array) -> Array:
     return out
 
 
-def wanted(model: Model, parts: Parts, share: float) -> list[Array]:
+def wanted(model: Model, parts: Parts[M], share: float) -> list[Array]:
     """Return wanted outputs up to `BAND` times the slowest natural frequency: decaying sines and two tones.
 
     A ramp precedes each signal.

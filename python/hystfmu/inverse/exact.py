@@ -7,33 +7,33 @@ for the chain.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph import Graph, Node
 from hystfmu.inverse.implicit import implicit_inverse
-from hystfmu.inverse.ports import at_start, given_text, wanted_text
-from hystfmu.model import Model
+from hystfmu.inverse.ports import assembled, chain
+from hystfmu.model import M, Model
 
 ENTERED = ("sum", "product")
 
 
-def exact_inverse(model: Model) -> Model:
+def exact_inverse(model: M) -> M:
     """Invert a model whose blocks form one chain and have inverses; blocks that covariates drive may be in parallel.
 
     Blocks that form no chain, or a block without an inverse, raise an InputError that names the block.
     """
     g = model.graph
     alone = driven_beside(g)
-    chain = _chain(model, alone)
-    made = [inverted_beside(g, n, alone) for n in reversed(chain)]
+    forward = _chain(model, alone)
+    made = [inverted_beside(g, n, alone) for n in reversed(forward)]
     nodes = [
         _INVERT.get(n.type, _same_values)(n) if other is None else other.node
-        for n, other in zip(reversed(chain), made, strict=True)
+        for n, other in zip(reversed(forward), made, strict=True)
     ]
     reads = [
         f"{n.name}.{n.block.of('input')[0].name}" + ("" if other is None else "[1]")
@@ -43,18 +43,9 @@ def exact_inverse(model: Model) -> Model:
     wires = list(zip(gives[:-1], reads[1:], strict=True))
     wires += [wire for other in made if other is not None for wire in other.wires]
     wires += [(a, b) for a, b in g.wires if b.split(".")[0] in alone]
-    source, sink = g.inputs[0], g.outputs[0]
-    graph = Graph(
-        [*(n for n in g.nodes if n.name in alone), *nodes],
-        wires,
-        [Input("u", (reads[0],), sink.unit, at_start(model), wanted_text(sink)), *g.inputs[1:]],
-        [Output("y", gives[-1], source.unit, given_text(source))],
-    )
-    graph.executor()  # the core refuses values that have no inverse
-    key = model.key.removesuffix("_inverse") if model.key.endswith("_inverse") else f"{model.key}_inverse"
-    return Model(
-        key, graph, model.step, f"exact inverse: {model.text}", {}, {"inverse": "exact", "of": model.provenance}
-    )
+    parts = [*(n for n in g.nodes if n.name in alone), *nodes]
+    inverse = assembled(model, "exact", parts, wires, (reads[0],), gives[-1])
+    return replace(inverse, key=model.key.removesuffix("_inverse")) if model.key.endswith("_inverse") else inverse
 
 
 def _chain(model: Model, alone: set[str]) -> list[Node]:
@@ -63,24 +54,17 @@ def _chain(model: Model, alone: set[str]) -> list[Node]:
     Each node has one invertible input and output.
     """
     graph = model.graph
-    path = [(a, b) for a, b in graph.wires if a.split(".")[0] not in alone]
-    follows = {a.split(".")[0]: b for a, b in path}
     for n in graph.nodes:
         if n.name not in alone and n.block.inverse is None and not takes_beside(graph, n, alone):
             hint = _instead(model) if n.type not in ("delay", "transfer_function") else ""
             raise InputError(f"The blocks must be invertible. Got {n.name!r}: {n.type} has no exact inverse{hint}.")
-    at = graph.inputs[0].to[0].split(".")[0]
-    chain = [graph.node(at)]
-    while at in follows:
-        at = follows[at].split(".")[0]
-        chain.append(graph.node(at))
-    straight = len(graph.inputs[0].to) == 1 and len(path) == len(chain) - 1 == len(graph.nodes) - len(alone) - 1
-    if not straight or graph.outputs[0].source.split(".")[0] != at:
+    found = chain(graph, alone)
+    if found is None:
         raise InputError(
             "The blocks of an exact inverse must form one chain from input to output. "
             f"Got another structure{_instead(model)}."
         )
-    return chain
+    return found
 
 
 def _instead(model: Model) -> str:

@@ -18,16 +18,15 @@ from dataclasses import replace
 import numpy as np
 
 from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.inverse.ports import at_start, given_text, input_range, wanted_text
-from hystfmu.model import Model
-from hystfmu.model.inputs import with_starts
+from hystfmu.graph import Graph, Node, Output
+from hystfmu.inverse.ports import assembled, input_range
+from hystfmu.model import M, Model, with_starts
 
 FLAT = 1e-4  # step back after a reversal, relative to the input range, on which the output must move
 CREEP = "creep"
 
 
-def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = None) -> Model:
+def implicit_inverse(model: M, lo: float | None = None, hi: float | None = None) -> M:
     """Invert a static model, or a model with creep, by root finding.
 
     The model has one input and one output. Optional covariates of the model are also inputs of the inverse. With creep,
@@ -43,24 +42,14 @@ def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = N
         )
     states, stepped = known_states(model)
     first = {n.name for n in states}
-    g, source, sink = stepped.graph, stepped.graph.inputs[0], stepped.graph.outputs[0]
-    name = "inverse"
-    while name in {n.name for n in g.nodes}:
-        name += "_"
-    graph = Graph(
-        [
-            *states,
-            Node(name, "implicit_inverse", {}, {"lo": lo, "hi": hi}),
-            *(n for n in g.nodes if n.name not in first),
-        ],
-        [*g.wires, *((f"{name}.u", end) for end in source.to), (sink.source, f"{name}.h")],
-        [Input("u", (f"{name}.y",), sink.unit, at_start(model), wanted_text(sink)), *g.inputs[1:]],
-        [Output("y", f"{name}.u", source.unit, given_text(source))],
-    )
-    graph.executor()  # the core refuses dynamics and names the block
+    g = stepped.graph
+    name = g.unused("inverse")
+    block = Node(name, "implicit_inverse", {}, {"lo": lo, "hi": hi})
+    nodes = [*states, block, *(n for n in g.nodes if n.name not in first)]
+    wires = [*g.wires, *((f"{name}.u", end) for end in g.inputs[0].to), (g.outputs[0].source, f"{name}.h")]
+    made = assembled(model, "implicit", nodes, wires, (f"{name}.y",), f"{name}.u", g.inputs[1:])
     _refuse_flat(model, lo, hi)
-    provenance = {"inverse": "implicit", "of": model.provenance}
-    return Model(f"{model.key}_inverse", graph, model.step, f"implicit inverse: {model.text}", {}, provenance)
+    return made
 
 
 def _refuse_flat(model: Model, lo: float, hi: float) -> None:
@@ -103,15 +92,7 @@ def known_states(model: Model) -> tuple[list[Node], Model]:
 
 def _separated(g: Graph, node: Node, h: float) -> tuple[Graph, Node]:
     """Replace a creep by one step; return the graph and the block of its lags, shifted to start at 0."""
-    taken = {n.name for n in g.nodes}
-
-    def free(name: str) -> str:
-        while name in taken:
-            name += "_"
-        taken.add(name)
-        return name
-
-    lags, shift = free(f"{node.name}_lags"), free(f"{node.name}_shift")
+    lags, shift = g.unused(f"{node.name}_lags"), g.unused(f"{node.name}_shift")
     w, T, w0 = node.value("w"), node.value("T"), float(node.value("w0")[0])
     share = -np.expm1(-h / T)
     first = _first(g, node)

@@ -27,10 +27,10 @@ from threadpoolctl import threadpool_limits
 
 from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph import Graph, Node, Output
 from hystfmu.inverse.exact import exact_inverse
-from hystfmu.inverse.ports import given_text, over_range, wanted_text
-from hystfmu.model import Model
+from hystfmu.inverse.ports import assembled, over_range
+from hystfmu.model import M, Model
 
 REVERSALS = 200  # of the training signal
 SCALES = (0.5, 1.0, 2.0)  # ranges of the wanted output in front of the inverse operators
@@ -44,7 +44,7 @@ ENOUGH = 0.02  # of the span of the wanted output
 FALLING = 0.05  # share of the rows on which the output moves against the input, from which on a warning is due
 
 
-def learned_inverse(model: Model, seed: int, options: dict[str, Any], progress: Progress = silent) -> Model:
+def learned_inverse(model: M, seed: int, options: dict[str, Any], progress: Progress = silent) -> M:
     """Train an inverse of a model that states its input range; `options` are options of ``play_bank_mlp``.
 
     The progress ends early if the first of two networks is good enough. An unknown input range, or options that
@@ -61,17 +61,12 @@ def learned_inverse(model: Model, seed: int, options: dict[str, Any], progress: 
         direct = _direct(model, u, y, seed, options, lambda part: progress(FIRST + (1 - FIRST) * part))
         if not worst <= _largest(model, direct, split):
             learned = direct
-    g, source, sink = learned.graph, model.graph.inputs[0], model.graph.outputs[0]
-    graph = Graph(
-        g.nodes,
-        g.wires,
-        [Input("u", g.inputs[0].to, sink.unit, g.inputs[0].start, wanted_text(sink))],
-        [Output("y", g.outputs[0].source, source.unit, given_text(source))],
-    )
+    g = learned.graph
+    made = assembled(model, "learned", g.nodes, g.wires, g.inputs[0].to, g.outputs[0].source, (), g.inputs[0].start)
     provenance = {"inverse": "learned", **learned.provenance, "of": model.provenance}
     warned = [*learned.fit.get("warnings", ()), *_falls(u, y)]
     found = {**learned.fit, **({"warnings": warned} if warned else {})}
-    return Model(f"{model.key}_inverse", graph, model.step, f"learned inverse: {model.text}", found, provenance)
+    return replace(made, fit=found, provenance=provenance)
 
 
 def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any], progress: Progress) -> Model:

@@ -1,14 +1,17 @@
-"""Ports and signals of an inverse, derived from the model: input range, start values, descriptions."""
+"""Assembly of an inverse from blocks: chain, ports, start values, input range and provenance come from the model."""
 
 from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.graph import Input, Output
-from hystfmu.model import Model
-from hystfmu.model.inputs import with_starts
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.model import M, Model, with_starts
 
 
 def at_start(model: Model) -> float:
@@ -37,14 +40,47 @@ def input_range(model: Model, needed: str) -> tuple[float, float]:
     return float(span[0]), float(span[1])
 
 
-def wanted_text(sink: Output) -> str:
-    """Describe the input of an inverse: the wanted output `sink` of the model."""
-    return _with("wanted output", sink.text)
+def assembled(
+    model: M,
+    how: str,
+    nodes: Sequence[Node],
+    wires: Sequence[tuple[str, str]],
+    to: Sequence[str],
+    source: str,
+    beside: Sequence[Input] | None = None,
+    start: float | None = None,
+) -> M:
+    """Return the inverse of a model by the method `how`, from its blocks; the core refuses values without an inverse.
+
+    The wanted output drives the endpoints `to`; `source` gives the input to apply. The further inputs are those of the
+    model, or `beside`. The wanted output starts at the output of the model at rest, or at `start`.
+    """
+    first, last = model.graph.inputs[0], model.graph.outputs[0]
+    at = at_start(model) if start is None else start
+    graph = Graph(
+        nodes,
+        wires,
+        [
+            Input("u", tuple(to), last.unit, at, _with("wanted output", last.text)),
+            *(model.graph.inputs[1:] if beside is None else beside),
+        ],
+        [Output("y", source, first.unit, _with("input that gives it", first.text))],
+    )
+    graph.executor()
+    told: dict[str, Any] = {"inverse": how, "of": model.provenance}
+    text = f"{how} inverse: {model.text}"
+    return replace(model, key=f"{model.key}_inverse", graph=graph, text=text, fit={}, provenance=told)
 
 
-def given_text(source: Input) -> str:
-    """Describe the output of an inverse: the input `source` of the model."""
-    return _with("input that gives it", source.text)
+def chain(g: Graph, beside: Collection[str] = ()) -> list[Node] | None:
+    """Return the blocks from the input to the output if they form one chain; blocks `beside` it do not count."""
+    path = {a.split(".")[0]: b.split(".")[0] for a, b in g.wires if a.split(".")[0] not in beside}
+    wires = sum(a.split(".")[0] not in beside for a, _ in g.wires)
+    found = [g.node(g.inputs[0].to[0].split(".")[0])]
+    while found[-1].name in path and len(found) <= len(g.nodes):
+        found.append(g.node(path[found[-1].name]))
+    straight = len(g.inputs[0].to) == 1 and wires == len(found) - 1 == len(g.nodes) - len(beside) - 1
+    return found if straight and g.outputs[0].source.split(".")[0] == found[-1].name else None
 
 
 def _with(text: str, own: str) -> str:

@@ -1,4 +1,4 @@
-"""Coverage of the input space of a network by the training rows, and rows at which its limits act.
+"""Coverage of inputs by the fitted rows: range of the input, and share of the input space of a network.
 
 Outside its training rows a network has errors of 20 to 400 %. So its features are limited to their trained range (block
 ``scaling`` with `lo` and `hi`). Rows at which the limits act are reported, because a limited output could look like a
@@ -12,15 +12,21 @@ sine covers the whole space of two features, but only a small part of the states
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.data import Dataset
 from hystfmu.data.signals import ramps, training
 from hystfmu.graph import Graph, Node, Output
-from hystfmu.model.inputs import rows_of
+from hystfmu.model import M, Model, rows_of
 
+KEY, COVARIATES = "trained_u", "trained_covariates"  # of the provenance
+PORT = "in_range"
 NEAR = 0.1  # RMS over the features, each relative to its range
 MOST_ROWS = 2000  # limit on reference and training rows: more are thinned evenly
 REVERSALS, SEED = 200, 4242  # reference signal
@@ -122,3 +128,65 @@ def _inputs(graph: Graph, node: Node, u: Array, h: float) -> Array:
         return found
     parts = iter(found.T)
     return np.column_stack([next(parts) if end in source else rows[:, outside[end]] for end in ends])
+
+
+def trained_range(data: Dataset) -> dict[str, Any]:
+    """Return the ranges of the input and of each covariate in the fitted rows, for the provenance."""
+
+    def ends(v: Array) -> list[float]:
+        return [float(v[data.counted].min()), float(v[data.counted].max())]
+
+    beside = {name: ends(values) for name, _, values in data.covariates}
+    return {KEY: ends(data.u), **({COVARIATES: beside} if beside else {})}
+
+
+def with_in_range(model: M) -> M:
+    """Add the output `in_range` to a model: 1 if the input lies within the range of the training rows, else 0.
+
+    For an inverse, the range applies to its output, which is the input of the inverted model. Here the ends of the
+    range are also outside, because an implicit inverse stops at an end for every wanted output that it cannot reach.
+
+    Parameters
+    ----------
+    model : Model
+        Model whose provenance states ``trained_u``, or the inverse of one.
+
+    Raises
+    ------
+    InputError
+        The model does not state the range, or has the output already.
+    """
+    g = model.graph
+    if any(o.name == PORT for o in g.outputs):
+        raise InputError(f"The model must have no output {PORT!r} yet. Got one in {model.key}.")
+    of_inverse = "inverse" in model.provenance
+    told = model.provenance.get("of", {}) if of_inverse else model.provenance
+    spans = [told.get(KEY), *(told.get(COVARIATES, {}).get(i.name) for i in g.inputs[1:])]
+    for port, span in zip(g.inputs, spans, strict=True):
+        if not (isinstance(span, list) and len(span) == 2):
+            raise InputError(
+                f"The provenance of {model.key} must state {KEY} = [least, largest] input of its training rows, and "
+                f"the same for covariates. Got {span!r} for {port.name}: fit the model again, or add it to its file."
+            )
+    lo, hi = np.array(spans, dtype=np.float64).T
+    if of_inverse:
+        lo[0], hi[0] = np.nextafter(lo[0], hi[0]), np.nextafter(hi[0], lo[0])
+    name = g.unused(PORT)
+    ends = [f"{name}.u[{k}]" if len(lo) > 1 else f"{name}.u" for k in range(1, len(lo) + 1)]
+    node = Node(name, "in_range", {"n": len(lo)}, {"lo": lo, "hi": hi})
+    wires, inputs = list(g.wires), list(g.inputs)
+    for k in range(1 if of_inverse else 0, len(inputs)):
+        inputs[k] = replace(inputs[k], to=(*inputs[k].to, ends[k]))
+    if of_inverse:
+        wires.append((g.outputs[0].source, ends[0]))
+    text = f"1 if the {'output' if of_inverse else 'input'} lies within the inputs of the training rows, else 0"
+    graph = Graph([*g.nodes, node], wires, inputs, [*g.outputs, Output(PORT, f"{name}.y", "1", text)], step=g.step)
+    return replace(model, graph=graph)
+
+
+def span_of(model: Model) -> tuple[float, float] | None:
+    """Return the range of the first input in the record of a model; None without one."""
+    span = model.provenance.get(KEY, model.provenance.get("span_u"))
+    if isinstance(span, list) and len(span) == 2 and span[0] < span[1]:
+        return float(span[0]), float(span[1])
+    return None

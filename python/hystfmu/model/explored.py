@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Port
-from hystfmu.graph.ports import element_names
-from hystfmu.model.model import Model
-from hystfmu.model.trained_range import COVARIATES, KEY
+from hystfmu.graph.node import element_names
+from hystfmu.model import Model
+from hystfmu.model.coverage import COVARIATES, KEY, span_of
 from hystfmu.report.explorer import Driven, Explored, Memory, Slider
 
 TURNS = "HYST_TURNING_POINTS(depth)"  # size of a list of turning points in the table of a block
@@ -40,14 +40,6 @@ def explored(model: Model, name: str, inverse: Model | None = None) -> Explored:
     beside, h = model.provenance.get(COVARIATES, {}), model.step if model.step is not None else 1.0
     before = None if inverse is None else inverse.graph
     return explored_graph(model.graph, name, before, h, span, beside)
-
-
-def span_of(model: Model) -> tuple[float, float] | None:
-    """Return the range of the first input in the record of a model; None without one."""
-    span = model.provenance.get(KEY, model.provenance.get("span_u"))
-    if isinstance(span, list) and len(span) == 2 and span[0] < span[1]:
-        return float(span[0]), float(span[1])
-    return None
 
 
 def explored_graph(

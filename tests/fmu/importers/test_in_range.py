@@ -13,7 +13,7 @@ from runners import run_by_fmpy, run_by_unit
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.data import signals
-from hystfmu.model.trained_range import trained_range
+from hystfmu.model.coverage import trained_range
 
 H = 1e-3
 

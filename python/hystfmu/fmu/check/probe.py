@@ -1,4 +1,4 @@
-"""The child process of `check_fmu`: make the checks of an unpacked FMU and write the findings as JSON.
+"""The child process of `validate`: make the checks of an unpacked FMU and write the findings as JSON.
 
 The child notes every check before the check starts. So the parent can name a check that ended the process, and another
 child can start with the next check.
@@ -20,10 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.base.child import limit_memory
-from hystfmu.fmu.check.exchange_trials import EXCHANGE_TRIALS
-from hystfmu.fmu.check.findings import Place
+from hystfmu.fmu.check.check import Place
+from hystfmu.fmu.check.exchange_trials import EXCHANGE_TRIALS, SCHEDULED_TRIALS
 from hystfmu.fmu.check.foreign_library import MADE, ForeignFmu, Trial
-from hystfmu.fmu.check.scheduled_trials import SCHEDULED_TRIALS
 from hystfmu.fmu.check.trials import STEPPED, TRIALS
 from hystfmu.fmu.foreign.instance import CARRIED, TALLY, Finding, interface_of, version
 

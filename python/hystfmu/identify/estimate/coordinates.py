@@ -20,7 +20,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Output
 from hystfmu.identify.estimate.free import Free
-from hystfmu.model.inputs import rows_of
+from hystfmu.model import rows_of
 
 MARGIN = 1e-10  # of a start to its bounds, relative to the room between them or to 1
 DECADES = 3.0  # to both sides of a positive value

@@ -28,7 +28,7 @@ from hystfmu.base.files import check, check_format, load_toml
 from hystfmu.core.library import Var
 from hystfmu.graph import Graph
 from hystfmu.graph.tables import GraphTable
-from hystfmu.model.model import FORMAT
+from hystfmu.model import FORMAT
 
 KEYS = ("lower", "upper", "scale", "rising", "sum")
 SCALES = ("linear", "log")

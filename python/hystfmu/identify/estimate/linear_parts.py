@@ -20,7 +20,7 @@ from hystfmu.graph import Graph
 from hystfmu.identify.estimate.free import Free
 from hystfmu.identify.estimate.objective import Linear
 from hystfmu.identify.estimate.runs import Runs
-from hystfmu.model.inputs import rows_of
+from hystfmu.model import rows_of
 
 ROWS = 1000  # of the record that the runs take, at most
 EQUAL = 1e-9  # difference of two changes, relative to their size and to the output, that counts as none

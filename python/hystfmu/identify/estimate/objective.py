@@ -22,7 +22,7 @@ from hystfmu.graph import Graph
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.runs import DIFFERENCE, Runs
 from hystfmu.identify.solvers.nonnegative import nonnegative
-from hystfmu.model.inputs import rows_of
+from hystfmu.model import rows_of
 
 TURN = 1e-5  # step of the derivative of values by a coordinate, relative to its scale
 FARTHEST = 1e3  # size of a residual relative to the misfit of no output at all: a trial may diverge or be refused

@@ -20,8 +20,8 @@ from hystfmu.identify.catalogue import LATE, Built, Candidate, Memory, Option, O
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate import operator_dynamics
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS
+from hystfmu.model import run_along
 from hystfmu.model.accuracy import rms
-from hystfmu.model.inputs import run_along
 
 TEXT = "Jiles-Atherton hysteresis about a bias, then G0(s) with delay, variable projection"
 MEMORY = Memory(1000.0)
