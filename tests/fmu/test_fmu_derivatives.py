@@ -16,7 +16,7 @@ from fmu_events import Events
 from fmu_master import BLOCKS, DISCARD, ERROR, OK, Array, H, Make, Master, loop, mixed, rows, single
 
 from hystfmu.graph import Graph, Node
-from hystfmu.graph.sample_time import is_sampled
+from hystfmu.graph.graph import is_sampled
 
 GRAPHS: dict[str, Callable[[], Graph]] = {"loop": loop, "mixed": mixed, **{n: lambda n=n: single(n) for n in BLOCKS}}
 PLAYS = Graph.single(Node("p", "prandtl_ishlinskii", {}, {"w0": 0.3, "r": [0.1, 0.4], "w": [0.5, 0.2]}))
