@@ -16,12 +16,10 @@ import hystfmu as hy
 from hystfmu.data.columns import csv_text
 from hystfmu.scenario import Cases, Run, build, simulate
 from hystfmu.scenario.engine.simulation import chunks
-from hystfmu.scenario.outcome.metrics import Measure, measure
-from hystfmu.scenario.outcome.trace import Picture, Trace
+from hystfmu.scenario.outcome.trace import Picture
 from hystfmu.scenario.ssp.read import read_ssp
 from hystfmu.scenario.ssp.run import run_ssp
 from hystfmu.scenario.ssp.write import REFERENCE, write_ssp
-from hystfmu.scenario.system.spec import MetricSpec
 
 KINDS = (
     "rms_percent",
@@ -109,37 +107,6 @@ def test_times_are_those_of_whole_steps(loop: Any, write: Any) -> None:
     assert system.rows(t).tolist() == rows.tolist()
     assert system.rows(np.nextafter(t, 0)[1:]).tolist() == rows[1:].tolist()
     assert system.rows(np.nextafter(t, 1e9)[:-1]).tolist() == (rows[:-1] + 1).tolist()
-
-
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("ripple", [1, 10])
-def test_metrics_do_not_see_the_division(kind: str, ripple: int) -> None:
-    rng = np.random.default_rng(1)
-    t, values = 1e-3 * np.arange(1001), rng.normal(size=(1001, 2))
-    m = MetricSpec.model_validate({"kind": kind, "signal": "a.y", "against": "b.y", "after": 0.0173})
-    columns = {"a.y": 0, "b.y": 1}
-    whole = measure(m, Trace(t, values, columns, ripple))
-    for _ in range(20):
-        found, edges = Measure(m), np.unique(rng.integers(1, 1001, size=rng.integers(1, 40)))
-        for a, b in zip([0, *edges], [*edges, 1001], strict=True):
-            found.add(Trace(t[a:b], values[a:b], columns, ripple, first=int(a)))
-        assert found.value() == whole
-    # and by numpy, all rows at once
-    at, e = np.arange(18, 1001), (values[:, 0] - values[:, 1])[18:]
-    sample = at % ripple == 0
-    x, y = values[18:, 1], values[18:, 0]
-    percent = 100 / np.ptp(x)
-    want = {
-        "rms_percent": percent * np.sqrt(np.mean(e**2)),
-        "max_percent": percent * np.abs(e).max(),
-        "between_samples_percent": percent * np.abs(e - np.interp(at, at[sample], e[sample])).max(),
-        "variation_ratio": np.abs(np.diff(y[sample])).sum() / np.abs(np.diff(x[sample])).sum(),
-        "loop_area_percent": 50 * abs(np.trapezoid(y, x) * 2 - (x[-1] - x[0]) * (y[-1] + y[0])) / np.ptp(x) / np.ptp(y),
-        "rms": np.sqrt(np.mean(e**2)),
-        "peak": np.abs(y).max(),
-        "final": abs(e[-1]),
-    }
-    assert whole == pytest.approx(want[kind], rel=1e-12)
 
 
 def test_verdicts_and_baselines_do_not_see_the_division(loop: Any, write: Any, divide: Divide) -> None:

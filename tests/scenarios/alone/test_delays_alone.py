@@ -7,13 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from engines import ready
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.report.loops import Delay, delay_budget
-from hystfmu.scenario.system.folders import inside, is_relative, scenario_folders
+from hystfmu.scenario.system.folders import inside
 from hystfmu.scenario.system.spec import UnitSpec
-from hystfmu.scenario.system.unit_graph import delayed, sizes
+from hystfmu.scenario.system.unit_graph import delayed
 
 
 def delay(**more: Any) -> UnitSpec:
@@ -66,65 +64,7 @@ def test_what_is_no_number_of_steps(steps: object, unit: dict[str, Any], least: 
         delayed(delay(**unit), steps, 4, "here")
 
 
-def test_only_delays_have_such_a_setting(loop: Any, write: Any) -> None:
-    loop["units"]["late"] = {"block": "delay", "dims": {"n": 2}}
-    loop["order"].append("late")
-    loop["connections"]["late.u"] = "plant.v"
-    system = ready(write(loop))
-    assert sizes(system.case) == {"late.n"}
-    assert "late.n" in system.parameters
-
-
-# ---- the budget ----------------------------------------------------------------------------------------------------
-def test_every_late_value_is_in_the_budget(loop: Any, write: Any) -> None:
-    """Plant, reference, PID in this order: only the command is read before it is made, by a plant with dynamics."""
-    assert delay_budget(ready(write(loop))) == [
-        Delay("pid.u -> plant.u", 0.5, "held between samples: half a step on average")
-    ]
-    loop["order"] = ["pid", "reference", "plant"]
-    late = "one step of its source late: the reader stands earlier in the order"
-    assert delay_budget(ready(write(loop))) == [
-        Delay("reference.r -> pid.y_d", 1.0, late),
-        Delay("plant.y -> pid.y", 1.0, late),
-    ]
-    loop["coupling"] = {"scheme": "iterative"}
-    assert delay_budget(ready(write(loop))) == []
-    loop["coupling"] = {"scheme": "jacobi"}
-    assert [(d.where, d.steps) for d in delay_budget(ready(write(loop)))] == [
-        ("reference.r -> pid.y_d", 1.0),
-        ("plant.y -> pid.y", 1.0),
-        ("pid.u -> plant.u", 0.5),
-    ]
-    loop["order"] = ["plant", "reference", "pid"]
-    texts = {d.where: d.text for d in delay_budget(ready(write(loop)))}
-    assert texts["plant.y -> pid.y"] == "one step of its source late: all units read first"
-
-
-def test_fine_units_and_straight_lines_in_the_budget(loop: Any, write: Any) -> None:
-    loop["ripple"] = 4
-    loop["units"]["plant"]["fine"] = True
-    loop["units"]["late"] = {"block": "delay", "dims": {"n": 6}, "fine": True}
-    loop["order"] = ["plant", "late", "reference", "pid"]
-    loop["connections"] |= {"late.u": "pid.u", "plant.u": "late.y"}
-    assert [(d.where, d.steps, d.text) for d in delay_budget(ready(write(loop)))] == [
-        ("late.y -> plant.u", 0.125, "held between samples: half a step on average"),
-        ("pid.u -> late.u", 0.5, "held between samples: half a step on average"),
-        ("late", 1.5, "delay block of 6 steps of the unit"),
-    ]
-    loop["ripple"] = 1
-    del loop["units"]["plant"]["fine"], loop["units"]["late"]["fine"]
-    loop["units"]["plant"]["hold"] = "first"
-    (line,) = [d for d in delay_budget(ready(write(loop))) if d.where == "late.y -> plant.u"]
-    assert line.steps == 0
-    assert "straight line" in line.text
-
-
 # ---- files ---------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("path", "good"), [("a/b", True), ("../a", True), ("/a", False), ("a\\b", False), ("C:a", False)]
-)
-def test_relative_paths(path: str, good: bool) -> None:
-    assert is_relative(path) == good
 
 
 def tree(root: Path) -> Path:
@@ -149,29 +89,3 @@ def test_a_path_stays_within_the_folder_of_all_scenarios(tmp_path: Path) -> None
             inside(top / "one", path, "w")
     with pytest.raises(InputError, match=r"^w: .*null.*; got 'a\\x00b'$"):
         inside(top / "one", "a\0b", "w")
-
-
-def test_a_folder_of_single_scenarios_is_no_group(tmp_path: Path) -> None:
-    (tmp_path / "some" / "one").mkdir(parents=True)
-    (tmp_path / "some" / "one" / "scenario.toml").touch()
-    with pytest.raises(InputError, match="must stay within"):
-        inside(tmp_path / "some" / "one", "../../out", "w")
-    assert inside(tmp_path / "some" / "one", "../m", "w") == (tmp_path / "some" / "m").resolve()
-
-
-def test_a_scenario_that_holds_scenarios(tmp_path: Path) -> None:
-    """Its parent then is the folder of all: a file there counts as inside."""
-    (tmp_path / "base" / "variant").mkdir(parents=True)
-    for name in ("base", "base/variant"):
-        (tmp_path / name / "scenario.toml").touch()
-    assert inside(tmp_path / "base" / "variant", "../m", "w") == (tmp_path / "base" / "m").resolve()
-    with pytest.raises(InputError, match="must stay within"):
-        inside(tmp_path / "base" / "variant", "../../m", "w")
-
-
-def test_folders_of_a_group_are_sorted(tmp_path: Path) -> None:
-    top = tree(tmp_path)
-    assert scenario_folders(top / "one") == [top / "one"]
-    assert scenario_folders(top / "group") == [top / "group" / "three", top / "group" / "two"]
-    assert scenario_folders(top / "shared") == [top / "shared"]
-    assert scenario_folders(top / "none.toml") == [top / "none.toml"]

@@ -15,10 +15,8 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.system import foreign as module
 from hystfmu.scenario.system.foreign import Foreign, _ports
 from hystfmu.scenario.system.unit_graph import (
-    changed,
     first_outputs,
     parameter_names,
-    scalar_names,
     start_values,
     with_values,
 )
@@ -62,12 +60,6 @@ def test_inputs_come_before_outputs_in_the_order_of_the_file() -> None:
     assert f.ports[1].scalar_names == ("a_1", "a_2", "a_3")
 
 
-def test_start_values_that_are_missing_are_zero_and_so_are_outputs_that_are_not_finite() -> None:
-    outputs = [variable("a", "output", start="nan"), variable("b", "output", start="-inf")]
-    f = unit(*outputs, variable("c", start=""), variable("d"), variable("e", start="inf"))
-    assert {p.name: p.start for p in f.ports} == dict.fromkeys("abcd", (0.0,)) | {"e": (np.inf,)}
-
-
 @pytest.mark.parametrize(
     ("kind", "start", "good"),
     [("Int8", "-128", -128.0), ("UInt64", str(2**64 - 1), 2**64 - 1), ("Boolean", "true", 1.0)]
@@ -109,16 +101,6 @@ def test_how_it_can_be_called() -> None:
     assert not unit(real, canHandleVariableCommunicationStepSize=False).any_step
     assert not unit(real, fixedInternalStepSize=0.1).any_step
     assert [unit(real, version=v).fmi for v in ("1.0", "2.0", "3.0")] == [1, 2, 3]
-
-
-def test_declared_feed_through() -> None:
-    a, b, y, z, w = variable("a"), variable("b"), *(variable(n, "output") for n in "yzw")
-    told = [
-        SimpleNamespace(variable=y, dependencies=[a, variable("state", "local")]),
-        SimpleNamespace(variable=z, dependencies=None), SimpleNamespace(variable=w, dependencies=[]),
-    ]  # fmt: skip
-    assert unit(a, b, y, z, w, outputs=told).dependencies() == {"y": {"a"}, "z": {"a", "b"}, "w": set()}
-    assert unit(a, y).dependencies() == {"y": {"a"}}
 
 
 # ---- settings ------------------------------------------------------------------------------------------------------
@@ -172,19 +154,6 @@ def test_a_value_that_does_not_fit(name: str, value: Any, said: str) -> None:
         unit(*PARAMETERS).with_settings({name: value})
 
 
-def test_sizes_and_scaled_values_add_up() -> None:
-    f = unit(*PARAMETERS)
-    wide = f.with_settings({"n": 3, "v": [1.0, 2.0, 3.0]})
-    assert [p.size for p in wide.ports if p.name == "u"] == [3]
-    assert wide.with_settings({"v": "*2"}).settings == {"n": 3.0, "v": [2.0, 4.0, 6.0]}
-    assert f.with_settings({"p": 2.0}).with_settings({"p": "*3"}).settings == {"p": 6.0}
-    with pytest.raises(InputError, match=r"^v: must have 3 elements; got 2$"):
-        f.with_settings({"v": [1.0, 2.0]}).with_settings({"n": 3})
-    assert unit().with_settings({}).settings == {}
-    with pytest.raises(InputError, match=r"^no parameter 'q'; there are none$"):
-        unit().with_settings({"q": 1})
-
-
 def test_a_token_follows_from_archive_and_settings() -> None:
     f = unit(*PARAMETERS)
     some = [f, f.with_settings({"p": 2.0}), f.with_settings({"i": 2.0}), f.with_settings({"p": 2.0, "i": 2.0})]
@@ -206,33 +175,9 @@ def graph() -> Graph:
     return Graph(nodes, [], ends, [Output("y", "bank.y"), Output("w", "late.y"), Output("r", "ref.r")])
 
 
-def test_names_and_starts_of_a_unit(graph: Graph) -> None:
-    assert scalar_names(graph, "input") == ("u_1", "u_2", "u_3", "v")
-    assert scalar_names(graph, "output") == ("y_1", "y_2", "y_3", "w", "r")
-    assert start_values(graph, "input") == [0.0, 0.0, 0.0, 0.25]
-    assert first_outputs(graph) == [0.0, 0.0, 0.0, 0.5, 0.0], "a delay knows its output"
-    assert {"bank_gain", "bank_gain_2", "ref_shape"} <= parameter_names(graph)
-
-
 def gains(g: Graph | Foreign) -> list[float]:
     assert isinstance(g, Graph)
     return g.nodes[0].value("gain").tolist()
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "want"),
-    [
-        ("bank_gain", [4.0, 5.0, 6.0], [4.0, 5.0, 6.0]), ("bank_gain", "*2", [2.0, 4.0, 6.0]),
-        ("bank_gain_2", 7, [1.0, 7.0, 3.0]), ("bank_gain_3", "*0.5", [1.0, 2.0, 1.5]),
-    ],
-)  # fmt: skip
-def test_a_parameter_by_its_name(graph: Graph, name: str, value: Any, want: list[float]) -> None:
-    assert gains(with_values(graph, {name: value})) == want
-    assert gains(graph) == [1.0, 2.0, 3.0]
-    port, first, values = changed(graph, name, value)
-    assert port.name == "bank_gain"
-    at = int(name[-1]) - 1 if name[-1].isdigit() else 0
-    assert (first, values) == ((at, want[at : at + 1]) if name[-1].isdigit() else (0, want))
 
 
 @pytest.mark.parametrize(

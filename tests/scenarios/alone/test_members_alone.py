@@ -109,31 +109,6 @@ def test_a_foreign_unit_has_the_bits_of_ours(
     assert len(set(want["law.y"].tolist())) > 3
 
 
-@pytest.mark.parametrize("as_", ["fmu2", "fmu3"])
-@pytest.mark.parametrize("more", [{}, {"substeps": 2, "hold": "first"}])
-@pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
-def test_our_unit_as_an_fmu_has_the_bits_of_the_core(write: Any, as_: str, more: Any, scheme: str) -> None:
-    unit = {"fmu2": "lag", "fmu3": "pair"}[as_]
-    system = ready(write(loop(unit, scheme, {"as": as_} | more) | {"final_states": True}))
-    want, found = Native(system).run(), run(system, "fmpy")
-    assert found.values.tobytes() == want.values.tobytes()
-    assert found.final_states == want.final_states
-    assert set(want.final_states) == {"unit", "reference", "law"}
-
-
-def test_units_at_several_rates(write: Any, fmus: Path) -> None:
-    data = loop("lag", "gauss_seidel", {"fine": True})
-    data["ripple"], data["units"]["law"]["every"] = 3, 2
-    data["stop"] = 8 * H
-    want = Native(ready(write(data))).run()
-    system = foreign(data, write, fmus, "lag", 3)
-    assert [p.period for p in system.parts] == [1, 3, 6]
-    for engine in ENGINES:
-        assert run(system, engine).values.tobytes() == want.values.tobytes(), engine
-    held = want["law.y"].reshape(-1)[1:]
-    assert all(len(set(held[k : k + 5].tolist())) == 1 for k in range(5, len(held) - 5, 6))
-
-
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_parameters_of_a_foreign_unit(write: Any, fmus: Path, fmi: int) -> None:
     """Set in the scenario, scaled, and set anew between runs of the core."""
@@ -155,17 +130,6 @@ def test_parameters_of_a_foreign_unit(write: Any, fmus: Path, fmi: int) -> None:
     for engine in ENGINES:
         assert run(changed, engine).values.tobytes() == want.values.tobytes()
     assert other in system.parameters or f"unit.{other}" in system.parameters
-
-
-def test_what_is_not_finite_or_refused_stops_the_run(write: Any, fmus: Path) -> None:
-    data = loop("lag", "gauss_seidel", {})
-    data["units"]["law"]["values"]["k"] = [1e308, 1e308]
-    system = foreign(data, write, fmus, "lag", 3)
-    for engine in ENGINES:
-        with pytest.raises(
-            Stopped, match=r"^(values that are not finite at t = |unit refuses the step from t = )0\.\d+ s"
-        ):
-            run(system, engine)
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
@@ -215,14 +179,6 @@ def test_an_fmu_of_another_version_steps_by_its_own_rule(write: Any) -> None:
     (folder / "x.fmu").write_bytes(reference_fmu("fmi1cs/Dahlquist").read_bytes())
     for engine in ENGINES:
         assert run(ready(folder), engine)["unit.x"] == pytest.approx(0.9 ** np.arange(6), rel=1e-13), engine
-
-
-@pytest.mark.parametrize(("kind", "f"), [("Int32", np.round), ("Boolean", lambda x: (x >= 0.5).astype(float))])
-def test_an_input_of_another_type(write: Any, kind: str, f: Any) -> None:
-    system = feedthrough(write, "gauss_seidel", {}, kind)
-    for engine in ENGINES:
-        found = run(system, engine)
-        assert found[f"unit.{kind}_output"][1:].tolist() == f(found["law.y"][:-1]).tolist()
 
 
 @pytest.mark.parametrize("engine", ENGINES)

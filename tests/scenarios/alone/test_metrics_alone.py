@@ -92,54 +92,12 @@ def test_a_metric_is_its_definition(kind: str, skip: int) -> None:
     assert lower == pytest.approx(want, rel=1e-12)
 
 
-def test_the_bits_do_not_depend_on_the_chunks() -> None:
-    rng = np.random.default_rng(SEED)
-    whole = trace(*rng.normal(size=(2, N)))
-    for kind in ("rms", "variation_ratio", "loop_area_percent"):
-        assert {chunked(metric(kind), whole, n) for n in (1, 5, 8, N)} == {measure(metric(kind), whole)}
-
-
-def test_a_window_begins_at_its_row_but_for_rounding() -> None:
-    e = np.zeros(8)
-    e[3] = 5.0
-    for after, value in [(3 * H, 5.0), (3 * H * (1 + 1e-13), 5.0), (3 * H * (1 + 1e-11), 0.0), (8 * H, 0.0)]:
-        assert measure(metric("peak", after=after), trace(e, e)) == (value if after < 8 * H else np.inf)
-    assert measure(metric("rms", after=8 * H), trace(e, e)) == np.inf
-
-
-def test_without_a_reference_it_is_compared_with_nothing() -> None:
-    y = np.array([3.0, -4.0])
-    assert measure(MetricSpec.model_validate({"kind": "peak", "signal": "a.y"}), trace(y, [7.0, 7.0])) == 4.0
-    assert measure(MetricSpec.model_validate({"kind": "final", "signal": "a.y"}), trace(y, [7.0, 7.0])) == 4.0
-
-
-@pytest.mark.parametrize(("y", "r", "value"), [([1, 1], [2, 2], 1.0), ([1, 2], [2, 2], np.inf), ([1, 4], [0, 1], 3.0)])
-def test_a_reference_that_rests(y: list[float], r: list[float], value: float) -> None:
-    assert measure(metric("variation_ratio"), trace(y, r, ripple=1)) == value
-
-
-def test_a_line_has_no_area_and_a_square_all_of_it() -> None:
-    square = trace([0.0, 1, 1, 0], [0.0, 0, 1, 1], ripple=1)
-    assert measure(metric("loop_area_percent"), square) == 100.0
-    assert measure(metric("loop_area_percent"), trace([0.0, 2, 0], [5.0, 5, 5], ripple=1)) == 0.0
-
-
 def test_a_stroke_of_zero_is_refused_and_a_given_one_is_taken() -> None:
     rests = trace([1.0, 2.0], [3.0, 3.0])
     with pytest.raises(InputError, match=r"^the stroke is zero: b\.y does not move; give 'stroke'$"):
         measure(metric("max_percent"), rests)
     assert measure(metric("max_percent", stroke=4.0), rests) == 50.0
     assert measure(metric("rms"), rests) == math.sqrt(2.5)
-
-
-def test_rows_on_a_line_go_on_at_the_speed_of_the_last_two_steps() -> None:
-    """The change of the step may be a millionth of it."""
-    r = np.cumsum([0.0, 1, 1, 1 + 0.9e-6, 1 + 2.0e-6, 3, 3, 3])
-    on = [False, False, True, True, False, False, True, True]
-    for k, straight in enumerate(on):
-        e = np.zeros(8)
-        e[k] = 1.0
-        assert measure(metric("rms", lines=True), trace(r + e, r)) == (math.sqrt(1 / sum(on)) if straight else 0.0)
 
 
 @pytest.mark.parametrize("kind", ["rms_percent", "max_percent"])

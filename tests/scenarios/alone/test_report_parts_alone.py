@@ -16,7 +16,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.scenario.outcome.baseline import CHANGED, Change
 from hystfmu.scenario.outcome.result import CaseResult, LoopFigures, Verdict
 from hystfmu.scenario.outcome.trace import Trace
-from hystfmu.scenario.report import cases, compare, machine, page
+from hystfmu.scenario.report import cases, compare, machine
 from hystfmu.scenario.report.compare import compare_reports
 from hystfmu.scenario.system.spec import MetricSpec
 
@@ -50,11 +50,6 @@ def run(y: Any, r: Any = None) -> Trace:
 
 
 # ---- which case comes first ----------------------------------------------------------------------------------------
-def test_the_metric_that_stands_for_a_case() -> None:
-    peak, rms = verdict(3.0, "peak"), verdict(0.5)
-    assert cases.main_verdict(result(peak, rms)) is rms
-    assert cases.main_verdict(result(peak)) is peak
-    assert cases.main_verdict(result()) is None
 
 
 def test_how_near_a_case_is_to_its_limit() -> None:
@@ -65,37 +60,6 @@ def test_how_near_a_case_is_to_its_limit() -> None:
     assert near(result(verdict(0.5), lines=("failed",))) == (True, 0.5)
     assert near(result(verdict(math.inf, limit=None))) == (True, math.inf)
     assert near(result()) == (True, math.inf)
-
-
-def test_the_verdict_on_a_case_in_a_word() -> None:
-    word = cases.word_of
-    assert word(result(verdict(0.5))) == "ok"
-    assert word(result(lines=("x",))) == "stopped"
-    assert word(result(verdict(2.0), lines=("x",))) == "failed"
-    assert word(result(verdict(2.0), verdict(0.5), lines=(f"a {CHANGED} b",))) == "failed"
-    assert word(result(verdict(0.5), lines=("x", f"a {CHANGED} b"))) == "changed"
-    assert word(result(verdict(0.5), lines=("x",))) == "no baseline"
-
-
-def test_the_rows_around_the_largest_error() -> None:
-    """Three turns of the reference on each side; a turn is where it begins to go back, and a rest is none."""
-    zigzag = np.concatenate([np.arange(5.0) if k % 2 == 0 else 4 - np.arange(5.0) for k in range(10)])
-    turns = [k for k in range(1, len(zigzag) - 1) if zigzag[k] != zigzag[k - 1] and zigzag[k] in (0.0, 4.0)]
-    for at in (0, 12, 25, 33, 49):
-        found = cases._around(zigzag, at)
-        inside = [t for t in range(len(zigzag)) if found.start <= t < found.stop]
-        assert at in inside
-    middle = cases._around(zigzag, 25)
-    assert 0 < middle.start < 25 < middle.stop < len(zigzag)
-    assert len([t for t in turns if middle.start <= t < 25]) in (2, 3)
-    assert len([t for t in turns if 25 < t < middle.stop]) in (2, 3)
-    line = np.arange(9.0)
-    assert cases._around(line, 4) == slice(0, 9)
-    two = np.array([0.0, 1, 2, 1, 0, 1, 2, 1, 0, 1, 2, 1, 0, 1, 2])
-    # turns begin with the steps 2, 4, 6, 8, 10, 12; of those before and behind row 7 three each
-    assert cases._around(two, 7) == slice(2, 13)
-    assert cases._around(two, 6) == slice(0, 13)
-    assert cases._around(two, 8) == slice(2, 15)
 
 
 def test_what_is_said_of_a_case() -> None:
@@ -111,12 +75,6 @@ def test_what_is_said_of_a_case() -> None:
 
 
 # ---- cells ---------------------------------------------------------------------------------------------------------
-def test_a_cell_links_to_its_case() -> None:
-    good, bad = result(verdict(0.51234)), result(verdict(2.0), lines=("x",))
-    assert cases.linked(good) == '<a class="ok" href="#s/c">0.512 ok</a>'
-    assert cases.linked(bad) == '<a class="bad" href="#s/c">2 failed</a>'
-    assert cases.linked(result(lines=("x",))) == '<a class="bad" href="#s/c">stopped</a>'
-    assert cases.place(result(case="<c>")) == "s/&lt;c&gt;"
 
 
 def test_the_curve_of_an_error() -> None:
@@ -128,23 +86,6 @@ def test_the_curve_of_an_error() -> None:
         assert cases._curve(result(verdict(0.5), trace=trace)) == ""
     many = cases._curve(result(verdict(0.5), trace=run(np.sin(np.arange(1000)))))
     assert many.partition("l")[2].count(" ") < 80
-
-
-def test_value_and_limit_of_a_metric() -> None:
-    def cell(v: Any, fails: bool = True) -> str:
-        return cases._metric(v, fails)
-
-    assert cell(None) == "<td></td>"
-    assert cell(verdict(0.51234, limit=None)) == "<td>0.512</td>"
-    assert cell(verdict(0.5)) == "<td>0.5 <small>≤ 1</small></td>"
-    assert cell(verdict(2.0)) == '<td class="bad">2 <small>&gt; 1</small></td>'
-    assert (
-        cell(verdict(0.5, limit=None, same=False, baseline=0.25))
-        == '<td class="bad">0.5<small class="was">was 0.25</small></td>'
-    )
-    assert cell(verdict(0.5, limit=None, same=True, baseline=0.5)) == "<td>0.5</td>"
-    changed = cell(verdict(0.5, limit=None, same=False, baseline=0.25), fails=False)
-    assert changed == '<td>0.5<small class="was">was 0.25</small></td>'
 
 
 def test_a_row_of_a_case() -> None:
@@ -176,15 +117,6 @@ def test_the_longer_side_of_a_matrix_goes_downwards() -> None:
     )
     assert re.findall(r'<th scope="col">(\w+)</th>', turned) == ["scenario", "q", "p"]
     assert re.findall(r'<th scope="row">(\w+)</th>', turned) == ["a", "b", "c"]
-
-
-# ---- the page ------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("names", "title"),
-    [("", "Closed loops"), ("a", "Loop a"), ("aba", "Loops a, b"), ("abc", "Loops a, b, c"), ("abcd", "Closed loops")],
-)
-def test_the_title_of_a_page(names: str, title: str) -> None:
-    assert page._title([result(scenario=n) for n in names]) == title
 
 
 # ---- for machines --------------------------------------------------------------------------------------------------

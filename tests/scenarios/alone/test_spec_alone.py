@@ -12,7 +12,6 @@ import pydantic
 import pytest
 from engines import ready
 
-import hystfmu as hy
 import hystfmu.scenario
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.system import case as cases
@@ -32,14 +31,6 @@ WHOLE: dict[str, Any] = {
     "name": "s", "step": 0.1, "stop": 1.0, "order": ["a"], "units": {"a": UNIT}, "metrics": {"m": METRIC},
 }  # fmt: skip
 TINY = 5e-324
-
-
-def many(n: int, what: Any) -> dict[str, Any]:
-    return {f"x{k}": what for k in range(n)}
-
-
-def named(n: int) -> list[dict[str, str]]:
-    return [{"name": f"c{k}"} for k in range(n)]
 
 
 @pytest.mark.parametrize(
@@ -134,17 +125,6 @@ def test_the_length_of_a_run(loop: Any, write: Any, monkeypatch: pytest.MonkeyPa
             ready(write(loop | change))
     ready(write(loop | {"stop": 0.03 * (1 - 1e-7)}))
     ready(write(loop | {"stop": 0.0101}))
-
-
-def test_what_a_record_does_not_take() -> None:
-    refused: list[tuple[dict[str, Any], str]] = [
-        ({"set": {"a.x": 1}}, "it takes neither --set nor --coupling"),
-        ({"coupling": "jacobi"}, "it takes neither --set nor --coupling"),
-        ({"case": "c"}, "it takes no --case"),
-    ]
-    for more, said in refused:
-        with pytest.raises(InputError, match=said):
-            hy.run([], record=True, **more)
 
 
 def test_values_of_the_package_cannot_be_changed() -> None:

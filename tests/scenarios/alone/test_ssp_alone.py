@@ -15,7 +15,6 @@ from drawn_unit import Variable, drawn_fmu
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario.ssp.coupling import as_readers_run
 from hystfmu.scenario.ssp.elements import SSC, SSV, changes
 from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp
 from hystfmu.scenario.system.foreign import Foreign
@@ -96,17 +95,6 @@ def two(folder: Path) -> dict[str, bytes]:
 
 
 # ---- what is read --------------------------------------------------------------------------------------------------
-def test_a_system_becomes_a_case(tmp_path: Path) -> None:
-    found = read(tmp_path)
-    case = found.case
-    assert (case.scenario, case.name, case.step, case.stop, case.ripple) == ("s", "ssp", 0.25, 1.0, 1)
-    assert case.order == ("a", "b")
-    assert case.coupling.scheme == "jacobi"
-    assert case.connections == {"b.u": "a.y", "a.u": "b.y"}
-    assert {n: (u.fmu, u.inputs, u.set) for n, u in case.units.items()} == {
-        n: (f"resources/{n}.fmu", {}, {}) for n in ("a", "b")
-    }
-    assert (found.signals, found.reference) == ((), None)
 
 
 def test_a_connection_has_no_direction(tmp_path: Path) -> None:
@@ -153,14 +141,6 @@ def test_values_of_every_kind(tmp_path: Path) -> None:
     elements = component("a", values(value("w", "text", "String"))) + component("b")
     with pytest.raises(InputError, match=r"a: w: an input must be a number\. Got 'text' instead\."):
         read(tmp_path, elements=elements, files=two(tmp_path))
-
-
-def test_values_in_a_file_of_the_archive(tmp_path: Path) -> None:
-    bound = '<d:ParameterBindings><d:ParameterBinding source="resources/v.ssv"/></d:ParameterBindings>'
-    file = f'<v:ParameterSet xmlns:v="{SSV}"><v:Parameters>{value("p", "2.5")}</v:Parameters></v:ParameterSet>'
-    files = two(tmp_path) | {"resources/v.ssv": file.encode()}
-    found = read(tmp_path, elements=component("a", bound), wires="", files=files)
-    assert found.case.units["a"].set == {"p": 2.5}
 
 
 def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
@@ -246,13 +226,6 @@ def test_entities(tmp_path: Path) -> None:
         read_ssp(path, 0.1)
 
 
-def test_a_source_is_a_uri(tmp_path: Path) -> None:
-    files = {"resources/my a.fmu": "", "resources/b%20.fmu": ""}
-    elements = component("a", source="resources/my%20a.fmu") + component("b", source="resources/b%20.fmu")
-    units = read(tmp_path, elements=elements, files=files).case.units
-    assert [u.fmu for u in units.values()] == ["resources/my a.fmu", "resources/b%20.fmu"]
-
-
 @pytest.mark.parametrize(
     ("one", "other", "more", "good"),
     [
@@ -327,19 +300,6 @@ def case(scheme: str = "gauss_seidel", **unit: Any) -> Any:
     units = {"a": UnitSpec.model_validate({"block": "delay"}), "b": UnitSpec.model_validate({"block": "delay"} | unit)}
     made = make_dataclass("Case", fields)
     return made("w", units, CouplingSpec.model_validate({"scheme": scheme}), 5, ("a.y", "b.y"), 1.0)
-
-
-def test_readers_step_all_at_once_at_the_base_step() -> None:
-    found = as_readers_run(case())
-    assert (found.ripple, found.coupling.scheme, found.coupling.events) == (1, "jacobi", "grid")
-    for made, said in [
-        (case("iterative"), "w: the coupling is iterative: no reader of SSP archives iterates"),
-        (case(every=2), "w: b runs once in several steps: SSP has one step"),
-        (case(substeps=2), "w: b has substeps or a hold of its own: SSP knows neither"),
-        (case(hold="first"), "w: b has substeps or a hold of its own: SSP knows neither"),
-    ]:
-        with pytest.raises(InputError, match=f"^{re.escape(said)}$"):
-            as_readers_run(made)
 
 
 # ---- as it is written ----------------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.outcome.baseline import CHANGED, Change
+from hystfmu.scenario.outcome.baseline import CHANGED
 from hystfmu.scenario.outcome.metrics import Measure
 from hystfmu.scenario.outcome.result import CaseResult, LoopFigures, Verdict, judge
 from hystfmu.scenario.report import terminal
@@ -38,36 +38,6 @@ def verdict_on(
     )
     kept: Any = SimpleNamespace(rows=lambda: rows, trace=SimpleNamespace(final_states={}))
     return judge(case, {"m": measured(value)}, kept, None if old is None else known, strict)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("value", "limit", "good"),
-    [(1.0, None, True), (1.0, 1.0, True), (1.1, 1.0, False), (math.inf, None, False), (math.nan, 1.0, False)],
-)
-def test_within_is_finite_and_not_above_the_limit(value: float, limit: float | None, good: bool) -> None:
-    (v,), lines, _ = verdict_on(value, limit, None, strict=False)
-    assert (v.within, v.same, v.baseline, v.limit, v.kind, v.metric) == (good, None, None, limit, "peak", "m")
-    rule = "is not finite" if limit is None else f"exceeds the limit {limit:g}"
-    assert lines == ([] if good else [f"s/c: m (peak of a.y) = {value:.6g} {rule}"])
-
-
-@pytest.mark.parametrize(
-    ("value", "limit", "old", "same"),
-    [
-        (2.0, None, 2.0, True),
-        (2.0019, None, 2.0, True),
-        (2.0021, None, 2.0, False),
-        (-2.0019, None, -2.0, True),
-        (2.0099, 10.0, 2.0, True),  # of the limit, where that is larger
-        (2.0101, 10.0, 2.0, False),
-        (0.9e-9, None, 0.0, True),  # rounding
-        (1.1e-9, None, 0.0, False),
-    ],
-)
-def test_the_same_within_a_tolerance(value: float, limit: float | None, old: float, same: bool) -> None:
-    (v,), lines, changed = verdict_on(value, limit, old, strict=False)
-    assert (v.same, v.baseline, lines) == (same, old, [])
-    assert bool(changed) == (not same)
 
 
 def test_a_missing_baseline_and_a_change_are_failures() -> None:
@@ -118,19 +88,6 @@ def test_the_decisive_metric_is_nearest_to_its_limit() -> None:
     assert terminal.decisive(result(over, above_zero)) is above_zero
 
 
-def test_cases_of_a_scenario_have_a_line_each() -> None:
-    good = result(shown(0.5, 1.0, "rms_percent"), loop=LoopFigures(True, 2.5, 3.0))
-    bad = result(shown(2.0), case="d", lines=("s/d: over",), notes=("a note",), seconds=1.5)
-    lines = terminal.verdicts([good, bad]).splitlines()
-    assert cells(lines[0]) == cells("scenario case verdict metric value limit Ms dB delay margin, steps seconds")
-    assert cells(lines[-5]) == cells("s c ok m % 0.5 1 2.5 3 0.25")
-    assert cells(lines[-4]) == cells("s d FAILED m 2 1 1.50")
-    assert lines[-3:] == ["a note", "s/d: over", "1 of 2 cases passed"]
-    assert "Ms dB" not in terminal.verdicts([bad])
-    stopped = terminal.verdicts([result(lines=("s/c: stopped",))]).splitlines()
-    assert cells(stopped[-3]) == cells("s c FAILED stopped 0.25")
-
-
 def test_several_scenarios_have_a_line_each() -> None:
     """With the case that is nearest to a limit, and the worst margins of their loops."""
     some = [
@@ -151,26 +108,10 @@ def test_several_scenarios_have_a_line_each() -> None:
     assert "Ms" not in terminal.verdicts(plain)
 
 
-def test_of_the_changes_the_first_is_shown() -> None:
-    lines = ("x", f"a {CHANGED} 1", "y", f"b {CHANGED} 2", f"c {CHANGED} 3")
-    text = terminal.verdicts([result(shown(0.5), lines=lines)]).splitlines()
-    assert text[-4:-1] == ["x", "y", f"a {CHANGED} 1 (and 2 more changed)"]
-    assert terminal.verdicts([result(shown(0.5), lines=lines[:2])]).splitlines()[-2] == f"a {CHANGED} 1"
-
-
 def test_every_metric_has_a_line() -> None:
     text = terminal.every_metric([result(shown(0.5, None), shown(2.0, 1.0, "rms_percent", "n", 1.9))]).splitlines()
     assert cells(text[-2]) == cells("s c ok m 0.5")
     assert cells(text[-1]) == cells("s c FAILED n % 2 1 1.9")
-
-
-def test_changes_as_a_table() -> None:
-    assert terminal.changes([]) == "the baseline does not change"
-    assert terminal.changes([], "none") == "none"
-    text = terminal.changes([Change("s/c", "m", 2.0, 3.0), Change("s/c", "n", None, 1.0), Change("s/c", "o", "a", "b")])
-    assert [cells(line) for line in text.splitlines()[-3:]] == [
-        cells("s/c m 2 3 +50"), cells("s/c n - 1 -"), cells("s/c o a b -"),
-    ]  # fmt: skip
 
 
 # ---- a result ------------------------------------------------------------------------------------------------------
