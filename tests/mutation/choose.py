@@ -27,8 +27,8 @@ TABLES = {
 }
 COMPILES = {"fmu_build/core/elementary/": ("tests/c/test_elementary.py", "tests/c/test_numerics.py")}
 MASTER = [
-    *(f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps", "coupling")),
-    "tests/scenarios/alone/test_members_alone.py",  # units that are FMUs
+    *(f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps")),
+    "tests/scenarios/foreign/test_members.py",  # units that are FMUs
 ]
 PATHS = {  # what may judge the rooms of one library or language; the rest of tests/c compiles everything anew
     "python": [f"tests/{name}" for name in ("study", "scenarios", "identify", "design", "data", "face")],
