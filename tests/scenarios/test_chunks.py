@@ -162,6 +162,7 @@ def test_an_ssp_is_written_as_it_runs(loop: Any, write: Any, tmp_path: Path, div
 
 MEMORY = """
 import resource, sys
+import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.scenario import Run
 path, stop, out = sys.argv[1:]
