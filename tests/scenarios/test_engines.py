@@ -19,6 +19,7 @@ from hystfmu.scenario import simulate, to_graph
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.folders import here_or_shipped, shipped_scenarios
 from hystfmu.scenario.system.measures import label, unit_of, unit_of_metric
+from hystfmu.scenario.system.system import System
 
 KINDS = ("fmu2", "fmu3")
 
@@ -312,3 +313,27 @@ def test_a_shipped_scenario_stands_in_for_a_missing_one(tmp_path: Path, monkeypa
         assert here_or_shipped(path) == Path(path)
     (tmp_path / "scenarios" / "pid").mkdir(parents=True)
     assert here_or_shipped("scenarios/pid") == Path("scenarios/pid")
+
+
+@pytest.fixture
+def fine(loop: Any, write: Any) -> System:
+    """Steps of 1/8 s in four fine ones, a plant that runs in these, a slow unit in every second step."""
+    loop |= {"step": 0.125, "stop": 2.0, "ripple": 4, "order": ["plant", "reference", "slow", "pid"]}
+    loop["units"]["plant"]["fine"] = True
+    loop["units"]["slow"] = {"block": "scaling", "dims": {"n": 1}, "every": 2}
+    loop["connections"]["slow.u"] = "plant.v"
+    loop["metrics"] = {"p": {"kind": "peak", "signal": "plant.y"}}
+    return ready(write(loop))
+
+
+def test_rows_of_a_step_that_is_no_binary_fraction(loop: Any, write: Any) -> None:
+    """A quotient that is rounded is corrected by the time of its row."""
+    loop |= {"step": 0.1, "stop": 100.0}
+    del loop["metrics"]["tracking"]["after"]
+    s = ready(write(loop))
+    n = np.arange(1001)
+    assert s.rows(s.at(n)).tolist() == n.tolist()
+    above, below = np.nextafter(s.at(n), np.inf), np.nextafter(s.at(n), -np.inf)
+    assert s.rows(above)[:-1].tolist() == (n[:-1] + 1).tolist()
+    assert s.rows(above)[-1] == 1000
+    assert s.rows(below)[1:].tolist() == n[1:].tolist()

@@ -18,7 +18,7 @@ from hystfmu.scenario import simulate
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system import events as module
-from hystfmu.scenario.system.events import cuts
+from hystfmu.scenario.system.events import NEAR, SHORTEST, cuts, missed
 from hystfmu.scenario.system.system import System
 
 H, TAU = 1e-3, 5e-3
@@ -329,3 +329,29 @@ def test_as_many_reversals_as_steps_may_be(write: Any, monkeypatch: pytest.Monke
     monkeypatch.setattr(module, "MOST_STEPS", 31)
     with pytest.raises(InputError, match=r"source\.frequency: more than 31 reversals; got 16 Hz$"):
         cuts(system(write, reference(shape="triangle", frequency=16.0, phase=0.3)))
+
+
+def test_a_discontinuity_has_two_cuts(write: Any) -> None:
+    """One right before it, by twice what the core can tell apart, and one on it."""
+    at = 10.25 * SAMPLE
+    n, t = cuts(system(write, step(at), read=("d",)))
+    room = max(NEAR * (SAMPLE + at), SHORTEST)
+    assert n.tolist() == [11, 11]
+    assert t.tolist() == pytest.approx([at - 2 * room, at], rel=1e-15)
+    assert at - t[0] > room
+
+
+SAID = "events/nominal: source.t_step: the discontinuity at {} s is between two steps of {} s and takes effect at {} s"
+
+
+def test_a_discontinuity_that_no_step_ends_on_is_reported(write: Any) -> None:
+    grid = {"coupling": {"events": "grid"}, "read": ("d",)}
+    at = 10.25 * SAMPLE
+    assert missed(system(write, step(at), **grid)) == [SAID.format(f"{at:.9g}", f"{SAMPLE:g}", f"{11 * SAMPLE:.9g}")]
+    assert missed(system(write, step(10 * SAMPLE), **grid)) == []
+    assert missed(system(write, step(10 * SAMPLE * (1 + 0.5e-9)), **grid)) == []
+    assert len(missed(system(write, step(10 * SAMPLE * (1 + 3e-9)), **grid))) == 1
+    assert missed(system(write, step(at, 0.0), **grid)) == []
+    assert missed(system(write, step(at), read=("d",))) == [], "located: a step ends on it"
+    fine = {**step(10.25 * SAMPLE), "substeps": 4}
+    assert missed(system(write, fine, **grid)) == [], "a substep ends on it"

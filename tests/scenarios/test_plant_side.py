@@ -280,3 +280,17 @@ def test_a_loop_in_rows(write: Any) -> None:
         "law.u -> play.u": [1.0, 1.0, 0.0], "play.y -> lag.u": [0.0, 0.5, 0.0],
         "reference.r -> law.y_d": [0.0, 1.0, 0.0], "lag.y -> law.y": [0.0, 1.0, 0.0],
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("order", "delay"),
+    [
+        ("play lag reference law", 0.0),  # the command of the last step, held: no delay but the hold
+        ("lag play reference law", 0.25),  # and a fine step between the two
+        ("reference law play lag", 0.0),  # the measured value is that of the last step instead
+        ("reference law lag play", 0.25),
+        ("play reference law lag", 0.25),  # two late values: one closes the loop
+    ],
+)
+def test_a_late_value_among_fine_units_is_a_fine_step(write: Any, order: str, delay: float) -> None:
+    assert side(system(write, order, CHAIN, WIRES, 4)) == (["play", "lag"], delay)

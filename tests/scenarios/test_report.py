@@ -333,3 +333,24 @@ def test_signals_have_equal_lengths(tmp_path: Path, signals: dict[str, list[floa
     else:
         with pytest.raises(InputError, match="must be lists of equal length that include the times 't'"):
             compare_reports(path, path, tmp_path / "out.html")
+
+
+def test_the_rows_around_the_largest_error() -> None:
+    """Three turns of the reference on each side; a turn is where it begins to go back, and a rest is none."""
+    zigzag = np.concatenate([np.arange(5.0) if k % 2 == 0 else 4 - np.arange(5.0) for k in range(10)])
+    turns = [k for k in range(1, len(zigzag) - 1) if zigzag[k] != zigzag[k - 1] and zigzag[k] in (0.0, 4.0)]
+    for at in (0, 12, 25, 33, 49):
+        found = cases._around(zigzag, at)
+        inside = [t for t in range(len(zigzag)) if found.start <= t < found.stop]
+        assert at in inside
+    middle = cases._around(zigzag, 25)
+    assert 0 < middle.start < 25 < middle.stop < len(zigzag)
+    assert len([t for t in turns if middle.start <= t < 25]) in (2, 3)
+    assert len([t for t in turns if 25 < t < middle.stop]) in (2, 3)
+    line = np.arange(9.0)
+    assert cases._around(line, 4) == slice(0, 9)
+    two = np.array([0.0, 1, 2, 1, 0, 1, 2, 1, 0, 1, 2, 1, 0, 1, 2])
+    # turns begin with the steps 2, 4, 6, 8, 10, 12; of those before and behind row 7 three each
+    assert cases._around(two, 7) == slice(2, 13)
+    assert cases._around(two, 6) == slice(0, 13)
+    assert cases._around(two, 8) == slice(2, 15)

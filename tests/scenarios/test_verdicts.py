@@ -347,3 +347,10 @@ def test_a_result_in_words() -> None:
     assert LoopFigures(True, 2.5, math.inf).cells() == ["2.5", "inf"]
     assert LoopFigures(True, 2.5, math.inf).summary() == {"stable": True, "Ms_db": 2.5, "delay_steps": None}
     assert LoopFigures(False, None, 1.0).summary()["delay_steps"] == 1.0
+
+
+def test_of_the_changes_the_first_is_shown() -> None:
+    lines = ("x", f"a {CHANGED} 1", "y", f"b {CHANGED} 2", f"c {CHANGED} 3")
+    text = terminal.verdicts([result(shown(0.5), lines=lines)]).splitlines()
+    assert text[-4:-1] == ["x", "y", f"a {CHANGED} 1 (and 2 more changed)"]
+    assert terminal.verdicts([result(shown(0.5), lines=lines[:2])]).splitlines()[-2] == f"a {CHANGED} 1"
