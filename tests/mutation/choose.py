@@ -23,7 +23,7 @@ TABLES = {
         f"tests/contract/test_{n}.py" for n in ("block_table", "generated", "largest_sizes")
     ),
     "python/hystfmu/identify/": (f"{CHOICE}/test_option_tables.py", f"{CHOICE}/test_results_are_frozen.py"),
-    "python/hystfmu/studies/": (f"{CHOICE}/test_results_are_frozen.py", "tests/study/parts/test_spec_limits.py"),
+    "python/hystfmu/studies/": (f"{CHOICE}/test_results_are_frozen.py", "tests/study/test_study_spec.py"),
 }
 COMPILES = {"fmu_build/core/elementary/": ("tests/c/test_elementary.py", "tests/c/test_numerics.py")}
 MASTER = [
