@@ -30,11 +30,6 @@ from hystfmu.scenario.ssp.write import REFERENCE, write_loop, write_ssp
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema"
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
-
-
 @pytest.fixture
 def archive(loop: Any, write: Any, tmp_path: Path) -> Path:
     """The loop of this folder, every unit a component."""
