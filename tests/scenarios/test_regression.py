@@ -109,19 +109,6 @@ def area(x: np.ndarray, y: np.ndarray) -> float:
     return measure(MetricSpec.model_validate({"kind": "loop_area_percent", "signal": "a.y", "against": "b.y"}), trace)
 
 
-def test_loop_area_of_known_figures() -> None:
-    phase = np.linspace(0, 2 * np.pi, 20_001)
-    assert area(3 * np.cos(phase) + 7, 0.2 * np.sin(phase)) == pytest.approx(25 * np.pi, rel=1e-6)  # an ellipse
-    assert area(np.sin(phase), np.sin(phase)) == pytest.approx(0, abs=1e-12)  # a line
-    lag = 0.3  # an ellipse of the same span, leaning: pi sin(lag) over 4
-    assert area(np.sin(phase), np.sin(phase - lag)) == pytest.approx(25 * np.pi * np.sin(lag), rel=1e-6)
-    # a play of width r on [-1, 1]: a parallelogram of height 2 (1 - r) and width 2 r in a box of 2 by 2 (1 - r)
-    x = np.array([1.0, 0.5, -1.0, -0.5, 1.0])
-    y = np.array([0.75, 0.75, -0.75, -0.75, 0.75])
-    assert area(x, y) == pytest.approx(100 * 0.25, rel=1e-12)
-    assert area(np.zeros(5), y) == 0
-
-
 # ---- final states ---------------------------------------------------------------------------------------------------
 def test_final_states_are_the_same_in_every_engine(loop: Any, write: Any) -> None:
     loop["final_states"] = True

@@ -175,12 +175,6 @@ def test_a_file_of_a_newer_version_names_the_remedy(loop: Any, write: Any, below
     assert Cases(path).spec.format == 1
 
 
-def test_a_misspelt_key_is_named_and_not_the_one_that_it_leaves_out(loop: Any, write: Any) -> None:
-    loop["stopp"] = loop.pop("stop")
-    with pytest.raises(InputError, match=r"scenario\.toml: stopp: There is no such key. Did you mean 'stop'"):
-        hy.run([write(loop)], engine="native")
-
-
 # ---- limits and defaults ---------------------------------------------------------------------------------------------
 UNIT: dict[str, Any] = {"block": "pid"}
 METRIC: dict[str, Any] = {"kind": "peak", "signal": "a.y"}
