@@ -69,24 +69,14 @@ def test_commands_of_a_shipped_loop(
         same_bits(lambda c=called: c, columns, want)
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize(("scenario", "case"), [("pid", "sine_10"), ("stage/irc_repetitive", "scan_100")])
+@pytest.mark.parametrize(("scenario", "case", "fmi"), [("pid", "sine_10", 2), ("stage/irc_repetitive", "scan_100", 3)])
 def test_commands_of_the_c_source(scenario: str, case: str, fmi: int, tmp_path: Path) -> None:
     if not shutil.which("cc"):
         pytest.skip("no C compiler")
     _, _, ends, command = next(row for row in SHIPPED if row[:2] == (scenario, case))
     columns, want = recorded(scenario, case, ends, command)
-    words = [
-        "export",
-        str(ROOT / "scenarios" / scenario),
-        "--controller",
-        "--case",
-        case,
-        "--fmi",
-        str(fmi),
-        "--source",
-    ]
-    done = CliRunner().invoke(main, [*words, "-o", str(tmp_path / "c.fmu")])
+    words = ["export", str(ROOT / "scenarios" / scenario), "--controller", "--case", case, "--fmi", str(fmi)]
+    done = CliRunner().invoke(main, [*words, "--source", "-o", str(tmp_path / "c.fmu")])
     assert done.exit_code == 0, done.output
     made = built_from_source(tmp_path / "c.fmu", tmp_path / "built")
     same_bits(lambda: Called(made, tmp_path / "called"), columns, want)

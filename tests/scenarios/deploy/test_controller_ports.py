@@ -107,8 +107,7 @@ def test_reset_and_saved_state(fmi: int, tmp_path: Path) -> None:
     called.close()
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("scenario", ["pid", "h_infinity", "stage/ppf", "adaptive"])
+@pytest.mark.parametrize(("scenario", "fmi"), [("pid", 2), ("h_infinity", 3), ("stage/ppf", 2), ("adaptive", 3)])
 def test_it_is_a_good_fmu(scenario: str, fmi: int, tmp_path: Path) -> None:
     fmu = hy.Scenario.load(ROOT / "scenarios" / scenario).export_controller(tmp_path / "c.fmu", fmi)  # type: ignore[arg-type]
     assert hy.validate(fmu) == []
