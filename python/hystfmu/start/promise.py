@@ -20,7 +20,7 @@ from hystfmu.design.race import Aim, Tuned
 from hystfmu.face.model import Model
 from hystfmu.face.result import Results
 from hystfmu.identify.auto import REFUSED
-from hystfmu.identify.guards import at_bounds
+from hystfmu.model.guards import at_bounds
 from hystfmu.start.device import Device
 from hystfmu.start.misfit import Misfit
 from hystfmu.start.references import Tried
