@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
 
@@ -92,7 +92,7 @@ def wins() -> str:
         if names:
             text = f"- {head()[k]}: {', '.join(f'{LOOPS[name]} with {found[name][k]}' for name in names)}"
             said.append("\n".join(textwrap.wrap(text, 120, subsequent_indent="  ", break_on_hyphens=False)))
-    first = f"Some loops that learn no period have smaller errors than the {LOOPS[OURS]}, in these columns:"
+    first = f"Loops that do not learn a periodic reference have smaller errors than the {LOOPS[OURS]} in these columns:"
     return "\n".join([first, "", *said]) if said else ""
 
 
@@ -124,7 +124,7 @@ def markdown() -> str:
 
 def loop(name: str, case: str) -> OpenedLoop:
     """Open the loop of a case."""
-    found = next((c for c in Scenario(SCENARIOS / name).cases if c.name == case), None)
+    found = next((c for c in Cases(SCENARIOS / name).cases if c.name == case), None)
     if found is None:
         raise InputError(f"{name}: no case {case}")
     return open_loop(build(found))

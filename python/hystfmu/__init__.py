@@ -24,18 +24,18 @@ if TYPE_CHECKING:
     from hystfmu.data import signals as signals
     from hystfmu.data import synthetic as synthetic
     from hystfmu.data.reader import read as read
+    from hystfmu.face.fit import fit as fit
     from hystfmu.face.model import Model as Model
-    from hystfmu.face.running import run as run
     from hystfmu.face.scenario import Scenario as Scenario
     from hystfmu.face.study import Study as Study
-    from hystfmu.face.verbs import fit as fit
-    from hystfmu.face.verbs import study as study
-    from hystfmu.face.verbs import validate as validate
+    from hystfmu.fmu.check.check import validate as validate
     from hystfmu.graph import Graph as Graph
     from hystfmu.graph import Input as Input
     from hystfmu.graph import Node as Node
     from hystfmu.graph import Output as Output
     from hystfmu.graph import blocks as blocks
+    from hystfmu.scenario import run as run
+    from hystfmu.studies import study as study
     from hystfmu.unit import Unit as Unit
 
 _HOME = {  # where each name lives; an empty name: the module itself
@@ -51,14 +51,14 @@ _HOME = {  # where each name lives; an empty name: the module itself
     "Unit": "unit:Unit",
     "blocks": "graph.blocks:",
     "design": "design:",
-    "fit": "face.verbs:fit",
+    "fit": "face.fit:fit",
     "read": "data.reader:read",
     "redesign": "redesign:",
-    "run": "face.running:run",
+    "run": "scenario.running:run",
     "signals": "data.signals:",
-    "study": "face.verbs:study",
+    "study": "studies.run:study",
     "synthetic": "data.synthetic:",
-    "validate": "face.verbs:validate",
+    "validate": "fmu.check.check:validate",
 }
 __all__ = [
     "Dataset",

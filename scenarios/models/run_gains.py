@@ -13,8 +13,9 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import hystfmu as hy
 from hystfmu.base.files import write_toml
-from hystfmu.studies import Study, run_study
+from hystfmu.studies import Study
 from hystfmu.studies.loop_limits import LoopLimits
 from hystfmu.studies.report import best_variation
 
@@ -34,7 +35,7 @@ def found(name: str) -> dict[str, Any]:
     objective = study.spec.objective
     assert objective is not None
     with tempfile.TemporaryDirectory() as folder:
-        rows = run_study(study.file, folder, workers=1).rows
+        rows = hy.study(study.file, folder, workers=1).rows
     best = best_variation(study, rows)
     assert best is not None, "no trial is within the limits"
     trials: dict[int, list[dict[str, Any]]] = {}

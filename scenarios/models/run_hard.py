@@ -18,14 +18,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_text, write_toml
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.outcome.metrics import measure
 from hystfmu.scenario.outcome.trace import Stopped
-from hystfmu.studies import Outcome, Study, run_study
+from hystfmu.studies import Outcome, Study
 from stable_range import SCENARIOS, Box, Loop, shrunk
 
 RECORD, STAGE_RECORD = SCENARIOS / "loops" / "hard.record.toml", SCENARIOS / "stage" / "hard.record.toml"
@@ -54,7 +55,7 @@ def error(name: str, case: str, metric: str) -> float:
     jitter are not known.  An output at rest is no measure for a stage, whose slow integral leaves a wrong gain to the
     feed-forward.
     """
-    loop = Scenario(SCENARIOS / name / "hard.toml")
+    loop = Cases(SCENARIOS / name / "hard.toml")
     system = build(next(c for c in loop.cases if c.name == case))
     m = system.case.metrics[metric]
     try:
@@ -82,7 +83,7 @@ def slope(name: str, case: str) -> float:
 
 def steps(name: str, case: str) -> tuple[float, float]:
     """Return settling time (s; infinite: not before the next step) and overshoot (% of the step), of the worst step."""
-    system = build(next(c for c in Scenario(SCENARIOS / name / "hard.toml").cases if c.name == case))
+    system = build(next(c for c in Cases(SCENARIOS / name / "hard.toml").cases if c.name == case))
     run = Native(system, ["plant.y", "reference.r"]).run()
     t, y, r = run.t, run["plant.y"], run["reference.r"]
     starts = np.append(np.flatnonzero(np.diff(r)) + 1, len(t))
@@ -98,7 +99,7 @@ def steps(name: str, case: str) -> tuple[float, float]:
 
 def cases(name: str) -> dict[str, float]:
     """Return the errors of all hard cases, settling and overshoot."""
-    names = [c.name for c in Scenario(SCENARIOS / name / "hard.toml").cases]
+    names = [c.name for c in Cases(SCENARIOS / name / "hard.toml").cases]
     kind = "staircase" if name.startswith("stage/") else "step"
     metric = STEPS[kind][1]
     skipped = (kind, "small", "everything", "everything_step")
@@ -118,7 +119,7 @@ def breaks(loop: Loop) -> dict[str, float]:
 def drawn(file: Path) -> Outcome:
     """Run a study in one process."""
     with tempfile.TemporaryDirectory() as folder:
-        return run_study(file, Path(folder), workers=1)
+        return hy.study(file, Path(folder), workers=1)
 
 
 def hard(loop: Loop) -> dict[str, int]:
@@ -166,7 +167,7 @@ def lost_corners(loop: Loop, file: Path) -> int:
     lost = 0
     for values in itertools.product(*ends):
         settings = study.settings(dict(zip(study.parameters, values, strict=True)))
-        cases = Scenario(loop.folder / "hard.toml", settings).cases
+        cases = Cases(loop.folder / "hard.toml", settings).cases
         lost += any(_moves(build(c)) for c in cases if c.name in study.spec.cases)
     return lost
 

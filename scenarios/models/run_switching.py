@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.files import write_toml
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.metrics import Measure
 from hystfmu.studies import Study
@@ -38,7 +38,7 @@ Values = Mapping[str, float]
 
 def worst(scenario: str, plant: str, signal: str, unit: str, block: str, values: Values) -> float:
     """Return the largest error in the corners with another block in the place of a unit."""
-    cases = {c.name: c for c in Scenario(SCENARIOS / scenario).cases}
+    cases = {c.name: c for c in Cases(SCENARIOS / scenario).cases}
     errors = []
     for corner in CORNERS:
         case = cases[f"{PLANTS[plant]}{corner}_{signal}"]
@@ -51,7 +51,7 @@ def worst(scenario: str, plant: str, signal: str, unit: str, block: str, values:
 
 def shipped(scenario: str, unit: str) -> dict[str, float]:
     """Return the gains that a scenario states."""
-    return {k: float(v) for k, v in Scenario(SCENARIOS / scenario).spec.units[unit].values.items()}
+    return {k: float(v) for k, v in Cases(SCENARIOS / scenario).spec.units[unit].values.items()}
 
 
 def linear() -> dict[str, tuple[str, str, str, dict[str, float]]]:

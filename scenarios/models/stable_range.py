@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from hystfmu.design import linearise
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
 
@@ -101,7 +101,7 @@ class Loop:
     def case(self, settings: Mapping[str, Any]) -> Any:
         """Return the hard case without other changes, with settings."""
         name = "scan_100" if self.stage else "nominal"
-        return next(c for c in Scenario(self.folder / "hard.toml", dict(settings)).cases if c.name == name)
+        return next(c for c in Cases(self.folder / "hard.toml", dict(settings)).cases if c.name == name)
 
     @functools.cached_property
     def opened(self) -> OpenedLoop:

@@ -12,12 +12,11 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hystfmu.scenario import Run, run_scenarios
+import hystfmu as hy
+from hystfmu.scenario import Result
 from hystfmu.scenario.loop.limits import opened_loops, verdicts_of
-from hystfmu.scenario.outcome.result import Result
-from hystfmu.scenario.system.case import Scenario
+from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.folders import shipped_scenarios
-from hystfmu.studies.run import run_study
 from papers import study_speed
 from papers.row import Row
 from papers.table import Report
@@ -133,14 +132,14 @@ def _is_robust(folder: Path) -> bool:
     file = folder / "scenario.toml"
     if not file.exists():
         return False
-    spec = Scenario(file).spec
+    spec = Cases(file).spec
     return spec.margins is not None and spec.step == STEP
 
 
 def _structure(folder: Path) -> Structure:
-    results = run_scenarios([folder], Run("native"))
+    results = hy.run([folder], engine="native")
     errors = {r.case: _metric(r, "tracking") for r in results}
-    scenario = Scenario(folder)
+    scenario = Cases(folder)
     verdicts = {v.limit: v for v in verdicts_of(scenario, opened_loops(scenario))}
     loop = next(r.loop for r in results if scenario.spec.margins is not None and r.case == scenario.spec.margins.case)
     ms_db, delay_steps = (None, None) if loop is None else (loop.Ms_db, loop.delay_steps)
@@ -183,7 +182,7 @@ def _stage(root: Path) -> list[Row]:
     rows = []
     for folder in sorted(f.parent for f in root.glob("stage/*/scenario.toml")):
         ours = folder == root / STAGE
-        for r in run_scenarios([folder], Run("native")):
+        for r in hy.run([folder], engine="native"):
             target = 1.0 if ours and r.case == "scan_200" else None
             peak = "" if r.loop is None else f"Ms {r.loop.cells()[0]} dB"
             what = f"{r.case}, scan lines"
@@ -201,7 +200,7 @@ def _stage_draws(root: Path, width: int, draws: int) -> list[Row]:
         shutil.copytree(root / "stage", stage)
         shared = stage / "draws_5.toml"
         shared.write_text(shared.read_text().replace("n = 1000", f"n = {draws}"))
-        outcome = run_study(Path(copied) / STAGE / f"draws_{width}.study.toml", Path(copied) / "out")
+        outcome = hy.study(Path(copied) / STAGE / f"draws_{width}.study.toml", Path(copied) / "out")
     summary = outcome.summary
     if summary is None:
         return []
@@ -217,14 +216,14 @@ def _stage_draws(root: Path, width: int, draws: int) -> list[Row]:
 
 def _adaptive(root: Path) -> list[Row]:
     """Compute S20: the adaptive inverse alone after a change, and beside feedback."""
-    alone = {r.case: _metric(r, "tracking") for r in run_scenarios([root / "adaptive"], Run("native"))}
+    alone = {r.case: _metric(r, "tracking") for r in hy.run([root / "adaptive"], engine="native")}
     rows = [
         Row(f"S20, adaptive inverse: {what}", ours=alone[case], target=target)
         for case, (what, target) in ADAPTED.items()
         if case in alone
     ]
     if (root / "adaptive_pid").is_dir():
-        beside = {r.case: _metric(r, "tracking") for r in run_scenarios([root / "adaptive_pid"], Run("native"))}
+        beside = {r.case: _metric(r, "tracking") for r in hy.run([root / "adaptive_pid"], engine="native")}
         rows += [
             Row(f"S20, beside feedback: {case}, error / that without adaptation", ours=beside[case] / fixed, target=1.0)
             for case, fixed in ((c, beside.get(f"{c}_fixed")) for c in beside)

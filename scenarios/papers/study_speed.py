@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+import hystfmu as hy
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import build
-from hystfmu.scenario.system.case import Scenario
+from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.system import System
-from hystfmu.studies.run import run_study
 from papers.row import Row
 
 STEPS, H, LAG, GAIN = 10_000, 1e-3, 0.1, 2.0
@@ -62,13 +62,13 @@ def _rows(folder: Path, n: int) -> list[Row]:
     path.write_text(tomli_w.dumps(study))
     cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
     counts = [1, 2][: len(cores)]
-    run_study(path, folder / "first", workers=1)  # imports
+    hy.study(path, folder / "first", workers=1)  # imports
     taken: dict[int, tuple[float, float]] = {}
     for c in counts:
         timed = [_study(path, folder / f"out_{c}_{k}", cores[:c]) for k in range(REPEATS)]
         taken[c] = min(t[0] for t in timed), min(t[1] for t in timed)
     what = f"{n} variations of a loop of {STEPS} steps"
-    units = unpacked(build(Scenario(folder / "loop").cases[0]), folder)
+    units = unpacked(build(Cases(folder / "loop").cases[0]), folder)
     hand = min(by_hand(units)[0] for _ in range(REPEATS)) * n
     one = Row(
         f"P6: {what}: loop by hand with fmpy / study, one core",
@@ -100,7 +100,7 @@ def _study(path: Path, folder: Path, cores: list[int]) -> tuple[float, float]:
         os.sched_setaffinity(0, cores)
     try:
         begin, before = time.perf_counter(), _used()
-        outcome = run_study(path, folder, workers=len(cores))
+        outcome = hy.study(path, folder, workers=len(cores))
         if outcome.failed:
             raise InputError(f"The study must run. Got {len(outcome.failed)} failed runs.")
         return time.perf_counter() - begin, _used() - before

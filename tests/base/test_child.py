@@ -13,11 +13,10 @@ from typing import Any
 import pytest
 from bad_fmu import SLEEPS, bad_fmu
 
+import hystfmu as hy
 from hystfmu.base.child import MOST_LOG, Child
-from hystfmu.fmu import check_fmu
-from hystfmu.scenario import Run, Scenario, build, simulate
+from hystfmu.scenario import Cases, Run, build, simulate
 from hystfmu.scenario.outcome.trace import Stopped
-from hystfmu.studies import run_study
 
 if sys.platform != "linux":
     pytest.skip("a sub-reaper of Linux", allow_module_level=True)
@@ -95,14 +94,14 @@ ONCE = "{ static int n; if (!n++) leave(); }"
 def test_a_run_that_ends_well_is_no_failure_when_its_fmu_leaves_a_process(
     engine: Any, tmp_path: Path, name: str
 ) -> None:
-    system = build(Scenario(scenario(tmp_path / "loop", name, ONCE)).cases[0])
+    system = build(Cases(scenario(tmp_path / "loop", name, ONCE)).cases[0])
     trace = simulate(system, run=Run(engine, seconds=60.0))
     assert trace["bad.y"][-1] == 1.0
     assert left(name) == []
 
 
 def test_the_time_limit_holds_when_a_process_keeps_the_output(tmp_path: Path, name: str) -> None:
-    system = build(Scenario(scenario(tmp_path / "loop", name, f"{{ {ONCE} {SLEEPS}; }}")).cases[0])
+    system = build(Cases(scenario(tmp_path / "loop", name, f"{{ {ONCE} {SLEEPS}; }}")).cases[0])
     with pytest.raises(Stopped, match="not finished after 4 s"):
         simulate(system, run=Run(seconds=4.0))
     assert left(name) == []
@@ -112,7 +111,7 @@ def test_the_time_limit_holds_when_a_process_keeps_the_output(tmp_path: Path, na
 def test_a_check_ends_what_the_fmu_has_started(tmp_path: Path, name: str) -> None:
     extra = LEAVES.replace("NAME", f'"{name}"') + "__attribute__((constructor)) static void at_load(void) { leave(); }"
     bad_fmu(tmp_path / "bad.fmu", extra=extra)
-    assert "did not finish" not in "".join(check_fmu(tmp_path / "bad.fmu"))
+    assert "did not finish" not in "".join(hy.validate(tmp_path / "bad.fmu"))
     assert left(name) == []
 
 
@@ -128,7 +127,7 @@ def test_a_worker_that_dies_is_seen_although_its_pipe_is_held(tmp_path: Path, na
     study = tmp_path / "bad.study.toml"
     lines = ['name = "bad"', 'scenario = "loop"', 'method = "grid"', "timeout = 100.0", "[parameters]"]
     study.write_text("\n".join([*lines, '"command.step" = { values = [0.25, 1.0] }']))
-    outcome = run_study(study, tmp_path / "out", workers=1)
+    outcome = hy.study(study, tmp_path / "out", workers=1)
     assert [row["status"] for row in outcome.rows] == ["ok", "killed"]
     assert left(name) == []
 
@@ -178,7 +177,7 @@ def test_all_end_with_a_killed_study(tmp_path: Path, name: str) -> None:
     study = tmp_path / "bad.study.toml"
     lines = ['name = "bad"', 'scenario = "loop"', 'method = "grid"', "[parameters]"]
     study.write_text("\n".join([*lines, '"command.step" = { values = [1.0, 2.0, 3.0] }']))
-    program = "import sys; from hystfmu.studies import run_study; run_study(sys.argv[1], sys.argv[2], workers=2)"
+    program = "import sys; import hystfmu as hy; hy.study(sys.argv[1], sys.argv[2], workers=2)"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     words = [sys.executable, "-c", program, str(study), str(tmp_path / "out")]
     with subprocess.Popen(words, env=environment) as parent:

@@ -15,11 +15,12 @@ import tomli_w
 from bad_fmu import LOOP, bad_fmu
 from click.testing import CliRunner
 
+import hystfmu as hy
 from hystfmu.base import child
 from hystfmu.base.child import Child
 from hystfmu.base.confine import Box, unconfined
 from hystfmu.cli import main
-from hystfmu.scenario import Run, Scenario, build, simulate
+from hystfmu.scenario import Cases, Run, build, simulate
 
 if unconfined():
     pytest.skip(f"foreign FMUs may {unconfined()} here: needs Landlock and seccomp", allow_module_level=True)
@@ -122,7 +123,7 @@ EVERYTHING = {"stolen", "by_another", "away", "truncated", "connected"}
     [("fmpy", True), ("native", True), ("fmpy", False), pytest.param("native", False, marks=pytest.mark.stress)],
 )
 def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: socket.socket) -> None:
-    system = build(Scenario(fmu(tmp_path / "loop", home, server)).cases[0])
+    system = build(Cases(fmu(tmp_path / "loop", home, server)).cases[0])
     trace = simulate(system, run=Run(engine, confined=confined))
     assert trace["bad.y"][-1] == (OWN if confined else ALL)
     assert done(home, server) == (set() if confined else EVERYTHING)
@@ -247,12 +248,11 @@ PICKLED = "cos\\nsystem\\n(S'touch stolen'\\ntR."
 def test_what_a_worker_with_foreign_code_sends_is_not_believed(words: str, tmp_path: Path, home: Path) -> None:
     """The FMU answers in place of its worker: its run is a failed one, and the parent runs no code of it."""
     pytest.importorskip("pyarrow")
-    from hystfmu.studies import run_study
 
     (tmp_path / "loop").mkdir()
     (tmp_path / "loop" / "scenario.toml").write_text(tomli_w.dumps(LIMITED))
     bad_fmu(tmp_path / "loop" / "bad.fmu", "speak()", 0.5, SPEAKS.replace("WORDS", f'"{words}"'))
     (tmp_path / "bad.study.toml").write_text(tomli_w.dumps(STUDY))
-    outcome = run_study(tmp_path / "bad.study.toml", tmp_path / "out", workers=1)
+    outcome = hy.study(tmp_path / "bad.study.toml", tmp_path / "out", workers=1)
     assert not (home / "stolen").exists()
     assert [row["status"] for row in outcome.rows] == ["ok", "killed"]

@@ -15,10 +15,10 @@ import tomli_w
 from bad_fmu import bad_fmu
 from click.testing import CliRunner
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.fmu import check_fmu
-from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario import Cases, build, simulate
 from hystfmu.scenario.outcome.trace import Stopped
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes and devices of POSIX")
@@ -196,8 +196,8 @@ def test_results_that_a_foreign_fmu_replaced_are_not_waited_for(
     }
     Path("scenario.toml").write_text(tomli_w.dumps(scenario))
     with pytest.raises(Stopped, match="the process that ran bad ended with status 0"):
-        simulate(build(Scenario(folder).cases[0]))
-    assert [p.partition(":")[0] for p in check_fmu(folder / "bad.fmu")] == ["the check failed"]
+        simulate(build(Cases(folder).cases[0]))
+    assert [p.partition(":")[0] for p in hy.validate(folder / "bad.fmu")] == ["the check failed"]
     alone = CliRunner().invoke(main, ["simulate", "bad.fmu", "--step", "1e-3", "--stop", "0.01", "-o", "alone.csv"])
     assert "the process that ran the FMU ended with status 0" in alone.output
 

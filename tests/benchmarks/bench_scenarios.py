@@ -27,12 +27,12 @@ import fmpy
 import numpy as np
 import tomli_w
 
+import hystfmu as hy
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.report.terminal import table
-from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario import Cases, build, simulate
 from hystfmu.scenario.engine.fmu_member import FmuStore
 from hystfmu.scenario.engine.native import Native
-from hystfmu.studies import run_study
 from papers.study_speed import GAIN, LAG, LOOP, STEPS, H, by_hand
 
 HERE = Path(__file__).resolve().parent
@@ -53,7 +53,7 @@ def timed(run):
 def system(folder, data, coupling=None):
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.toml").write_text(tomli_w.dumps(data))
-    return build(Scenario(folder, coupling=coupling).cases[0])
+    return build(Cases(folder, coupling=coupling).cases[0])
 
 
 class Rivals:
@@ -200,7 +200,7 @@ def studies(folder, rivals):
         os.sched_setaffinity(0, cores[:n_cores])
         try:
             begin, before = time.perf_counter(), used()
-            outcome = run_study(path, folder / f"out_{n_cores}_{k}")
+            outcome = hy.study(path, folder / f"out_{n_cores}_{k}")
             assert not outcome.failed
             return time.perf_counter() - begin, used() - before
         finally:
@@ -248,9 +248,9 @@ def chain(n_units):
 RUN = """
 import sys, time
 from pathlib import Path
-from hystfmu.scenario import Run, run_scenarios
+from hystfmu.scenario import Run
 begin = time.process_time()
-run_scenarios([sys.argv[1]], run=Run("native"), report_dir=sys.argv[2])
+hy.run([sys.argv[1]], engine="native", report=sys.argv[2])
 seconds = time.process_time() - begin
 # ru_maxrss would include the memory of the parent process
 lines = Path("/proc/self/status").read_text().splitlines() if Path("/proc").exists() else []

@@ -13,7 +13,7 @@ import pytest
 import tomli_w
 from drawn_unit import LETTERS, Variable, drawn_fmu, library, value
 
-from hystfmu.scenario import Scenario
+from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_loop
 
 HERE = Path(__file__).parent
@@ -68,7 +68,7 @@ def box(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "metrics": {"p": {"kind": "final", "signal": "x2.yReal"}},
     }
     (folder / "scenario.toml").write_text(tomli_w.dumps(data))
-    fmu = write_loop(Scenario(folder).cases[0], tmp_path / "box.fmu", 2)
+    fmu = write_loop(Cases(folder).cases[0], tmp_path / "box.fmu", 2)
     made = Path(fmpy.extract(str(fmu), str(tmp_path / "box")))
     for fmi in (2, 3):
         (unit,) = (made / "resources" / "units" / f"x{fmi}").rglob("drawn.*")

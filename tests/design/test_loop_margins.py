@@ -17,7 +17,7 @@ from hystfmu.design.delays import sampled
 from hystfmu.scenario.loop.held import held
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.build import build
-from hystfmu.scenario.system.case import Scenario
+from hystfmu.scenario.system.case import Cases
 
 ROOT = Path(__file__).parents[2]
 H = 1e-4
@@ -129,7 +129,7 @@ def test_held_dynamics_with_a_fraction_of_a_step(delay):
 
 
 def of(name, case):
-    scenario = Scenario(ROOT / "scenarios" / name)
+    scenario = Cases(ROOT / "scenarios" / name)
     return open_loop(build(next(c for c in scenario.cases if c.name == case)))
 
 

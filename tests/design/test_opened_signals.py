@@ -19,7 +19,7 @@ from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.loop.plant import PlantSide
 from hystfmu.scenario.loop.simulated import simulated_delay
 from hystfmu.scenario.system.build import build
-from hystfmu.scenario.system.case import Scenario
+from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.spec import UnitSpec
 from hystfmu.scenario.system.system import System
 
@@ -29,7 +29,7 @@ W = 2 * np.pi * 500
 
 
 def system_of(name: str, case: str) -> System:
-    return build(next(c for c in Scenario(ROOT / "scenarios" / name).cases if c.name == case))
+    return build(next(c for c in Cases(ROOT / "scenarios" / name).cases if c.name == case))
 
 
 def test_a_chain_broken_anywhere_has_the_same_margins():

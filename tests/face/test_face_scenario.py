@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hystfmu as hy
-from hystfmu.scenario import Scenario as Cases
+from hystfmu.scenario import Cases as Cases
 from hystfmu.scenario import build, simulate
 from hystfmu.studies.task import fingerprint
 

@@ -21,13 +21,13 @@ def fmi(request: pytest.FixtureRequest) -> int:
 
 @pytest.fixture
 def without_fmutool(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`check_fmu` as without fmutool, which reads the archive only and takes longer than the trials of the binary."""
+    """`validate` as without fmutool, which reads the archive only and takes longer than the trials of the binary."""
     monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)
 
 
 @pytest.fixture(params=[False, pytest.param(True, marks=pytest.mark.stress)], ids=["alone", "with fmutool"])
 def fmutool_or_not(request: pytest.FixtureRequest) -> None:
-    """`check_fmu` without fmutool; the long runs repeat the test with it."""
+    """`validate` without fmutool; the long runs repeat the test with it."""
     if not request.param:
         request.getfixturevalue("without_fmutool")
 

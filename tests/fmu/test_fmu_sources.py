@@ -18,8 +18,9 @@ from fmpy.build import build_platform_binary
 from fmu_master import BLOCKS, Master, loop, rows, single, unpack
 from lxml import etree
 
+import hystfmu as hy
 from hystfmu.cli import main
-from hystfmu.fmu import check_fmu, export_fmu
+from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
 
 PACKAGE = Path(fmpy.__file__).parent
@@ -158,7 +159,7 @@ def test_fmpy_builds_it(tmp_path: Path, fmi: int) -> None:
     build_platform_binary(folder, tmp_path / "build", generator="Unix Makefiles", all_warnings=True)
     assert binary.read_bytes() != before
     shutil.make_archive(str(tmp_path / "built"), "zip", folder)
-    assert check_fmu(tmp_path / "built.zip") == []
+    assert hy.validate(tmp_path / "built.zip") == []
 
 
 @pytest.mark.usefixtures("fmutool_or_not")
@@ -176,8 +177,8 @@ def test_build_description(tmp_path: Path) -> None:
     for interface in ("ModelExchange", "CoSimulation"):
         assert [f.get("name") for f in description.findall(f"{interface}/SourceFiles/File")] in (["two.c"], [])
     assert description.find("CoSimulation/SourceFiles/File") is not None
-    assert check_fmu(tmp_path / "two.fmu") == []
-    assert check_fmu(tmp_path / "three.fmu") == []
+    assert hy.validate(tmp_path / "two.fmu") == []
+    assert hy.validate(tmp_path / "three.fmu") == []
 
 
 def test_two_of_them_in_one_program(tmp_path: Path) -> None:

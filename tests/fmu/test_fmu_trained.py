@@ -9,8 +9,9 @@ import fmpy
 import numpy as np
 import pytest
 
+import hystfmu as hy
 from hystfmu import Dataset, Model
-from hystfmu.fmu import check_fmu, export_fmu
+from hystfmu.fmu import export_fmu
 from hystfmu.fmu.write.measures import base_unit
 from hystfmu.identify import fit
 
@@ -82,7 +83,7 @@ def test_ranges_sizes_and_texts(model: Model, tmp_path: Path, fmi: int) -> None:
     assert (u.unit, y.unit) == ("V", "um")
     threshold, weight = (next(v for n, v in found.items() if n.startswith(f"hysteresis_{k}")) for k in "rw")
     assert (threshold.unit, weight.unit) == ("V", "1")
-    assert check_fmu(tmp_path / "m.fmu") == []
+    assert hy.validate(tmp_path / "m.fmu") == []
 
 
 def test_the_step_has_no_dust(model: Model, tmp_path: Path, fmi: int) -> None:

@@ -11,7 +11,7 @@ from hystfmu.core.executor import ContinuousExecutor
 from hystfmu.data import signals
 from hystfmu.graph import Input, Output
 from hystfmu.inverse import inverse
-from hystfmu.scenario import Scenario, build, simulate, to_graph
+from hystfmu.scenario import Cases, build, simulate, to_graph
 
 LIMITS = {"lo": -2.0, "hi": 2.0}
 
@@ -297,7 +297,7 @@ def test_in_a_scenario_all_engines_give_the_same_bits(tmp_path):
         folder = tmp_path / kind
         folder.mkdir()
         (folder / "scenario.toml").write_text(SCENARIO.replace("KIND", kind))
-        system = build(Scenario(folder).cases[0])
+        system = build(Cases(folder).cases[0])
         traces += [simulate(system).values.tobytes(), simulate(system, "native").values.tobytes()]
     fused = to_graph(system).run(np.zeros((system.n_steps + 1, 0)), system.h)
     assert set(traces) == {fused.tobytes()}

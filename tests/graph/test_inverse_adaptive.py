@@ -34,7 +34,7 @@ def actuator(tail: bool, **plays: object) -> hy.Model:
         nodes.append(Node("sensor", "scaling", {"n": 1}, {"gain": 0.5, "offset": -1.0}))
     ends = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
     graph = Graph(nodes, ends, [Input("u", ("volts.u",), "V", 55.0)], [Output("y", f"{nodes[-1].name}.y", "um")])
-    return hy.Model.of(Model("stack", graph, 1e-3 if tail else None, "a stack", {"rms": 0.03}))
+    return hy.Model("stack", graph, 1e-3 if tail else None, "a stack", {"rms": 0.03})
 
 
 @pytest.mark.parametrize("tail", [False, True])
@@ -82,17 +82,17 @@ def test_a_model_without_such_an_inverse_is_refused_in_one_line(
 
 
 def test_another_structure_is_refused_by_name() -> None:
-    model = hy.Model.of(Model("bw", Graph.single(Node("h", "bouc_wen")), None, "Bouc-Wen"))
+    model = hy.Model("bw", Graph.single(Node("h", "bouc_wen")), None, "Bouc-Wen")
     with pytest.raises(InputError, match="Got bouc_wen in bw"):
         model.inverse("adaptive")
     limited = actuator(False)
     nodes = [*limited.graph.nodes[:2], replace(limited.graph.nodes[2], values={"gain": 1.0, "hi": 1.0})]
     graph = Graph(nodes, limited.graph.wires, limited.graph.inputs, limited.graph.outputs)
     with pytest.raises(InputError, match="must have no limits"):
-        hy.Model.of(Model("stack", graph, None, "limited")).inverse("adaptive")
+        hy.Model("stack", graph, None, "limited").inverse("adaptive")
     first = Graph([Node("g", "transfer_function")], [], [Input("u", ("g.u",))], [Output("y", "g.y")])
     with pytest.raises(InputError):
-        hy.Model.of(Model("lag", first, 1e-3, "a lag")).inverse("adaptive")
+        hy.Model("lag", first, 1e-3, "a lag").inverse("adaptive")
 
 
 def test_the_command_writes_it(tmp_path: Path) -> None:

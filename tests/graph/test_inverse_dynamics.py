@@ -118,7 +118,7 @@ def test_a_scenario_with_that_preview_has_no_lag() -> None:
     lead = made.fit["lag"]
     loop = hy.Scenario("preview", step=1e-4, stop=0.1)
     sine = hy.blocks.Reference(frequency=50.0, amplitude=3.0, offset=3.0, lead=lead)
-    loop.add("reference", sine).add("inverse", hy.Model.of(made)).add("plant", hy.Model.of(model))
+    loop.add("reference", sine).add("inverse", made).add("plant", model)
     loop.connect("reference.r_lead", "inverse.u").connect("inverse.y", "plant.u")
     loop.metric("worst", "max_percent", "plant.y", against="reference.r", limit=0.1, after=0.04)
     assert hy.run(loop, engine="native").passed

@@ -6,11 +6,11 @@ import plants
 import pytest
 from scipy.integrate import solve_ivp
 
+import hystfmu as hy
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.design import sliding_bound
 from hystfmu.fmu import export_fmu
-from hystfmu.fmu.check.check import check_fmu
 from hystfmu.identify import errors, fit
 from hystfmu.identify.estimate.dynamics import Dynamics, hysteresis, polynomials
 from hystfmu.inverse import inverse
@@ -154,7 +154,7 @@ def test_fmu_and_python_unit_give_the_bits_of_the_model(key, options, tmp_path):
         unit.do_step((k - 1) / RATE, 1 / RATE)
         stepped.append(unit.get("y"))
     np.testing.assert_array_equal(stepped, y)
-    assert check_fmu(export_fmu(m, tmp_path / f"{key}.fmu", fmi=3)) == []  # FMI 2.0: tests/fmu/importers
+    assert hy.validate(export_fmu(m, tmp_path / f"{key}.fmu", fmi=3)) == []  # FMI 2.0: tests/fmu/importers
 
 
 # ---- bound of the sliding mode law -------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ import simulate
 
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
-from hystfmu.scenario import Scenario
+from hystfmu.scenario import Cases
 from hystfmu.unit import Unit
 
 SCENARIOS = library.ROOT.parents[1] / "scenarios"
@@ -95,7 +95,7 @@ def closed_loop(plant: Any, rest: Unit, rows: int, h: float) -> simulate.Array:
 
 def scenario_parts(name: str) -> tuple[dict[str, Any], Graph]:
     """Units of a scenario, and the graph of the model that its inverse inverts."""
-    units = Scenario(SCENARIOS / name).spec.model_dump()["units"]
+    units = Cases(SCENARIOS / name).spec.model_dump()["units"]
     return units, Model.load(SCENARIOS / name / units["inverse"]["inverse_of"]).graph
 
 
@@ -136,7 +136,7 @@ def test_example_agrees_with_the_units_of_the_scenario(
     example: str, scenario_name: str, chain: tuple[str, ...], f: float, limit: float, settled: float, tmp_path: Path
 ) -> None:
     folder = SCENARIOS / scenario_name
-    scenario = Scenario(folder).spec.model_dump()
+    scenario = Cases(folder).spec.model_dump()
     h, units = scenario["step"], scenario["units"]
     order = scenario["order"]
     assert [u for u in order if u in ("plant", "reference")] == ["plant", "reference"]
@@ -227,7 +227,7 @@ QUICK_FIGURES = ("ZhaoTan", "BoucWen")
 def test_example_gives_the_figures_of_the_scenario(example: str, name: str, case: str, tmp_path: Path) -> None:
     """Rows and tracking error that the scenario has recorded, between samples, too."""
     c, out = library.classes()[f"HystFMU.Examples.{example}"], tmp_path / "r.npz"
-    scenario = Scenario(SCENARIOS / name).spec.model_dump()
+    scenario = Cases(SCENARIOS / name).spec.model_dump()
     fine = scenario["step"] / scenario["ripple"]
     stop = library.experiment(c)["StopTime"]
     assert simulate.rumoca(c.file, c.name, repr(stop), repr(fine), "1e-10", out) == ""

@@ -6,6 +6,7 @@ import pytest
 import reasons
 from torch_network import perceptron
 
+import hystfmu as hy
 from hystfmu import Dataset, Graph, InputError, Model, Node
 from hystfmu.data import signals
 from hystfmu.identify import fit
@@ -190,11 +191,10 @@ def networks():
 )
 def test_from_torch_against_torch(name, tmp_path):
     torch = pytest.importorskip("torch")
-    from hystfmu.model.from_torch import from_torch
 
     torch.manual_seed(0)
     n, module = networks()[name]
-    model = from_torch(module, step=1e-3)
+    model = hy.Model.from_torch(module, step=1e-3)
     x = rng.normal(size=(300, n))
     with torch.no_grad():
         expected = module.double()(torch.as_tensor(x)).numpy()
@@ -207,10 +207,9 @@ def test_from_torch_against_torch(name, tmp_path):
 def test_a_torch_network_becomes_an_fmu(tmp_path):
     fmpy, torch = pytest.importorskip("fmpy"), pytest.importorskip("torch")
     from hystfmu.fmu import export_fmu
-    from hystfmu.model.from_torch import from_torch
 
     torch.manual_seed(0)
-    model = from_torch(networks()["2-12-1 sigmoid"][1], step=0.1)
+    model = hy.Model.from_torch(networks()["2-12-1 sigmoid"][1], step=0.1)
     path = export_fmu(model, tmp_path / "n.fmu")
     x = (0.3, -0.7)
     result = fmpy.simulate_fmu(
@@ -221,7 +220,6 @@ def test_a_torch_network_becomes_an_fmu(tmp_path):
 
 def test_from_torch_refuses_what_it_cannot_do():
     nn = pytest.importorskip("torch").nn
-    from hystfmu.model.from_torch import from_torch
 
     bad = nn.Sequential(nn.Linear(2, 3), nn.Tanh(), nn.Linear(3, 1))
     bad[0].weight.data[0, 0] = float("nan")
@@ -236,7 +234,7 @@ def test_from_torch_refuses_what_it_cannot_do():
         (bad, ("The weights of layer 0 (Linear) must be finite. Got nan instead.",)),
     ):
         with pytest.raises(InputError) as e:
-            from_torch(module)
+            hy.Model.from_torch(module)
         for w in words:
             assert w in str(e.value)
 

@@ -15,7 +15,7 @@ from other_platforms import RUNNERS, loads_on_macos_11, needs_glibc_2_17, needs_
 from hystfmu.fmu import export_fmu
 from hystfmu.fmu.write.platforms import PLATFORMS, host
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario import Scenario
+from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_loop
 
 pytestmark = pytest.mark.stress
@@ -69,7 +69,7 @@ def box(tmp_path: Path) -> Path:
         "coupling": {"events": "grid"},
     }
     (tmp_path / "scenario.toml").write_text(tomli_w.dumps(data))
-    fmu = write_loop(Scenario(tmp_path).cases[0], tmp_path / "box.fmu", 2)
+    fmu = write_loop(Cases(tmp_path).cases[0], tmp_path / "box.fmu", 2)
     return Path(fmpy.extract(str(fmu), str(tmp_path / "a box")))  # a path that a URI escapes
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from kinds_of_pages import KINDS
 from opened_page import opened
 
+import hystfmu as hy
 from hystfmu.demo import run as demo
-from hystfmu.scenario import Result, Run, run_scenarios
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -70,10 +70,10 @@ def test_every_page_is_small(made: Made, kind: str, capsys: pytest.CaptureFixtur
 def test_the_page_of_the_whole_demo_is_small(
     browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def native(paths: list[Path], run: Run) -> list[Result]:
-        return run_scenarios(paths, Run("native"))
+    def native(scenarios: list[Any], **more: Any) -> Any:
+        return hy.run(scenarios, engine="native")
 
-    monkeypatch.setattr(demo, "run_scenarios", native)
+    monkeypatch.setattr(demo, "run", native)
     monkeypatch.setattr(demo, "_export", lambda *given: ([], 0))
     assert demo.demo(tmp_path, full=True)
     size = (tmp_path / "report.html").stat().st_size

@@ -15,7 +15,7 @@ from kinds_of_pages import SCENARIOS, data
 from opened_page import dragged, opened
 
 import hystfmu as hy
-from hystfmu.scenario import Scenario
+from hystfmu.scenario import Cases
 from hystfmu.scenario.system.build import build
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ def test_two_runs_are_read_at_once(browser: Browser, made: Callable[[str], Path]
 
 
 def test_the_plant_of_a_loop_runs_behind_its_inverse(browser: Browser, run: Path) -> None:
-    case = next(c for c in Scenario(SCENARIOS / "pid").cases if c.name == "sine_10")
+    case = next(c for c in Cases(SCENARIOS / "pid").cases if c.name == "sine_10")
     units = {p.name: p.own for p in build(case).parts}
     with opened(browser, run) as p:
         assert float(p.locator("canvas.loop").get_attribute("aria-valuemax")) == pytest.approx(0.98, abs=0.01)

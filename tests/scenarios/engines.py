@@ -9,7 +9,7 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
 from hystfmu.base.arrays import Array
-from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario import Cases, build, simulate
 from hystfmu.scenario.engine.master import ENGINES
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.system import System
@@ -17,7 +17,7 @@ from hystfmu.scenario.system.system import System
 
 def ready(folder: Path) -> System:
     """Return the first case of the scenario in a folder, ready to run."""
-    return build(Scenario(folder).cases[0])
+    return build(Cases(folder).cases[0])
 
 
 def same(*systems: System) -> Trace:

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from engines import ready
 
+import hystfmu as hy
 from hystfmu.data.csv_file import csv_text
-from hystfmu.scenario import Run, Scenario, build, run_scenarios, simulate
+from hystfmu.scenario import Cases, Run, build, simulate
 from hystfmu.scenario.engine.simulation import chunks
 from hystfmu.scenario.outcome.metrics import Measure, measure
 from hystfmu.scenario.outcome.trace import Picture, Trace
@@ -68,7 +69,7 @@ def test_a_long_case_tells_how_far_it_is(loop: Any, write: Any, divide: Divide, 
     rows = system.n_steps + 1
     parts = [min(k, rows) / rows for k in range(64, rows + 64, 64)]
     seen: list[float] = []
-    run_scenarios([write(loop)], Run("native", progress=seen.append))
+    hy.run([write(loop)], engine="native", progress=seen.append)
     assert len(parts) > 2
     assert seen == pytest.approx(parts)
     archive = tmp_path / "loop.ssp"
@@ -144,13 +145,13 @@ def test_metrics_do_not_see_the_division(kind: str, ripple: int) -> None:
 def test_verdicts_and_baselines_do_not_see_the_division(loop: Any, write: Any, divide: Divide) -> None:
     folder = write(rich(loop) | {"tube": {"time": 1e-3, "value": 1e-6}})
     for engine in ("native", "fmpy"):
-        (first,) = run_scenarios([folder], Run(engine), record=True)
+        (first,) = hy.run([folder], engine=engine, record=True)
         stored = [(folder / f"baseline.{kind}").read_bytes() for kind in ("toml", "csv")]
         divide(32)
-        (again,) = run_scenarios([folder], Run(engine))
+        (again,) = hy.run([folder], engine=engine)
         assert again.passed, again.lines
         assert again.trace.values.tobytes() == first.trace.values.tobytes()
-        run_scenarios([folder], Run(engine), record=True)
+        hy.run([folder], engine=engine, record=True)
         assert [(folder / f"baseline.{kind}").read_bytes() for kind in ("toml", "csv")] == stored
 
 
@@ -175,7 +176,7 @@ def test_a_picture_of_a_long_run_shows_its_extremes(
 
 def test_an_ssp_is_written_as_it_runs(loop: Any, write: Any, tmp_path: Path, divide: Divide) -> None:
     archive, out = tmp_path / "loop.ssp", tmp_path / "loop.csv"
-    write_ssp(Scenario(write(loop)).cases[0], archive, separate=True)
+    write_ssp(Cases(write(loop)).cases[0], archive, separate=True)
     whole = simulate(build(read_ssp(archive).case), "native")
     divide(64)
     told = run_ssp(archive, "native", out=out)
@@ -188,7 +189,7 @@ def test_an_ssp_is_written_as_it_runs(loop: Any, write: Any, tmp_path: Path, div
 MEMORY = """
 import resource, sys
 from hystfmu.cli import main
-from hystfmu.scenario import Run, run_scenarios
+from hystfmu.scenario import Run
 path, stop, out = sys.argv[1:]
 if path.endswith(".ssp"):
     try:
@@ -196,7 +197,7 @@ if path.endswith(".ssp"):
     except SystemExit as e:
         assert e.code == 0
 else:
-    run_scenarios([path], Run("native"), report_dir=out)
+    hy.run([path], engine="native", report=out)
 # of itself not ru_maxrss: that begins with the memory of the process that started it
 (own,) = (line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM"))
 print(max(int(own), resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss))
@@ -223,7 +224,7 @@ def test_memory_does_not_grow_with_the_number_of_steps(
     (tmp_path / "out").mkdir()
     for n in (50_000, most):
         folder = write(loop | {"stop": n * 1e-4 if kind == "scenario" else 0.03})
-        path = folder if kind == "scenario" else write_ssp(Scenario(folder).cases[0], tmp_path / "loop.ssp").path
+        path = folder if kind == "scenario" else write_ssp(Cases(folder).cases[0], tmp_path / "loop.ssp").path
         used.append(peak(path, n * 1e-4, tmp_path / "out"))
     assert used[1] - used[0] < 4, used
     if kind == "ssp":

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from engines import ENGINES, ready, same
 
-from hystfmu.scenario import Run, run_scenarios, simulate
+import hystfmu as hy
+from hystfmu.scenario import simulate
 from hystfmu.scenario.outcome.trace import Stopped
 
 
@@ -67,7 +68,7 @@ def test_the_command_line_chooses_the_coupling(loop: Any, write: Any) -> None:
     folder = write(loop)
     rms = {}
     for scheme in ("gauss_seidel", "jacobi", "iterative"):
-        (result,) = run_scenarios([folder], Run("native", scheme))
+        (result,) = hy.run([folder], engine="native", coupling=scheme)
         (verdict,) = result.verdicts
         rms[scheme] = verdict.value
     assert rms["iterative"] <= rms["gauss_seidel"] < rms["jacobi"]

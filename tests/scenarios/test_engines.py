@@ -12,8 +12,9 @@ import pytest
 from engines import ready
 from fmpy.fmi2 import FMU2Slave
 
+import hystfmu as hy
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.scenario import run_scenarios, simulate, to_graph
+from hystfmu.scenario import simulate, to_graph
 from hystfmu.scenario.outcome.trace import Stopped
 
 KINDS = ("fmu2", "fmu3")
@@ -123,7 +124,7 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_nothing_is_left_in_the_temporary_folder(loop: Any, write: Any, temporary: Path) -> None:
-    run_scenarios([write(loop)])
+    hy.run([write(loop)])
     assert list(temporary.iterdir()) == []
 
 
@@ -140,7 +141,7 @@ def test_a_run_that_overflows_is_a_failure_and_not_bad_input(
     for engine in ("fmpy", "native"):
         with pytest.raises(Stopped, match=r"refuses|not finite"):
             simulate(system, engine)  # type: ignore[arg-type]
-    (result,) = run_scenarios([write(loop)])
+    (result,) = hy.run([write(loop)])
     assert not result.passed
     (line,) = result.failures()
     assert line.startswith("loop/nominal: stopped: pid refuses the step from t = 0 s: ")

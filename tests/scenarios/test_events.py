@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from engines import ready, same
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.scenario import Run, run_scenarios, simulate
+from hystfmu.scenario import simulate
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.events import cuts
@@ -244,13 +245,13 @@ def test_other_values_have_other_events(write: Any) -> None:
 
 def test_a_source_that_is_slow_by_its_own_choice_says_so(write: Any) -> None:
     data = behind({**STEP, "every": 2}, "d", {}, ("source", "lag"), "zoh")
-    (result,) = run_scenarios([write(data)], Run("native"))
+    (result,) = hy.run([write(data)], engine="native")
     assert result.notes == (
         "events/nominal: source.t_step: the discontinuity at 0.12345 s is between two steps of 0.002 s "
         "and takes effect at 0.124 s",
     )
     data["units"]["source"] = STEP
-    assert run_scenarios([write(data)], Run("native"))[0].notes == ()
+    assert hy.run([write(data)], engine="native")[0].notes == ()
 
 
 @pytest.mark.parametrize(

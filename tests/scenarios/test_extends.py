@@ -7,22 +7,23 @@ from typing import Any
 
 import pytest
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.model import Model
-from hystfmu.scenario import Run, Scenario, build, run_scenarios
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.system.extends import MOST_FILES
 
 ROOT = Path(__file__).parents[2] / "scenarios"
 BASE = "../loop/scenario.toml"
 
 
-def child(write: Any, folder: str = "child", **more: Any) -> Scenario:
+def child(write: Any, folder: str = "child", **more: Any) -> Cases:
     """A scenario beside `loop` that extends it."""
-    return Scenario(write({"extends": BASE, **more}, folder))
+    return Cases(write({"extends": BASE, **more}, folder))
 
 
 def test_a_file_that_states_nothing_else_is_the_other_one(loop: Any, write: Any) -> None:
-    assert Scenario(write(loop)).spec == child(write).spec
+    assert Cases(write(loop)).spec == child(write).spec
 
 
 def test_tables_merge_by_key_and_everything_else_replaces(loop: Any, write: Any) -> None:
@@ -37,7 +38,7 @@ def test_tables_merge_by_key_and_everything_else_replaces(loop: Any, write: Any)
     ).spec
     assert (spec.step, spec.stop, spec.record) == (2e-4, loop["stop"], ["pid.u"])
     assert spec.units["pid"].values == {"Kp": 3.0, "Ki": 2000.0, "Kd": 2e-4}
-    assert spec.units["plant"] == Scenario(write(loop)).spec.units["plant"]
+    assert spec.units["plant"] == Cases(write(loop)).spec.units["plant"]
     assert (spec.metrics["tracking"].limit, spec.metrics["tracking"].stroke) == (1.0, 2.0)
     assert list(spec.metrics) == ["tracking", "last"]
     assert spec.connections == loop["connections"] | {"pid.u_ff": "reference.r"}
@@ -80,7 +81,7 @@ def test_a_pattern_stands_for_the_cases_of_the_other_file_that_run(loop: Any, wr
     with pytest.raises(InputError, match=r"child/scenario\.toml: case b\*: no other case"):
         child(write, extends=below, case=[{"name": "b*"}])
     with pytest.raises(InputError, match=r"case\.0\.name"):
-        Scenario(write(loop | {"case": [{"name": "*"}]}))
+        Cases(write(loop | {"case": [{"name": "*"}]}))
 
 
 def test_cases_add_up_along_a_chain_and_the_nearest_list_chooses(loop: Any, write: Any) -> None:
@@ -88,7 +89,7 @@ def test_cases_add_up_along_a_chain_and_the_nearest_list_chooses(loop: Any, writ
     write({"extends": BASE, "case": [{"name": "b", "stop": 0.04}]}, "middle")
     cases = child(write, extends="../middle/scenario.toml", case=[{"name": "a"}, {"name": "b"}]).cases
     assert [(c.name, c.stop) for c in cases] == [("a", 0.02), ("b", 0.04)]
-    other = Scenario(write({"extends": "../middle/scenario.toml"}, "other"))
+    other = Cases(write({"extends": "../middle/scenario.toml"}, "other"))
     assert [c.name for c in other.cases] == ["b"]
 
 
@@ -118,10 +119,8 @@ def test_a_case_takes_conditions_later_ones_and_its_own_on_top(loop: Any, write:
         "set": {"reference.frequency": 20.0, "pid.Kp": 3.0, "pid.Ki": 1.0}, "limits": {"tracking": 3.0},
         "connections": {"late.u": "pid.u", "plant.u": "late.y"},
     }  # fmt: skip
-    made = Scenario(write(loop)).spec
-    assert (
-        made == Scenario(write({k: v for k, v in loop.items() if k != "conditions"} | {"case": [spelt]}, "spelt")).spec
-    )
+    made = Cases(write(loop)).spec
+    assert made == Cases(write({k: v for k, v in loop.items() if k != "conditions"} | {"case": [spelt]}, "spelt")).spec
     changed = child(write, conditions={"asked": {"limits": {"tracking": 4.0}}}).cases[0]
     assert (changed.metrics["tracking"].limit, changed.units["pid"].set["Kp"]) == (4.0, 3.0)
 
@@ -140,7 +139,7 @@ def test_a_case_takes_conditions_later_ones_and_its_own_on_top(loop: Any, write:
 def test_a_wrong_condition_is_refused_in_one_line(loop: Any, write: Any, own: Any, words: list[str]) -> None:
     loop["conditions"] = {"slow": {"stop": 0.05}}
     with pytest.raises(InputError) as caught:
-        Scenario(write(loop | {"case": [{"name": "a", "conditions": ["slow"]}]} | own))
+        Cases(write(loop | {"case": [{"name": "a", "conditions": ["slow"]}]} | own))
     message = str(caught.value)
     assert "\n" not in message
     for word in ("loop/scenario.toml", *words):
@@ -154,7 +153,7 @@ def test_units_that_a_case_adds_step_last_unless_it_states_an_order(loop: Any, w
         {"name": "a", "units": late, "connections": wires},
         {"name": "b", "units": late, "connections": wires, "order": ["late", *loop["order"]]},
     ]
-    a, b = (build(c) for c in Scenario(write(loop)).cases)
+    a, b = (build(c) for c in Cases(write(loop)).cases)
     assert [p.name for p in a.parts] == [*loop["order"], "late"]
     assert [p.name for p in b.parts] == ["late", *loop["order"]]
 
@@ -228,17 +227,17 @@ def test_a_chain_is_not_longer_than_it_may_be(loop: Any, write: Any) -> None:
     write(loop, "link_1")
     for k in range(2, MOST_FILES + 2):
         write({"extends": f"../link_{k - 1}/scenario.toml"}, f"link_{k}")
-    assert Scenario(write({}, "x").parent / f"link_{MOST_FILES}").spec.name == "loop"
+    assert Cases(write({}, "x").parent / f"link_{MOST_FILES}").spec.name == "loop"
     with pytest.raises(InputError, match=f"at most {MOST_FILES} files"):
-        Scenario(write({"extends": f"../link_{MOST_FILES}/scenario.toml"}, "link_9"))
+        Cases(write({"extends": f"../link_{MOST_FILES}/scenario.toml"}, "link_9"))
 
 
 def test_a_group_among_scenarios_uses_their_files(loop: Any, write: Any) -> None:
     write(loop)
     below = write({"extends": "../../loop/scenario.toml"}, "group/child")
-    assert Scenario(below).spec.name == "loop"
+    assert Cases(below).spec.name == "loop"
     with pytest.raises(InputError, match="must stay within the folder of the scenarios"):
-        Scenario(write({"extends": "../../../x.toml"}, "group/child"))
+        Cases(write({"extends": "../../../x.toml"}, "group/child"))
 
 
 @pytest.mark.parametrize("beside", ["group", "loop/deeper"])
@@ -248,17 +247,17 @@ def test_a_folder_is_no_group_without_scenarios_beside_it(loop: Any, write: Any,
     (tmp_path / "scenarios" / "secret.toml").write_text("name = 'secret'\n")
     write(loop, beside)
     with pytest.raises(InputError, match="must stay within the folder of the scenarios"):
-        Scenario(write({"extends": "../../secret.toml"}, "group/child"))
+        Cases(write({"extends": "../../secret.toml"}, "group/child"))
 
 
 def test_a_folder_of_scenarios_runs_them_all(loop: Any, write: Any) -> None:
     folder = write(loop, "group/b").parent
     write(loop | {"name": "first"}, "group/a")
-    assert [r.scenario for r in run_scenarios([folder], Run("native"))] == ["first", "loop"]
+    assert [r.scenario for r in hy.run([folder], engine="native")] == ["first", "loop"]
     (folder / "a" / "scenario.toml").unlink()
     (folder / "b" / "scenario.toml").unlink()
     with pytest.raises(InputError, match=r"group/scenario\.toml"):
-        run_scenarios([folder])
+        hy.run([folder])
 
 
 def test_a_symbolic_link_does_not_lead_out(loop: Any, write: Any, tmp_path: Path) -> None:
@@ -267,7 +266,7 @@ def test_a_symbolic_link_does_not_lead_out(loop: Any, write: Any, tmp_path: Path
     folder = write({"extends": "link.toml"}, "child")
     (folder / "link.toml").symlink_to(outside)
     with pytest.raises(InputError, match="must stay within the folder of the scenarios"):
-        Scenario(folder)
+        Cases(folder)
 
 
 def test_deep_tables_are_refused(loop: Any, write: Any) -> None:
@@ -276,4 +275,4 @@ def test_deep_tables_are_refused(loop: Any, write: Any) -> None:
         path = write(loop, folder) / "scenario.toml"
         path.write_text((f'extends = "{BASE}"\n' if folder == "child" else "") + deep)
     with pytest.raises(InputError, match="nested too deep"):
-        Scenario(path)
+        Cases(path)

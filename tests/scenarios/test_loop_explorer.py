@@ -7,7 +7,7 @@ from typing import Any
 from engines import ready
 
 from hystfmu.report.explorer import Explored
-from hystfmu.scenario import Scenario
+from hystfmu.scenario import Cases
 from hystfmu.scenario.engine.simulation import simulate
 from hystfmu.scenario.report import loops as module
 from hystfmu.scenario.system.build import build
@@ -16,7 +16,7 @@ from hystfmu.scenario.system.system import System
 
 
 def cases(name: str, *wanted: str) -> list[System]:
-    return [build(c) for c in Scenario(shipped_scenarios() / name).cases if c.name in wanted]
+    return [build(c) for c in Cases(shipped_scenarios() / name).cases if c.name in wanted]
 
 
 def shown(systems: list[System]) -> list[Explored]:

@@ -11,8 +11,9 @@ import pytest
 from engines import ready, same
 from scipy.optimize import brentq
 
+import hystfmu as hy
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.scenario import Run, run_scenarios, simulate
+from hystfmu.scenario import simulate
 from hystfmu.scenario.outcome.trace import Trace
 
 H = 1e-3
@@ -209,10 +210,10 @@ def test_an_fmu_of_others(write: Any, tmp_path: Path, fmi: Literal[2, 3], offers
 
 def test_the_report_counts_sweeps(write: Any, tmp_path: Path) -> None:
     data = closed({"block": "sum", "dims": {"n": 1}, "values": {"k": [3.0]}}, -2.0)
-    (result,) = run_scenarios([write(data)], Run("native"), report_dir=tmp_path / "report")
+    (result,) = hy.run([write(data)], engine="native", report=tmp_path / "report")
     assert result.summary()["sweeps"] == {"method": "newton", "mean": 2.0, "most": 2}
     (entry,) = json.loads((tmp_path / "report" / "report.json").read_text())["results"]
     assert entry["sweeps"] == result.summary()["sweeps"]
     assert "2 sweeps per step, at most 2 (Newton)" in (tmp_path / "report" / "report.html").read_text()
-    (other,) = run_scenarios([write(data)], Run("native", "jacobi"))
+    (other,) = hy.run([write(data)], engine="native", coupling="jacobi")
     assert "sweeps" not in other.summary()

@@ -12,9 +12,10 @@ import pytest
 from click.testing import CliRunner
 from engines import ready
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.scenario import Change, Run, Scenario, build, run_scenarios, simulate
+from hystfmu.scenario import Cases, Change, build, simulate
 from hystfmu.scenario.outcome.baseline import Baseline, Kept, compare
 from hystfmu.scenario.outcome.metrics import measure
 from hystfmu.scenario.outcome.trace import Trace
@@ -46,7 +47,7 @@ def test_a_tube_has_room_in_time(loop: Any, write: Any, time: float) -> None:
     """
     room = 1 - np.cos(100 * np.pi * time) + (100 * np.pi * H) ** 2 / 8
     loop["tube"] = {"time": time, "value": 1.01 * room}
-    (case,) = Scenario(write(loop)).cases
+    (case,) = Cases(write(loop)).cases
     assert shifted(case, late=0.99 * time) == []
     assert shifted(case, late=-0.99 * time) == []
     (line,) = shifted(case, late=2 * time + 1e-4)
@@ -56,7 +57,7 @@ def test_a_tube_has_room_in_time(loop: Any, write: Any, time: float) -> None:
 
 def test_a_tube_has_room_in_value(loop: Any, write: Any) -> None:
     loop["tube"] = {"value": 0.01}
-    (case,) = Scenario(write(loop)).cases
+    (case,) = Cases(write(loop)).cases
     size = np.abs(np.sin(100 * np.pi * np.linspace(0, 300, 24).round() * H)).max()
     assert shifted(case, higher=0.0099 * size) == []
     assert len(shifted(case, higher=-0.0101 * size)) == 1
@@ -64,13 +65,13 @@ def test_a_tube_has_room_in_value(loop: Any, write: Any) -> None:
 
 
 def test_without_a_tube_the_comparison_is_strict(loop: Any, write: Any) -> None:
-    (case,) = Scenario(write(loop)).cases
+    (case,) = Cases(write(loop)).cases
     assert shifted(case, higher=0.9e-6) == []
     assert len(shifted(case, higher=1.1e-6)) == 1
 
 
 def test_the_tolerance_follows_the_size_of_a_signal(loop: Any, write: Any) -> None:
-    (case,) = Scenario(write(loop)).cases
+    (case,) = Cases(write(loop)).cases
     for size in (1e-9, 1e9):
         rows = np.column_stack([np.arange(301) * H, np.full(301, size), np.zeros(301)])
         kept = Kept(build(case), Baseline({}, {"nominal": rows}, ("reference.r", "plant.y"), {}))
@@ -85,14 +86,14 @@ def test_the_tolerance_follows_the_size_of_a_signal(loop: Any, write: Any) -> No
 
 def test_a_run_within_its_tube_passes(loop: Any, write: Any) -> None:
     folder = write(loop)
-    run_scenarios([folder], record=True, run=Run("native"))
+    hy.run([folder], record=True, engine="native")
     text = (folder / "baseline.csv").read_text().splitlines()
     name, t, r, y = text[12].split(",")
     text[12] = f"{name},{t},{r},{float(y) + 0.004}"
     (folder / "baseline.csv").write_text("\n".join(text) + "\n")
-    assert not run_scenarios([folder], Run("native"))[0].passed
+    assert not hy.run([folder], engine="native")[0].passed
     loop["tube"] = {"time": 1e-4, "value": 0.01}
-    assert run_scenarios([write(loop)], Run("native"))[0].passed
+    assert hy.run([write(loop)], engine="native")[0].passed
 
 
 # ---- loop area ------------------------------------------------------------------------------------------------------
@@ -133,14 +134,14 @@ def test_another_state_with_the_same_outputs_is_found(loop: Any, write: Any) -> 
     loop["final_states"] = True
     loop["units"]["plant"]["graph"]["blocks"][0]["values"]["w"] = [0.3, 0.2, 0.0]
     folder = write(loop)
-    run_scenarios([folder], record=True, run=Run("native"))
-    assert run_scenarios([folder])[0].passed
+    hy.run([folder], record=True, engine="native")
+    assert hy.run([folder])[0].passed
     loop["units"]["plant"]["graph"]["blocks"][0]["values"]["r"] = [0.1, 0.2, 0.4]
-    (result,) = run_scenarios([write(loop)], Run("native"))
+    (result,) = hy.run([write(loop)], engine="native")
     (line,) = result.failures()
     assert line.startswith("loop/nominal: the final states of plant (")
     del loop["final_states"]
-    assert run_scenarios([write(loop)], Run("native"))[0].passed
+    assert hy.run([write(loop)], engine="native")[0].passed
 
 
 # ---- records --------------------------------------------------------------------------------------------------------
@@ -152,22 +153,22 @@ def test_a_record_says_what_it_changes_and_asks(loop: Any, write: Any) -> None:
         seen[:] = found
         return False
 
-    run_scenarios([folder], record=True, run=Run("native"), confirm=refuse)
+    hy.run([folder], record=True, engine="native", confirm=refuse)
     assert not (folder / "baseline.toml").exists()
     assert [(c.title, c.what, c.old) for c in seen] == [("loop/nominal", "tracking", None)]
-    run_scenarios([folder], record=True, run=Run("native"))
+    hy.run([folder], record=True, engine="native")
     old = Baseline.load(folder)
     loop["units"]["pid"]["values"]["Kp"] = 1.1
-    run_scenarios([write(loop)], record=True, run=Run("native"), confirm=refuse)
+    hy.run([write(loop)], record=True, engine="native", confirm=refuse)
     assert [c.what.split()[0] for c in seen] == ["tracking", "plant.y"]
     change = seen[0]
     assert change.old == old.metrics["nominal"]["tracking"]  # type: ignore[union-attr]
     assert isinstance(change.new, float)
     assert change.relative == pytest.approx(change.new / change.old - 1)
     before = (folder / "baseline.toml").read_bytes()
-    run_scenarios([folder], record=True, run=Run("native"))
+    hy.run([folder], record=True, engine="native")
     assert (folder / "baseline.toml").read_bytes() != before
-    run_scenarios([folder], record=True, run=Run("native"), confirm=refuse)
+    hy.run([folder], record=True, engine="native", confirm=refuse)
     assert seen == []
 
 
@@ -190,7 +191,7 @@ def test_junit_counts_failures_and_errors(loop: Any, write: Any, tmp_path: Path)
     loop["connections"]["large.u"] = "reference.r"
     loop["case"] = [{"name": "good"}, {"name": "bad"}, {"name": "ends", "set": {"reference.amplitude": 1e6}}]
     folder = write(loop)
-    results = run_scenarios([folder], Run("native"))
+    results = hy.run([folder], engine="native")
     write_junit(results, tmp_path / "junit.xml")
     root = ET.parse(tmp_path / "junit.xml").getroot()
     assert root.tag == "testsuites"
@@ -206,7 +207,7 @@ def test_junit_counts_failures_and_errors(loop: Any, write: Any, tmp_path: Path)
 
 
 def test_junit_from_the_command_with_characters_that_xml_does_not_know(loop: Any, write: Any, tmp_path: Path) -> None:
-    (result,) = run_scenarios([write(loop)], Run("native"), record=True)
+    (result,) = hy.run([write(loop)], engine="native", record=True)
     object.__setattr__(result, "lines", ("a\x00b \x1b[31m <&>",))
     write_junit([result], tmp_path / "odd.xml")
     assert ET.parse(tmp_path / "odd.xml").find(".//failure").attrib["message"] == r"a\x00b \x1b[31m <&>"  # type: ignore[union-attr]
@@ -220,9 +221,9 @@ def test_junit_from_the_command_with_characters_that_xml_does_not_know(loop: Any
 # ---- two reports ----------------------------------------------------------------------------------------------------
 def test_two_reports_side_by_side(loop: Any, write: Any, tmp_path: Path) -> None:
     folder = write(loop)
-    run_scenarios([folder], Run("native"), record=True, report_dir=tmp_path / "a")
+    hy.run([folder], engine="native", record=True, report=tmp_path / "a")
     loop["units"]["pid"]["values"]["Kp"] = 1.5
-    run_scenarios([write(loop)], Run("native"), report_dir=tmp_path / "b")
+    hy.run([write(loop)], engine="native", report=tmp_path / "b")
     found = compare_reports(tmp_path / "a/report.json", tmp_path / "b", tmp_path / "diff.html")
     assert {c.what for c in found} == {"tracking", "Ms, dB", "delay margin, steps", "verdict"}
     assert (found[-1].old, found[-1].new) == ("ok", "failed")

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from engines import ready
 
+import hystfmu as hy
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Line, Plot
-from hystfmu.scenario import Run, run_scenarios
 from hystfmu.scenario.report.cases import case_plots, nearness, word_of
 from hystfmu.scenario.report.loops import delay_budget
 from hystfmu.scenario.report.page import write_report
@@ -25,7 +25,7 @@ def page(loop: Any, write: Any, tmp_path: Path) -> str:
     loop["text"] = "a <loop> & its friends"
     loop["delay"] = "as measured <at> the bench"
     loop["case"] = [{"name": "good"}, {"name": "bad", "limits": {"tracking": 1e-6}}]
-    results = run_scenarios([write(loop)], Run("native"))
+    results = hy.run([write(loop)], engine="native")
     section = Section(
         "Identification",
         "how it went",
@@ -37,7 +37,7 @@ def page(loop: Any, write: Any, tmp_path: Path) -> str:
 
 def test_signals_are_drawn_by_their_units_of_measure(loop: Any, write: Any, tmp_path: Path) -> None:
     loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
-    results = run_scenarios([write(loop | {"record": ["plant.y", "pid.u"]})], run=Run("native"))
+    results = hy.run([write(loop | {"record": ["plant.y", "pid.u"]})], engine="native")
     (drawn,) = (case_plots(r.system, r.trace) for r in results if r.trace is not None)
     signals = {p.y_label: [line.name for line in p.lines] for p in drawn if p.x_label == "t in s"}
     assert signals["value in um"] == ["plant.y"]
@@ -120,8 +120,8 @@ def test_the_worst_case_is_the_failed_one_that_exceeds_its_limit_most(loop: Any,
     limits = {"easy": 500.0, "near": 7.0, "over": 5.0, "far": 1.0, "farther": 0.5, "farthest": 0.1}
     loop["case"] = [{"name": name, "limits": {"tracking": limit}} for name, limit in limits.items()]
     folder = write(loop)
-    run_scenarios([folder], Run("native"), record=True)
-    results = run_scenarios([folder], Run("native"))
+    hy.run([folder], engine="native", record=True)
+    results = hy.run([folder], engine="native")
     value = results[0].verdicts[0].value
     assert 5.0 < value < 7.0
     found = sorted(results, key=nearness)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hystfmu.cli import main
-from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario import Cases, build, simulate
 from hystfmu.scenario.ssp.write import write_ssp
 
 
@@ -27,7 +27,7 @@ def test_a_case_as_csv(loop: Any, write: Any, tmp_path: Path, capsys: pytest.Cap
     path, out = write(loop), tmp_path / "two.csv"
     assert command(capsys, "run", path, "--engine", "native", "--record", "--yes")[0] == 0
     assert command(capsys, "run", path, "--engine", "native", "--case", "two", "-o", out)[0] == 0
-    whole = simulate(build(next(c for c in Scenario(path).cases if c.name == "two")), "native")
+    whole = simulate(build(next(c for c in Cases(path).cases if c.name == "two")), "native")
     assert out.read_text().splitlines()[0] == ",".join(["t", *whole.columns])
     assert np.loadtxt(out, delimiter=",", skiprows=1).tobytes() == np.column_stack([whole.t, whole.values]).tobytes()
 
@@ -53,7 +53,7 @@ def test_options_without_effect_are_refused(
 ) -> None:
     loop["case"] = [{"name": "one"}, {"name": "two"}]
     path = write(loop)
-    archive = write_ssp(Scenario(path).cases[0], tmp_path / "loop.ssp", separate=True).path
+    archive = write_ssp(Cases(path).cases[0], tmp_path / "loop.ssp", separate=True).path
     for words, part in [
         ((path, "-o", tmp_path / "x.csv"), "2 would run; name one with --case"),
         ((path, "--case", "three"), "--case three: no such case; there are one, two"),

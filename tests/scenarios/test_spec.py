@@ -8,9 +8,10 @@ import pytest
 from click.testing import CliRunner
 from engines import ready
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.scenario import Run, Scenario, build, run_scenarios
+from hystfmu.scenario import Cases, build
 
 
 def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
@@ -83,7 +84,7 @@ def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
 def test_a_wrong_key_is_named_with_its_value(loop: Any, write: Any, path: str, value: Any, words: list[str]) -> None:
     folder = write(broken(loop, path, value))
     with pytest.raises(InputError) as caught:
-        [build(case) for case in Scenario(folder).cases]
+        [build(case) for case in Cases(folder).cases]
     message = str(caught.value)
     assert "\n" not in message
     assert str(folder / "scenario.toml") in message or "gone.model.toml" in message
@@ -94,9 +95,9 @@ def test_a_wrong_key_is_named_with_its_value(loop: Any, write: Any, path: str, v
 def test_broken_toml_and_missing_file(tmp_path: Any) -> None:
     (tmp_path / "scenario.toml").write_text("name = \n")
     with pytest.raises(InputError, match=r"scenario\.toml: line 1: The file must be valid TOML"):
-        Scenario(tmp_path)
+        Cases(tmp_path)
     with pytest.raises(InputError, match=r"gone/scenario\.toml: No such file"):
-        Scenario(tmp_path / "gone")
+        Cases(tmp_path / "gone")
 
 
 def test_a_symbolic_link_does_not_lead_out(loop: Any, write: Any, tmp_path: Any) -> None:
@@ -111,13 +112,13 @@ def test_a_symbolic_link_does_not_lead_out(loop: Any, write: Any, tmp_path: Any)
 def test_a_metric_that_needs_a_partner_says_so(loop: Any, write: Any) -> None:
     del loop["metrics"]["tracking"]["against"]
     with pytest.raises(InputError, match=r"metrics\.tracking: .*rms_percent needs 'against'"):
-        run_scenarios([write(loop)], Run("native"))
+        hy.run([write(loop)], engine="native")
 
 
 def test_overrides_reach_scalars_elements_and_arrays(loop: Any, write: Any) -> None:
     loop["units"]["plant"]["set"] = {"hysteresis_w": "*2", "hysteresis_r_3": 0.4}
     loop["case"] = [{"name": "a"}, {"name": "b", "set": {"plant.hysteresis_w_1": 9.0}}]
-    a, b = (build(c) for c in Scenario(write(loop), {"plant.hysteresis_w0": "*0.5"}).cases)
+    a, b = (build(c) for c in Cases(write(loop), {"plant.hysteresis_w0": "*0.5"}).cases)
     node = a.parts[0].graph.node("hysteresis")
     assert node.value("w").tolist() == [0.6, 0.4, 0.2]
     assert node.value("r").tolist() == [0.1, 0.2, 0.4]
@@ -128,16 +129,16 @@ def test_overrides_reach_scalars_elements_and_arrays(loop: Any, write: Any) -> N
 def test_an_override_that_fits_nothing_is_refused(loop: Any, write: Any) -> None:
     folder = write(loop)
     with pytest.raises(InputError, match=r"--set plant\.ghost: none of the scenarios"):
-        run_scenarios([folder], overrides={"plant.ghost": 1.0}, run=Run("native"))
+        hy.run([folder], set={"plant.ghost": 1.0}, engine="native")
     with pytest.raises(InputError, match=r"Did you mean 'plant\.hysteresis_w'"):
-        run_scenarios([folder], overrides={"plnt.hysteresis_w": 1.0}, run=Run("native"))
+        hy.run([folder], set={"plnt.hysteresis_w": 1.0}, engine="native")
     with pytest.raises(InputError, match=r"^--set: must read 'unit\.variable'"):
-        run_scenarios([folder], overrides={"ghost": 1.0}, run=Run("native"))
+        hy.run([folder], set={"ghost": 1.0}, engine="native")
 
 
 def test_an_engine_that_does_not_exist_is_refused_with_those_that_do(loop: Any, write: Any) -> None:
     with pytest.raises(InputError, match=r"^engine: must be one of fmpy, native\. Got 'python' instead\."):
-        run_scenarios([write(loop)], Run("python"))  # type: ignore[arg-type]
+        hy.run([write(loop)], engine="python")  # type: ignore[arg-type]
     result = CliRunner().invoke(main, ["run", str(write(loop)), "--engine", "python"])
     assert result.exit_code == 2
     assert "'python' is not one of 'fmpy', 'native'. See " in result.output.splitlines()[-1]
@@ -149,12 +150,12 @@ def test_a_file_of_a_newer_version_names_the_remedy(loop: Any, write: Any, below
     if below:
         path = write({"extends": "../loop/scenario.toml"}, "child")
     with pytest.raises(InputError, match=r"format: The format must be 1. Got 2 .*: pip install --upgrade"):
-        Scenario(path)
+        Cases(path)
     write({**loop, "format": 1})
-    assert Scenario(path).spec.format == 1
+    assert Cases(path).spec.format == 1
 
 
 def test_a_misspelt_key_is_named_and_not_the_one_that_it_leaves_out(loop: Any, write: Any) -> None:
     loop["stopp"] = loop.pop("stop")
     with pytest.raises(InputError, match=r"scenario\.toml: stopp: There is no such key. Did you mean 'stop'"):
-        run_scenarios([write(loop)], Run("native"))
+        hy.run([write(loop)], engine="native")

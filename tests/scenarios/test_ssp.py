@@ -20,7 +20,7 @@ from lxml import etree
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario import Cases, build, simulate
 from hystfmu.scenario.engine.master import chunks_here
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.ssp.read import read_ssp
@@ -40,7 +40,7 @@ def archive(loop: Any, write: Any, tmp_path: Path) -> Path:
     """The loop of this folder, every unit a component."""
     loop["units"]["pid"]["set"] = {"Kp": "*0.9"}
     loop["units"]["reference"]["values"]["shape"] = "sine"
-    return write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp", separate=True).path
+    return write_ssp(Cases(write(loop)).cases[0], tmp_path / "loop.ssp", separate=True).path
 
 
 def trajectory(archive: Path, scheme: str) -> Array:
@@ -62,7 +62,7 @@ def traced(path: Path, step: float | None = None) -> Trace:
 
 
 def test_neighbours_in_one_component_keep_the_trajectory_of_the_scenario(loop: Any, write: Any, tmp_path: Path) -> None:
-    case = Scenario(write(loop)).cases[0]
+    case = Cases(write(loop)).cases[0]
     written = write_ssp(case, tmp_path / "loop.ssp")
     assert written.components == 1
     assert set(written.differences) == {"reference.r", "plant.y"}
@@ -77,9 +77,9 @@ def test_neighbours_in_one_component_keep_the_trajectory_of_the_scenario(loop: A
 def test_separate_components_state_what_their_coupling_costs(
     archive: Path, loop: Any, write: Any, tmp_path: Path
 ) -> None:
-    written = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "again.ssp", separate=True)
+    written = write_ssp(Cases(write(loop)).cases[0], tmp_path / "again.ssp", separate=True)
     late = trajectory(archive, "jacobi")
-    own = simulate(build(Scenario(write(loop)).cases[0]), "native")["plant.y"]
+    own = simulate(build(Cases(write(loop)).cases[0]), "native")["plant.y"]
     assert written.components == 3
     assert written.differences["reference.r"] == 0
     assert written.differences["plant.y"] == pytest.approx(100 * np.abs(late - own).max() / np.ptp(own), rel=1e-12)
@@ -101,7 +101,7 @@ def test_an_archive_that_does_not_reproduce_the_scenario_is_no_success(
     if tolerance:
         assert (done.exit_code, done.output) == (0, "")
         return
-    cost = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "again.ssp", separate=True).differences["plant.y"]
+    cost = write_ssp(Cases(write(loop)).cases[0], tmp_path / "again.ssp", separate=True).differences["plant.y"]
     assert done.exit_code == 1
     assert done.output == (
         f"{out}: does not reproduce the scenario within 0.1 % of the span: plant.y differs by {cost:.2g} %; the file is"
@@ -113,7 +113,7 @@ def test_archive_and_fmus_say_of_which_scenario_they_are(loop: Any, write: Any, 
     """And an output that no record names is not described by the block that it leaves."""
     loop["text"] = "stage 7 on the bench"
     loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
-    case = Scenario(write(loop)).cases[0]
+    case = Cases(write(loop)).cases[0]
     path = write_ssp(case, tmp_path / "loop.ssp").path
     with zipfile.ZipFile(path) as archive:
         structure = etree.fromstring(archive.read("SystemStructure.ssd"))
@@ -146,7 +146,7 @@ def test_the_values_of_the_case_stand_in_the_fmus(archive: Path, tmp_path: Path)
 def test_connectors_have_units_of_measure(loop: Any, write: Any, tmp_path: Path) -> None:
     loop["units"]["plant"]["graph"]["inputs"][0]["unit"] = "V"
     loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
-    path = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp", separate=True).path
+    path = write_ssp(Cases(write(loop)).cases[0], tmp_path / "loop.ssp", separate=True).path
     structure = etree.fromstring(zipfile.ZipFile(path).read("SystemStructure.ssd"))
     plant = structure.find(".//{*}Component[@name='plant']")
     measures = {c.get("name"): c[0].get("unit") for c in plant.iter("{*}Connector")}
@@ -213,7 +213,7 @@ def test_a_container_fmu_of_the_archive_has_the_same_bits(archive: Path, tmp_pat
 @pytest.mark.parametrize("connectors", [False, True])
 @pytest.mark.parametrize("separate", [False, True])
 def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, connectors: bool, separate: bool) -> None:
-    case, path = Scenario(write(loop)).cases[0], tmp_path / "loop.ssp"
+    case, path = Cases(write(loop)).cases[0], tmp_path / "loop.ssp"
     write_ssp(case, path, system_connectors=connectors, separate=separate)
     with zipfile.ZipFile(path) as archive:
         for name in archive.namelist():
@@ -230,7 +230,7 @@ def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, conn
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
-    path = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp", version="2.0", fmi=fmi).path
+    path = write_ssp(Cases(write(loop)).cases[0], tmp_path / "loop.ssp", version="2.0", fmi=fmi).path
     assert b'version="2.0"' in zipfile.ZipFile(path).read("SystemStructure.ssd")
     assert run_ssp(path, "native").passed
 
@@ -308,25 +308,25 @@ def test_a_loop_that_does_not_reach_its_end_has_no_fmu(loop: Any, write: Any, tm
 def test_units_of_different_rates_have_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
     loop["units"]["pid"]["every"] = 2
     with pytest.raises(InputError, match="pid runs once in several steps: SSP has one step"):
-        write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp")
+        write_ssp(Cases(write(loop)).cases[0], tmp_path / "loop.ssp")
     assert not (tmp_path / "loop.ssp").exists()
 
 
 def test_sub_steps_have_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
     loop["units"]["plant"]["substeps"] = 2
     with pytest.raises(InputError, match="plant has substeps or a hold of its own: SSP knows neither"):
-        write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp")
+        write_ssp(Cases(write(loop)).cases[0], tmp_path / "loop.ssp")
 
 
 def test_an_iterative_coupling_has_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
     loop["coupling"] = {"scheme": "iterative"}
     with pytest.raises(InputError, match="the coupling is iterative: no reader of SSP archives iterates"):
-        write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp")
+        write_ssp(Cases(write(loop)).cases[0], tmp_path / "loop.ssp")
 
 
 def test_a_loop_that_the_coupling_of_readers_breaks_is_refused(loop: Any, write: Any, tmp_path: Path) -> None:
     loop["units"]["pid"]["set"] = {"Kp": 1e6, "u_min": -1e308, "u_max": 1e308}
     loop["stop"] = 1.0
-    case = Scenario(write(loop)).cases[0]
+    case = Cases(write(loop)).cases[0]
     with pytest.raises(InputError, match=r"with the coupling of SSP readers \(Jacobi\): .*; one FMU"):
         write_ssp(case, tmp_path / "loop.ssp", separate=True)

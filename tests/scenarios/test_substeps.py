@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from engines import ready, same
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.scenario import Run, Scenario, build, run_scenarios, simulate, to_graph
+from hystfmu.scenario import Cases, build, simulate, to_graph
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report.loops import delay_budget
 from hystfmu.scenario.report.terminal import verdicts
@@ -149,7 +150,7 @@ def test_a_jump_between_two_steps_is_said(write: Any) -> None:
     data["coupling"]["events"] = "grid"
     data["units"]["reference"] = {"block": "disturbance", "values": {"step": 1.0, "t_step": 0.0053, "amplitude": 0.0}}
     data["connections"]["lag.u"] = "reference.d"
-    (result,) = run_scenarios([write(data)], Run("native"))
+    (result,) = hy.run([write(data)], engine="native")
     (note,) = result.notes
     assert note == (
         "ramp/nominal: reference.t_step: the discontinuity at 0.0053 s is between two steps of 0.001 s "
@@ -159,21 +160,21 @@ def test_a_jump_between_two_steps_is_said(write: Any) -> None:
     trace = simulate(result.system, "native")
     assert np.flatnonzero(np.diff(trace["reference.d"])).tolist() == [5]  # 0 up to 5 ms, 1 from 6 ms on
     data["units"]["reference"]["values"]["t_step"] = 0.007
-    assert run_scenarios([write(data)], Run("native"))[0].notes == ()
+    assert hy.run([write(data)], engine="native")[0].notes == ()
     levels = {"shape": "steps", "levels": [0.0, 1.0, 1.0, 2.0], "T": 0.0025}
     data["units"]["reference"] = {"block": "reference", "dims": {"m": 4}, "values": levels}
     data["connections"]["lag.u"] = "reference.r"
-    (result,) = run_scenarios([write(data)], Run("native"))
+    (result,) = hy.run([write(data)], engine="native")
     assert "reference.T: the discontinuity at 0.0025 s" in result.notes[0]
     data["units"]["reference"]["substeps"] = 2
-    assert run_scenarios([write(data)], Run("native"))[0].notes == ()
+    assert hy.run([write(data)], engine="native")[0].notes == ()
 
 
 def test_delays_of_every_scheme(loop: Any, write: Any) -> None:
     """Jacobi: everything is read a step late; iterative: nothing."""
 
     def budget(scheme: str) -> dict[str, float]:
-        system = build(Scenario(write(loop), coupling=scheme).cases[0])  # type: ignore[arg-type]
+        system = build(Cases(write(loop), coupling=scheme).cases[0])  # type: ignore[arg-type]
         return {d.where: d.steps for d in delay_budget(system)}
 
     assert budget("gauss_seidel") == {"pid.u -> plant.u": 0.5}

@@ -8,13 +8,14 @@ from typing import Any
 
 import pytest
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
-from hystfmu.scenario import Result, Run, run_scenarios
+from hystfmu.scenario import Result
 from hystfmu.scenario.report import terminal
 
 
 def run(folder: Path, **more: Any) -> Result:
-    (result,) = run_scenarios([folder], Run("native"), **more)
+    (result,) = hy.run([folder], engine="native", **more)
     return result
 
 
@@ -95,7 +96,7 @@ def test_with_an_override_the_limits_alone_decide(loop: Any, write: Any) -> None
     for room, passed in ((100.0, True), (1.02, False)):
         loop["metrics"]["tracking"]["limit"] = room * value
         write(loop)
-        found = run(folder, overrides={"plant.hysteresis_r": "*1.2"})
+        found = run(folder, set={"plant.hysteresis_r": "*1.2"})
         assert found.passed == passed
         assert all("exceeds the limit" in line for line in found.failures())
         assert found.verdicts[0].same is False, "what changed is told, in JSON too"
@@ -111,7 +112,7 @@ def test_a_guard_is_a_multiple_of_the_recorded_value(loop: Any, write: Any) -> N
     run(folder, record=True)
     old = run(folder).verdicts[0].value
     wider = {"plant.hysteresis_r": "*2"}
-    value = run(folder, overrides=wider).verdicts[0].value
+    value = run(folder, set=wider).verdicts[0].value
     assert value > 1.1 * old
     for guard, limit, passed in (
         (1.01 * value / old, 50.0, True),
@@ -119,7 +120,7 @@ def test_a_guard_is_a_multiple_of_the_recorded_value(loop: Any, write: Any) -> N
         (9.0, old, False),
     ):
         loop["guard"], loop["metrics"]["tracking"]["limit"] = guard, limit
-        found = run(write(loop), overrides=wider)
+        found = run(write(loop), set=wider)
         assert found.passed == passed
         assert found.verdicts[0].limit == pytest.approx(min(guard * old, limit))
         assert any("times the recorded value" in line for line in found.failures()) == (not passed and limit > old)
@@ -137,7 +138,7 @@ def test_a_case_keeps_a_value_of_its_own_unless_the_override_is_relative(loop: A
     loop["case"] = [{"name": "nominal"}, {"name": "own", "set": {"pid.Kp": 0.25}}]
     folder = write(loop)
     for given, kept in ((2.0, 0.25), ("*2", 0.5)):
-        for r in run_scenarios([folder], overrides={"pid.Kp": given}, run=Run("native")):
+        for r in hy.run([folder], set={"pid.Kp": given}, engine="native"):
             value = {p.name: p for p in r.system.parts}["pid"].own.node("pid").value("Kp")[0]
             assert value == (kept if r.case == "own" else 2.0), "1 in the scenario"
 
@@ -181,7 +182,7 @@ def test_an_unstable_loop_is_over_every_limit(loop: Any, write: Any, tmp_path: P
     loop["units"]["pid"]["values"]["Kp"] = 1e9
     loop["stop"] = 0.5
     loop["metrics"]["tracking"].pop("limit")
-    result = run(write(loop), record=True, report_dir=tmp_path / "report")
+    result = run(write(loop), record=True, report=tmp_path / "report")
     assert result.failures()[0].endswith("is not finite")
     assert "Infinity" not in (tmp_path / "report" / "report.json").read_text()
 
@@ -219,14 +220,14 @@ def test_a_damaged_baseline_is_bad_input(loop: Any, write: Any, file: str, text:
 def test_a_changed_system_is_never_recorded(loop: Any, write: Any) -> None:
     folder = write(loop)
     with pytest.raises(InputError, match="--record"):
-        run(folder, record=True, overrides={"pid.Kp": 2.0})
+        run(folder, record=True, set={"pid.Kp": 2.0})
     assert not (folder / "baseline.toml").exists()
 
 
 def test_progress_reaches_one(loop: Any, write: Any) -> None:
     seen: list[float] = []
     loop["case"] = [{"name": "a"}, {"name": "b", "stop": 0.01, "after": 0.0}]
-    run_scenarios([write(loop)], Run("native", progress=seen.append))
+    hy.run([write(loop)], engine="native", progress=seen.append)
     assert seen == sorted(seen)
     assert seen[-1] == 1.0
     assert len(seen) == 2

@@ -32,7 +32,7 @@ from hystfmu.base.told_arrays import serve
 from hystfmu.data.reader import confined
 from hystfmu.data.reader.formats import PARSERS
 from hystfmu.fmu import export_fmu
-from hystfmu.scenario import Scenario
+from hystfmu.scenario import Cases
 from hystfmu.scenario.outcome.baseline import Baseline
 from hystfmu.scenario.ssp.read import read_ssp
 from hystfmu.scenario.ssp.write import write_ssp
@@ -218,11 +218,11 @@ def fmu3_file(folder: Path) -> Path:
 
 
 def ssp_file(folder: Path) -> Path:
-    return write_ssp(Scenario(scenario_file(folder)).cases[0], folder / "pid.ssp", separate=True).path
+    return write_ssp(Cases(scenario_file(folder)).cases[0], folder / "pid.ssp", separate=True).path
 
 
 def read_scenario(path: Path) -> None:
-    for case in Scenario(path).cases:
+    for case in Cases(path).cases:
         build(case)
 
 

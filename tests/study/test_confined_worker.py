@@ -10,11 +10,11 @@ import pytest
 import tomli_w
 from bad_fmu import LOOP, bad_fmu
 
+import hystfmu as hy
 from hystfmu.base.confine import unconfined
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
-from hystfmu.studies import run_study
 
 if unconfined():
     pytest.skip(f"foreign FMUs may {unconfined()} here: needs Landlock and seccomp", allow_module_level=True)
@@ -99,7 +99,7 @@ def test_it_reaches_nothing_of_its_maker(study: Path, monkeypatch: pytest.Monkey
     extra = ATTEMPTS.replace("MAKER", str(os.getpid()))
     defect = "{ static double did = -1; if (did < 0) did = attempts(); y = did; return fmi2OK; }"
     bad_fmu(study.parent / "loop" / "bad.fmu", defect, -1.0, extra)
-    outcome = run_study(study, study.parent / "out", workers=1)
+    outcome = hy.study(study, study.parent / "out", workers=1)
     assert [(row["status"], row["metrics"]) for row in outcome.rows] == [("ok", {"last": 0.0})] * 2
 
 
@@ -107,7 +107,7 @@ def test_workers_that_cannot_begin_say_why(study: Path, monkeypatch: pytest.Monk
     bad_fmu(study.parent / "loop" / "bad.fmu")
     monkeypatch.setattr(sys, "executable", "/bin/false")
     with pytest.raises(InputError, match=r"^the workers of the study exit with status 1 before they begin; "):
-        run_study(study, study.parent / "out", workers=1)
+        hy.study(study, study.parent / "out", workers=1)
 
 
 @pytest.mark.parametrize("engine", ["native", "fmpy"])
@@ -126,5 +126,5 @@ def test_it_needs_no_file_of_the_scenario(study: Path, engine: str) -> None:
     (folder / "scenario.toml").write_text(tomli_w.dumps(loop))
     varied = {"command.step": {"values": [1.0]}, "late.n": {"values": [1, 4]}}
     study.write_text(tomli_w.dumps(STUDY | {"engine": engine, "parameters": varied}))
-    outcome = run_study(study, study.parent / "out", workers=1)
+    outcome = hy.study(study, study.parent / "out", workers=1)
     assert [(row["status"], row["metrics"]) for row in outcome.rows] == [("ok", {"last": 2.0})] * 2

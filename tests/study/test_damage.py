@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
-from hystfmu.studies import run_study
 from hystfmu.studies.store import Store
 
 pytest.importorskip("pyarrow")
@@ -34,7 +34,7 @@ def study(
     path, folder = write(**DRAWS), tmp_path / "out"
     if not _MADE:
         _MADE.append(tmp_path_factory.mktemp("damage"))
-        run_study(path, _MADE[0], workers=1)
+        hy.study(path, _MADE[0], workers=1)
     shutil.copytree(_MADE[0], folder)
     return path, folder, (folder / "results.parquet").read_bytes()
 
@@ -52,14 +52,14 @@ def test_a_flipped_byte(pattern: str, draw: int, study: tuple[Path, Path, bytes]
     content = bytearray(file.read_bytes())
     content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
     file.write_bytes(content)
-    outcome = run_study(path, folder, workers=1)
+    outcome = hy.study(path, folder, workers=1)
     assert outcome.table.read_bytes() == whole
     if pattern == "journal.jsonl":
         assert 1 <= outcome.ran <= 2  # two if the byte was the end of a line
     else:
         assert outcome.ran == (15 if "part" in pattern else 0)
         assert len(list(folder.glob("damaged-part-*.parquet"))) == ("part" in pattern)
-    assert run_study(path, folder, workers=1).ran == 0
+    assert hy.study(path, folder, workers=1).ran == 0
 
 
 @pytest.mark.parametrize("pattern", FILES)
@@ -72,11 +72,11 @@ def test_a_lost_file(pattern: str, damage: str, study: tuple[Path, Path, bytes])
         file.unlink()
     else:
         file.write_bytes(b"" if damage == "emptied" else content[: len(content) // 2])
-    outcome = run_study(path, folder, workers=1)
+    outcome = hy.study(path, folder, workers=1)
     assert outcome.table.read_bytes() == whole
     lost = {"journal.jsonl": 5 if damage == "cut in half" else 9, "part-*.parquet": 15}
     assert outcome.ran == lost.get(pattern, 0)
-    assert run_study(path, folder, workers=1).ran == 0
+    assert hy.study(path, folder, workers=1).ran == 0
 
 
 def test_a_table_of_another_study_is_not_taken_for_damage(study: tuple[Path, Path, bytes]) -> None:
@@ -89,15 +89,15 @@ def test_a_table_of_another_study_is_not_taken_for_damage(study: tuple[Path, Pat
 def test_another_program_writes_into_the_journal(write: Any, tmp_path: Path) -> None:
     """It ends a line, leaves one torn, and never asked for the lock: one row of ours is lost with the torn line."""
     path, folder = write(), tmp_path / "out"
-    whole = run_study(path, tmp_path / "whole", workers=1).table.read_bytes()
+    whole = hy.study(path, tmp_path / "whole", workers=1).table.read_bytes()
 
     def disturb(done: int, total: int, rate: float) -> None:
         text = {5: "whole\\n", 11: '01234567\\t{"torn"'}.get(done)
         if text:
             subprocess.run(["sh", "-c", f"printf '{text}' >> {folder}/journal.jsonl"], check=True)
 
-    assert run_study(path, folder, workers=1, progress=disturb).table.read_bytes() == whole
-    outcome = run_study(path, folder, workers=1)
+    assert hy.study(path, folder, workers=1, progress=disturb).table.read_bytes() == whole
+    outcome = hy.study(path, folder, workers=1)
     assert outcome.ran == 1
     assert outcome.table.read_bytes() == whole
     assert (folder / "damaged.jsonl").read_bytes().startswith(b'whole\n01234567\t{"torn"')
@@ -178,7 +178,7 @@ mount -o remount,size=50m "$1" && $2 -m hystfmu.cli study "$3" -o "$1" -j 1 && c
 def test_a_full_disk_resumes_to_the_same_table(size: int, write: Any, tmp_path: Path) -> None:
     """A disk of some kB is full at the first files, amid the journal, or at the table and the report."""
     path = write(**DRAWS | {"n": ROWS // 2, "seed": 1})
-    whole = run_study(path, tmp_path / "whole", workers=1).table.read_bytes()
+    whole = hy.study(path, tmp_path / "whole", workers=1).table.read_bytes()
     (tmp_path / "small").mkdir()
     space = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
     words = ["sh", "-c", FULL.format(size=size), "sh", str(tmp_path / "small"), sys.executable, str(path)]

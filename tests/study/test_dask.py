@@ -10,9 +10,10 @@ from typing import Any
 
 import pytest
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import Run
-from hystfmu.studies import dask_pool, run_study
+from hystfmu.studies import dask_pool
 from hystfmu.studies.task import Runner, Task
 
 distributed = pytest.importorskip("distributed")
@@ -36,8 +37,8 @@ def address(scratch: Path) -> Iterator[str]:
 
 def test_the_same_table_on_a_cluster(write: Any, tmp_path: Path, address: str) -> None:
     path = write(method="sobol", n=40)
-    local = run_study(path, tmp_path / "local", workers=2)
-    remote = run_study(path, tmp_path / "remote", on=address)
+    local = hy.study(path, tmp_path / "local", workers=2)
+    remote = hy.study(path, tmp_path / "remote", on=address)
     assert remote.ran == 80
     assert remote.table.read_bytes() == local.table.read_bytes()
 
@@ -56,7 +57,7 @@ def test_workers_keep_nothing_of_a_study(
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt) if interrupted else contextlib.nullcontext():
-        run_study(path, tmp_path / "out", on=address, progress=progress)
+        hy.study(path, tmp_path / "out", on=address, progress=progress)
     assert max(seen) > 0
     end = time.monotonic() + 20
     while interrupted and list(scratch.rglob("hystfmu_run_*")) and time.monotonic() < end:
@@ -69,7 +70,7 @@ def test_workers_keep_nothing_of_a_study(
 )
 def test_a_wrong_address_is_one_line(write: Any, tmp_path: Path, address: str) -> None:
     with pytest.raises(InputError, match="must read dask://HOST:PORT"):
-        run_study(write(), tmp_path / "out", on=address)
+        hy.study(write(), tmp_path / "out", on=address)
 
 
 def test_a_runner_for_each_thread_and_study(monkeypatch: pytest.MonkeyPatch) -> None:

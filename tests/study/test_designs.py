@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import tuned
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.design import loop_shaping
 from hystfmu.design.linear import python_control
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.studies.designs import Weight, behind_memory, in_parallel
-from hystfmu.studies.run import run_study
 from hystfmu.studies.sampling import Asked
 from hystfmu.studies.spec import Study
 
@@ -45,7 +45,7 @@ def write(folder: Path, *changes: tuple[str, str]) -> Path:
 def test_the_loop_behind_a_memory_is_that_of_the_scenario_without_it() -> None:
     z = np.exp(1j * np.geomspace(1e-3, 3.0, 40))
     opened = {
-        name: open_loop(build(next(c for c in Scenario(tuned.SCENARIOS / name).cases if c.name == "up_400_10")), (1, 1))
+        name: open_loop(build(next(c for c in Cases(tuned.SCENARIOS / name).cases if c.name == "up_400_10")), (1, 1))
         for name in ("internal_model", "repetitive")
     }
     for slope in (0.7, 1.4):
@@ -123,7 +123,7 @@ def test_a_trial_outside_the_linear_limits_is_not_simulated(tmp_path: Path) -> N
     """And a second call finds all rows; the first trial is inside."""
     pytest.importorskip("pyarrow")
     path = write(tmp_path)
-    outcome = run_study(path, tmp_path / "out", workers=1)
+    outcome = hy.study(path, tmp_path / "out", workers=1)
     left_out = [r for r in outcome.rows if r["status"] == "outside"]
     assert 0 < len(left_out) < len(outcome.rows) == 8
     assert outcome.ran == 8 - len(left_out)
@@ -135,7 +135,7 @@ def test_a_trial_outside_the_linear_limits_is_not_simulated(tmp_path: Path) -> N
         excess = limits.excess(r["values"])
         broken = [k for k, v in excess.items() if v > 0]
         assert r["reason"] == (f"breaks a limit of the loop: {', '.join(broken)}" if broken else "")
-    again = run_study(path, tmp_path / "out", workers=1)
+    again = hy.study(path, tmp_path / "out", workers=1)
     assert (again.ran, again.rows) == (0, outcome.rows)
     assert f"{len(left_out)} left out by the limits of the loop" in outcome.report.read_text()
 

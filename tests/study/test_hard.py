@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.outcome.trace import Stopped
@@ -54,7 +54,7 @@ def script(name: str) -> ModuleType:
 
 
 def system(name: str, case: str, settings: dict[str, Any], stop: float | None = None) -> Any:
-    found = next(c for c in Scenario(SCENARIOS / name / "hard.toml", settings).cases if c.name == case)
+    found = next(c for c in Cases(SCENARIOS / name / "hard.toml", settings).cases if c.name == case)
     return build(found if stop is None else replace(found, stop=stop))
 
 

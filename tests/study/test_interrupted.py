@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from hystfmu.studies import run_study
+import hystfmu as hy
 from hystfmu.studies.pool import Pool
 
 pytest.importorskip("pyarrow")
@@ -21,7 +21,7 @@ if sys.platform == "win32":
 
 # slow enough to be interrupted
 LONG: dict[str, Any] = {"method": "sobol", "n": 96, "engine": "native", "of_scenario": {"step": 1e-5}}
-RUN = "import sys; from hystfmu.studies import run_study; run_study(sys.argv[1], sys.argv[2], workers=2)"
+RUN = "import sys; import hystfmu as hy; hy.study(sys.argv[1], sys.argv[2], workers=2)"
 SPAWNED = "from hystfmu.studies import pool; pool._forked = lambda systems, run: False; "
 
 
@@ -38,7 +38,7 @@ def program(request: pytest.FixtureRequest) -> str:
 def quiet(write: Any, tmp_path: Path) -> bytes:
     """The table of an uninterrupted run, made once."""
     if not _QUIET:
-        _QUIET.append(run_study(write(**LONG), tmp_path / "quiet", workers=2).table.read_bytes())
+        _QUIET.append(hy.study(write(**LONG), tmp_path / "quiet", workers=2).table.read_bytes())
     return _QUIET[0]
 
 
@@ -106,7 +106,7 @@ def test_a_killed_parent(write: Any, tmp_path: Path, program: str, quiet: bytes)
     while any(Path(f"/proc/{w}/cmdline").exists() and Path(f"/proc/{w}/cmdline").read_bytes() for w in workers):
         assert time.monotonic() < end, "workers without a parent must end"
         time.sleep(0.05)
-    outcome = run_study(path, folder, workers=2)
+    outcome = hy.study(path, folder, workers=2)
     assert outcome.ran == len(outcome.rows) - kept  # finished runs are not repeated
     assert outcome.table.read_bytes() == quiet
 
@@ -124,35 +124,35 @@ def test_a_full_disk(write: Any, tmp_path: Path, program: str, quiet: bytes) -> 
     assert "rows are safe: free some space and run the study again" in process.stderr.read().splitlines()[-1]
     kept = rows(folder)
     assert 0 < kept < 192
-    outcome = run_study(path, folder, workers=2)
+    outcome = hy.study(path, folder, workers=2)
     assert outcome.ran == len(outcome.rows) - kept
     assert outcome.table.read_bytes() == quiet
 
 
 def test_a_torn_line_does_not_count(write: Any, tmp_path: Path) -> None:
     path = write()
-    whole = run_study(path, tmp_path / "out", workers=1).table.read_bytes()
+    whole = hy.study(path, tmp_path / "out", workers=1).table.read_bytes()
     journal = tmp_path / "out" / "journal.jsonl"
     journal.write_bytes(journal.read_bytes()[:-30])
-    outcome = run_study(path, tmp_path / "out", workers=1)
+    outcome = hy.study(path, tmp_path / "out", workers=1)
     assert outcome.ran == 1
     assert outcome.table.read_bytes() == whole
 
 
 def test_full_journals_become_parts(write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write()
-    whole = run_study(path, tmp_path / "a", workers=1).table.read_bytes()
+    whole = hy.study(path, tmp_path / "a", workers=1).table.read_bytes()
     monkeypatch.setattr("hystfmu.studies.store.PART_ROWS", 10)
-    outcome = run_study(path, tmp_path / "b", workers=1)
+    outcome = hy.study(path, tmp_path / "b", workers=1)
     assert len(list((tmp_path / "b").glob("part-*.parquet"))) == 2
     assert outcome.table.read_bytes() == whole
-    assert run_study(path, tmp_path / "b", workers=1).ran == 0
+    assert hy.study(path, tmp_path / "b", workers=1).ran == 0
 
 
 def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_path: Path) -> None:
     """A script from standard input has no file for a worker to import."""
     path = write(engine="fmpy")
-    script = f"from hystfmu.studies import run_study\nrun_study({str(path)!r}, {str(tmp_path / 'out')!r}, workers=1)\n"
+    script = f"import hystfmu as hy\nhy.study({str(path)!r}, {str(tmp_path / 'out')!r}, workers=1)\n"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(
         [sys.executable], input=script, env=environment, capture_output=True, text=True, timeout=100, cwd=tmp_path

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.scenario.outcome.trace import Stopped
-from hystfmu.studies import run_study
 from hystfmu.studies.task import Runner, Task
 
 pytest.importorskip("pyarrow")
@@ -59,27 +59,27 @@ def test_a_run_that_failed_at_a_limit_runs_again_when_it_is_raised(
 ) -> None:
     monkeypatch.setattr("hystfmu.studies.pool.Runner", runner)
     monkeypatch.setattr("hystfmu.studies.store.PART_ROWS", 10)  # the limit is also kept in parts
-    whole = run_study(write(), tmp_path / "whole", workers=1).table.read_bytes()
+    whole = hy.study(write(), tmp_path / "whole", workers=1).table.read_bytes()
     folder = tmp_path / "out"
-    first = run_study(write(**{limit: low}), folder, workers=1)
+    first = hy.study(write(**{limit: low}), folder, workers=1)
     assert [(r["index"], r["status"]) for r in first.failed] == [(3, limit)]
     for again in (low, low / 2):
-        repeated = run_study(write(**{limit: again}), folder, workers=1)
+        repeated = hy.study(write(**{limit: again}), folder, workers=1)
         assert repeated.ran == 0
         assert repeated.table.read_bytes() == first.table.read_bytes()
     other = {"timeout": "memory", "memory": "timeout"}[limit]
-    assert run_study(write(**{limit: low, other: 100.0}), folder, workers=1).ran == 0
-    raised = run_study(write(**{limit: high}), folder, workers=1)
+    assert hy.study(write(**{limit: low, other: 100.0}), folder, workers=1).ran == 0
+    raised = hy.study(write(**{limit: high}), folder, workers=1)
     assert raised.ran == 1
     assert raised.table.read_bytes() == whole
-    assert run_study(write(**{limit: low}), folder, workers=1).ran == 0  # the run that ended stays
+    assert hy.study(write(**{limit: low}), folder, workers=1).ran == 0  # the run that ended stays
 
 
 def test_retry_runs_failed_rows_again_and_no_others(
     write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, folder = write(), tmp_path / "out"
-    whole = run_study(path, tmp_path / "whole", workers=1).table.read_bytes()
+    whole = hy.study(path, tmp_path / "whole", workers=1).table.read_bytes()
     Unlucky.mark = tmp_path / "mark"
     monkeypatch.setattr("hystfmu.studies.pool.Runner", Unlucky)
 

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 import stage_table
 
+import hystfmu as hy
 from hystfmu.design.feedforward import scan_feedforward, scan_harmonics
 from hystfmu.graph import Graph, Input, Node, Output, blocks
-from hystfmu.scenario import Run, Scenario, build, run_scenarios
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.studies.sampling import sampler
 from hystfmu.studies.spec import Study
@@ -38,7 +39,7 @@ def made(name: str) -> ModuleType:
     [pytest.param(p, id=p.name, marks=() if p.name in QUICK else pytest.mark.stress) for p in FOLDERS],
 )
 def test_every_case_meets_its_requirement(folder: Path) -> None:
-    results = run_scenarios([folder], Run("native"))
+    results = hy.run([folder], engine="native")
     assert [line for r in results for line in r.failures()] == []
     assert all(v.limit is not None for r in results for v in r.verdicts)
 
@@ -78,7 +79,7 @@ def test_draws_of_today_track(file: str, limit: float, median: float) -> None:
     (rows,) = sampler(study).batches()
     values = []
     for row in rows[:8]:
-        (case,) = [c for c in Scenario(STAGE / "irc_repetitive", study.settings(row)).cases if c.name == "scan_100"]
+        (case,) = [c for c in Cases(STAGE / "irc_repetitive", study.settings(row)).cases if c.name == "scan_100"]
         system = build(case)
         run = Native(system, ["plant.y", "reference.r"]).run()
         t, e = run.t, run["plant.y"] - run["reference.r"]
@@ -92,7 +93,7 @@ def test_draws_of_today_track(file: str, limit: float, median: float) -> None:
 @pytest.mark.stress
 @pytest.mark.parametrize("name", ["scan_100", "low_100", "high_100", "two_steps_100"])
 def test_nothing_grows_over_600_periods(name: str) -> None:
-    (case,) = [c for c in Scenario(STAGE / "irc_repetitive").cases if c.name == name]
+    (case,) = [c for c in Cases(STAGE / "irc_repetitive").cases if c.name == name]
     run = Native(build(replace(case, stop=6.0)), ["plant.y", "reference.r"]).run()
     e = run["plant.y"] - run["reference.r"]
     rms = [np.sqrt(np.mean(e[(run.t >= end - 0.05) & (run.t < end)] ** 2)) for end in (0.2, 3.0, 6.0)]

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
-from hystfmu.studies import run_study
 from hystfmu.studies.store import Store
 
 
@@ -44,7 +44,7 @@ def elsewhere(folder: Path) -> str:
 @pytest.mark.parametrize("damage", ["zero byte", "changed digit", "torn in the middle", "not UTF-8", "old without sum"])
 def test_damaged_lines_are_set_aside_and_run_again(damage: str, write: Any, tmp_path: Path) -> None:
     path, folder = write(), tmp_path / "out"
-    whole = run_study(path, folder, workers=1).table.read_bytes()
+    whole = hy.study(path, folder, workers=1).table.read_bytes()
     journal = folder / "journal.jsonl"
     lines = journal.read_bytes().splitlines(keepends=True)
     middle = lines[7]
@@ -58,11 +58,11 @@ def test_damaged_lines_are_set_aside_and_run_again(damage: str, write: Any, tmp_
     }[damage]
     torn = lines[7] + lines[8] if damage == "torn in the middle" else lines[7]
     journal.write_bytes(b"".join(lines))
-    outcome = run_study(path, folder, workers=1)
+    outcome = hy.study(path, folder, workers=1)
     assert outcome.ran == (2 if damage == "torn in the middle" else 1)
     assert outcome.table.read_bytes() == whole
     assert (folder / "damaged.jsonl").read_bytes() == torn
-    assert run_study(path, folder, workers=1).ran == 0
+    assert hy.study(path, folder, workers=1).ran == 0
 
 
 @pytest.mark.parametrize("content", [b"", b"\0", b"[1"])

@@ -12,9 +12,9 @@ import pytest
 from click.testing import CliRunner
 from scipy.stats import spearmanr
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.studies import run_study
 from hystfmu.studies.report import sensitivity
 
 pq = pytest.importorskip("pyarrow.parquet")
@@ -28,7 +28,7 @@ def expected(row: dict[str, Any]) -> float:
 
 
 def test_grid_against_the_closed_form(write: Any, tmp_path: Path) -> None:
-    outcome = run_study(write(), tmp_path / "out", workers=2)
+    outcome = hy.study(write(), tmp_path / "out", workers=2)
     assert len(outcome.rows) == 4 * 3 * 2
     assert not outcome.failed
     for row in outcome.rows:
@@ -44,40 +44,40 @@ def test_grid_against_the_closed_form(write: Any, tmp_path: Path) -> None:
 
 def test_the_table_does_not_depend_on_workers_or_engine(write: Any, tmp_path: Path) -> None:
     tables = [
-        run_study(write(engine=engine), tmp_path / f"{engine}{n}", workers=n).table.read_bytes()
+        hy.study(write(engine=engine), tmp_path / f"{engine}{n}", workers=n).table.read_bytes()
         for engine, n in (("native", 1), ("native", 2), ("fmpy", 1))
     ]
     assert tables[0] == tables[1] == tables[2]
 
 
 def test_a_second_call_runs_nothing_and_a_larger_study_only_what_is_new(write: Any, tmp_path: Path) -> None:
-    first = run_study(write(method="sobol", n=8), tmp_path / "out", workers=1)
+    first = hy.study(write(method="sobol", n=8), tmp_path / "out", workers=1)
     assert first.ran == 16
-    assert run_study(write(method="sobol", n=8), tmp_path / "out", workers=1).ran == 0
-    more = run_study(write(method="sobol", n=16), tmp_path / "out", workers=1)
+    assert hy.study(write(method="sobol", n=8), tmp_path / "out", workers=1).ran == 0
+    more = hy.study(write(method="sobol", n=16), tmp_path / "out", workers=1)
     assert more.ran == 16
     assert [r["id"] for r in more.rows[:16]] == [r["id"] for r in first.rows]
 
 
 def test_a_repeated_variation_runs_once(write: Any, tmp_path: Path) -> None:
     path = write(parameters={"command.step": {"values": [1.0, 2.0, 1.0]}})
-    outcome = run_study(path, tmp_path / "out", workers=1)
+    outcome = hy.study(path, tmp_path / "out", workers=1)
     assert outcome.ran == 4
     assert sorted((r["values"]["command.step"], r["case"]) for r in outcome.rows) == [
         (1.0, "half"), (1.0, "one"), (2.0, "half"), (2.0, "one"),
     ]  # fmt: skip
-    assert run_study(path, tmp_path / "out", workers=1).ran == 0
+    assert hy.study(path, tmp_path / "out", workers=1).ran == 0
 
 
 def test_latin_hypercube_has_one_point_in_every_stratum(write: Any, tmp_path: Path) -> None:
-    outcome = run_study(write(method="latin_hypercube", n=10, seed=3), tmp_path / "out", workers=1)
+    outcome = hy.study(write(method="latin_hypercube", n=10, seed=3), tmp_path / "out", workers=1)
     x = sorted({row["values"]["command.step"] for row in outcome.rows})
     assert [int((v - 1.0) / 0.3) for v in x] == list(range(10))
 
 
 def test_a_refused_variation_is_a_row_with_its_reason(write: Any, tmp_path: Path) -> None:
     path = write(parameters={"lag.a": {"values": [1.0, 0.0]}, "command.step": {"values": [1.0]}})
-    outcome = run_study(path, tmp_path / "out", workers=1)
+    outcome = hy.study(path, tmp_path / "out", workers=1)
     bad = [r for r in outcome.rows if r["values"]["lag.a"] == 0.0]
     assert {r["status"] for r in bad} == {"refused"}
     assert all("a" in r["reason"] for r in bad)
@@ -87,7 +87,7 @@ def test_a_refused_variation_is_a_row_with_its_reason(write: Any, tmp_path: Path
 def test_a_parameter_that_no_unit_has_is_refused_before_anything_runs(write: Any, tmp_path: Path) -> None:
     path = write(parameters={"comand.step": {"values": [1.0]}})
     with pytest.raises(InputError, match=r"study\.toml: parameters: no case has a unit .* 'comand\.step'"):
-        run_study(path, tmp_path / "out", workers=1)
+        hy.study(path, tmp_path / "out", workers=1)
     assert not (tmp_path / "out").exists()
 
 
@@ -97,7 +97,7 @@ def test_a_study_by_fmpy_leaves_no_unpacked_units_behind(write: Any, tmp_path: P
     monkeypatch.setenv("TMPDIR", str(scratch))
     monkeypatch.setattr("tempfile.tempdir", None)
     path = write(engine="fmpy", parameters={"command.step": {"values": [1.0, 2.0]}})
-    assert {r["status"] for r in run_study(path, tmp_path / "out", workers=1).rows} == {"ok"}
+    assert {r["status"] for r in hy.study(path, tmp_path / "out", workers=1).rows} == {"ok"}
     assert list(scratch.iterdir()) == []
 
 
@@ -105,8 +105,8 @@ def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path)
     """The result is close to the lower bound and does not depend on the number of workers."""
     pytest.importorskip("optuna")
     study = {"method": "optuna", "n": 24, "seed": 1, "objective": {"metric": "last", "limits": {"peak": 3.0}}}
-    outcome = run_study(write(**study), tmp_path / "a", workers=2)
-    again = run_study(write(**study), tmp_path / "b", workers=1)
+    outcome = hy.study(write(**study), tmp_path / "a", workers=2)
+    again = hy.study(write(**study), tmp_path / "b", workers=1)
     assert outcome.table.read_bytes() == again.table.read_bytes()
     best = min(r["metrics"]["last"] for r in outcome.rows if r["case"] == "one")
     assert best < 0.6  # of a range from 0.43 to 7
@@ -116,7 +116,7 @@ def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path)
 def test_a_variation_that_diverges_leaves_a_report(write: Any, tmp_path: Path) -> None:
     """Numbers beyond the range of an axis stand in the table, not in the plots."""
     study = {"parameters": {"command.step": {"values": [1.0, 1e300, 1e308]}, "lag.b": {"values": [1.0, 2.0, 5.0]}}}
-    outcome = run_study(write(**study), tmp_path / "out", workers=1)
+    outcome = hy.study(write(**study), tmp_path / "out", workers=1)
     assert max(row["metrics"].get("peak", 0.0) for row in outcome.rows) == 1e308
     assert "rank correlation" in outcome.report.read_text()
 
@@ -137,7 +137,7 @@ def test_the_report_shows_units_of_measure_and_marks_factors(write: Any, tmp_pat
     }
     of_scenario = {"units": {"lag": {"graph": graph}, "command": {"block": "disturbance"}}, "metrics": metrics}
     parameters = {"command.t_step": {"range": [0.1, 0.2], "steps": 2}, "lag.b": {"scale": [0.5, 2.0], "steps": 2}}
-    outcome = run_study(write(of_scenario=of_scenario, parameters=parameters), tmp_path / "out", workers=1)
+    outcome = hy.study(write(of_scenario=of_scenario, parameters=parameters), tmp_path / "out", workers=1)
     overview, _, case = json.loads((tmp_path / "out" / "report.json").read_text())["sections"][:3]
     assert [row[0] for row in overview["tables"][0]["rows"]] == ["command.t_step in s", "lag.b as a factor"]
     assert list(case["tables"][-2]["head"]) == [
@@ -186,10 +186,10 @@ def test_bad_studies_are_one_line(write: Any, tmp_path: Path, change: dict[str, 
 
 
 def test_the_folder_of_another_study_is_refused(write: Any, tmp_path: Path) -> None:
-    run_study(write(), tmp_path / "out", workers=1)
+    hy.study(write(), tmp_path / "out", workers=1)
     path = write(parameters={"command.step": {"range": [1, 2]}})
     with pytest.raises(InputError, match="holds the table of a study with other parameters"):
-        run_study(path, tmp_path / "out", workers=1)
+        hy.study(path, tmp_path / "out", workers=1)
 
 
 def test_the_command_line_prints_the_outcome(write: Any, tmp_path: Path) -> None:

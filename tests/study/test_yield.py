@@ -13,12 +13,12 @@ import pytest
 from click.testing import CliRunner
 from scipy.stats import binom
 
+import hystfmu as hy
 from hystfmu.cli import main
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.unit_graph import delayed
-from hystfmu.studies import run_study
 from hystfmu.studies.effects import effects
 from hystfmu.studies.loop_limits import loop_metrics
 from hystfmu.studies.spec import Study
@@ -70,7 +70,7 @@ def test_the_interval_is_where_the_binomial_tails_are_a_fortieth() -> None:
 def test_the_share_is_that_of_the_closed_form_and_the_worst_draw_runs_again(
     write: Any, tmp_path: Path, monkeypatch: Any
 ) -> None:
-    outcome = run_study(write(**DRAWS), tmp_path / "out", workers=1)
+    outcome = hy.study(write(**DRAWS), tmp_path / "out", workers=1)
     values = {row["variation"]: row["values"] for row in outcome.rows}
     good = sum(
         v["command.step"] * v["lag.b"] * (1 - math.exp(-1 / 0.5)) <= 3.0 and v["command.step"] <= 3.5
@@ -79,8 +79,8 @@ def test_the_share_is_that_of_the_closed_form_and_the_worst_draw_runs_again(
     assert outcome.summary is not None
     assert (outcome.summary.draws, outcome.summary.inside, outcome.summary.unstable) == (40, good, 0)
     assert outcome.summary.interval == interval(good, 40)
-    assert run_study(write(**DRAWS), tmp_path / "out", workers=1).ran == 0  # the seed is kept with the table
-    assert run_study(write(**DRAWS), tmp_path / "other", workers=1).seed != outcome.seed
+    assert hy.study(write(**DRAWS), tmp_path / "out", workers=1).ran == 0  # the seed is kept with the table
+    assert hy.study(write(**DRAWS), tmp_path / "other", workers=1).seed != outcome.seed
     sections = json.loads((tmp_path / "out" / "report.json").read_text())["sections"]
     assert sections[0]["text"].startswith(f"{good} of 40 draws are inside the limits")
     case = next(s for s in sections if s["title"] == "Case one")
@@ -97,9 +97,9 @@ def test_the_share_is_that_of_the_closed_form_and_the_worst_draw_runs_again(
 
 def test_a_study_that_goes_on_has_the_table_of_one_that_was_not_interrupted(write: Any, tmp_path: Path) -> None:
     """The first draws of a larger study are those of a smaller one, also if the seed was drawn at run time."""
-    begun = run_study(write(**DRAWS | {"n": 10}), tmp_path / "out", workers=1)
-    resumed = run_study(write(**DRAWS), tmp_path / "out", workers=2)
-    whole = run_study(write(**DRAWS | {"seed": begun.seed}), tmp_path / "whole", workers=1)
+    begun = hy.study(write(**DRAWS | {"n": 10}), tmp_path / "out", workers=1)
+    resumed = hy.study(write(**DRAWS), tmp_path / "out", workers=2)
+    whole = hy.study(write(**DRAWS | {"seed": begun.seed}), tmp_path / "whole", workers=1)
     assert (begun.ran, resumed.ran) == (20, 60)
     assert resumed.table.read_bytes() == whole.table.read_bytes()
 
@@ -129,7 +129,7 @@ def test_second_order_dynamics_follow_their_frequency_and_damping(tmp_path: Path
 
 def test_a_delay_may_be_any_number_of_fine_steps() -> None:
     """The output of the fine unit is its input, held for a step, some fine steps later; 0 makes it a connection."""
-    scenario = Scenario(LOOP)
+    scenario = Cases(LOOP)
     case = next(c for c in scenario.cases if c.name == "sine_100")
     ripple = case.ripple
     for steps in (0, 0.3, 1, 1.7):
@@ -143,7 +143,7 @@ def test_a_delay_may_be_any_number_of_fine_steps() -> None:
 
 
 def test_margins_of_a_draw_are_those_of_the_loop() -> None:
-    system = build(next(c for c in Scenario(LOOP).cases if c.name == "sine_100"))
+    system = build(next(c for c in Cases(LOOP).cases if c.name == "sine_100"))
     opened = open_loop(system)
     assert loop_metrics(system, {})["Ms_db"] == opened.margins().Ms_db
     assert loop_metrics(system, {"delay.n": 1.5})["Ms_db"] == opened.margins(1.0, 0.5).Ms_db

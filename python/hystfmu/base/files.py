@@ -22,7 +22,8 @@ from hystfmu.base.replacing import place
 MOST_BYTES = 256 * 2**20
 _MOST_FAULTS = 20  # of a file, told in one line
 _LINE = re.compile(r"at line (\d+)")  # in a message of tomllib
-_ARRAY = re.compile(r"\[\n((?: *(?:[-+.\w]+|\"[^\"\\\\\n]*\"),\n)+) *\]")  # of numbers or names, as tomli_w writes it
+_WIDE = 120  # of a line: a table or an array of tables that fits stands on one
+_BARE = re.compile(r"[A-Za-z0-9_-]+\Z")  # a key without quotes
 
 M = TypeVar("M", bound=pydantic.BaseModel)
 Key = tuple[str | int, ...]
@@ -288,7 +289,57 @@ def write_toml(
         The file cannot be written, or `load_toml` would refuse a key or a text.
     """
     _check_printable(data, path)
-    lines = "".join(f"# {line}\n" for line in heading.splitlines())
-    # tomli_w writes an array as one item a line: pages of weights.  Trap: only its strings hold no line ends
-    text = _ARRAY.sub(lambda m: f"[{', '.join(item.strip()[:-1] for item in m[1].splitlines())}]", tomli_w.dumps(data))
-    write_bytes(path, (lines + text).encode(), apart)
+    lines = [*(f"# {line}" for line in heading.splitlines()), *_toml(data)]
+    write_bytes(path, "".join(f"{line}\n" for line in lines).encode(), apart)
+
+
+def _toml(table: dict[str, Any], place: str = "") -> Iterator[str]:
+    """Yield the lines of a table. Values, arrays and short tables take one line each; a long table takes its own part.
+
+    Trap: a value behind ``[place.key]`` would belong to that table. So values come first, and a table behind a long one
+    is a long one too: the tables keep their order.
+    """
+    parts: list[tuple[str, Any]] = []
+    for key, value in table.items():
+        line = f"{_key(key)} = {_inline(value)}"
+        tables = isinstance(value, list) and value and all(isinstance(v, dict) for v in value)
+        if isinstance(value, dict):
+            short = bool(place) and not any(isinstance(v, dict) for v in value.values()) and len(line) <= _WIDE
+        else:
+            short = not tables or max(len(_inline(v)) for v in value) <= _WIDE - 5
+        if not short or (parts and (tables or isinstance(value, dict))):
+            parts.append((f"{place}{_key(key)}", value))
+        elif len(line) > _WIDE and isinstance(value, list) and any(isinstance(v, list | dict) for v in value):
+            yield from (f"{_key(key)} = [", *_packed(value), "]")
+        else:
+            yield line
+    for name, value in parts:
+        for part in [value] if isinstance(value, dict) else value:
+            lines = [*_toml(part, f"{name}.")]
+            if not isinstance(value, dict) or not lines or lines[0]:  # a table of tables alone needs no header
+                yield from ("", f"[{name}]" if isinstance(value, dict) else f"[[{name}]]")
+            yield from lines
+
+
+def _packed(items: list[Any]) -> Iterator[str]:
+    """Yield lines with as many items of an array as fit."""
+    line = ""
+    for text in (f"{_inline(v)}," for v in items):
+        if line and len(line) + 1 + len(text) > _WIDE:
+            yield line
+            line = ""
+        line = f"{line} {text}" if line else f"    {text}"
+    yield line
+
+
+def _inline(value: Any) -> str:
+    if isinstance(value, dict):
+        items = ", ".join(f"{_key(k)} = {_inline(v)}" for k, v in value.items())
+        return f"{{ {items} }}" if items else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_inline, value))}]"
+    return tomli_w.dumps({"v": value}).removeprefix("v = ").removesuffix("\n")
+
+
+def _key(key: str) -> str:
+    return key if _BARE.match(key) else _inline(key)

@@ -18,8 +18,8 @@ from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_optio
 from hystfmu.report.verbosity import echo, say, wrong
 
 if TYPE_CHECKING:
-    from hystfmu.face.result import Results
     from hystfmu.face.scenario import Scenario
+    from hystfmu.scenario import Results
 
 STRUCTURES = {  # as in hystfmu.design.structures, whose import would slow down --help
     "integral": "integral alone",
@@ -258,7 +258,7 @@ def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
     folder. Therefore nothing is written if one of the files must not be replaced.
     """
     from hystfmu.base.files import read_bytes, write_bytes
-    from hystfmu.face.running import run
+    from hystfmu.scenario import run
     from hystfmu.scenario.loop.table import margin_table
 
     with tempfile.TemporaryDirectory(prefix="hystfmu-design-") as folder:

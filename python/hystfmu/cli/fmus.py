@@ -197,12 +197,12 @@ def _controller(
     """Write the controller of a case, and print the units in it."""
     from hystfmu.cli import places
     from hystfmu.report.terminal import table
-    from hystfmu.scenario import Scenario
+    from hystfmu.scenario import Cases
     from hystfmu.scenario.deploy.unit import write_controller, write_target
 
     if out is None and target is None:
         raise InputError("export --controller needs -o X.fmu, --c DIR, or both")
-    chosen = Scenario(places.found([scenario])[0]).named(case)
+    chosen = Cases(places.found([scenario])[0]).named(case)
     if target is not None:
         files, found = write_target(chosen, target, name)
         say(f"wrote {' and '.join(map(str, files))}: C99, {files[0].stem}_start and {files[0].stem}_step")

@@ -17,7 +17,7 @@ from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_optio
 from hystfmu.report.verbosity import detail, echo, say, verdict, wrong
 
 if TYPE_CHECKING:
-    from hystfmu.face.result import Result
+    from hystfmu.scenario import Result
     from hystfmu.start.contender import Contender
 
 _BEGUN = "finished steps are kept; to go on with the others:"

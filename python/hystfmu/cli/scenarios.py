@@ -149,10 +149,10 @@ def ssp(
     \b
     Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp
     """
-    from hystfmu.scenario import Scenario
+    from hystfmu.scenario import Cases
     from hystfmu.scenario.ssp.write import write_loop, write_ssp
 
-    case = Scenario(places.found([scenario])[0]).named(name)
+    case = Cases(places.found([scenario])[0]).named(name)
     if out.endswith(".fmu"):
         path = write_loop(case, out, 3 if fmi == "3" else 2)
         say(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one, step {case.step:g} s")

@@ -16,9 +16,9 @@ from hystfmu.data.signals import held_out
 from hystfmu.data.synthetic import VOLTS, displacement, piezo
 from hystfmu.demo.loop import loop
 from hystfmu.face.explore import explorer
+from hystfmu.face.fit import fit
 from hystfmu.face.model import Model
-from hystfmu.face.verbs import fit
-from hystfmu.fmu.check.check import check_fmu
+from hystfmu.fmu.check.check import validate
 from hystfmu.identify.kinds import Kind
 from hystfmu.model.accuracy import held_out_table
 from hystfmu.report import terminal
@@ -27,7 +27,7 @@ from hystfmu.report.plot import Line, Plot
 from hystfmu.report.progress import progress
 from hystfmu.report.terminal import table
 from hystfmu.report.verbosity import echo, say, wrong
-from hystfmu.scenario import Run, run_scenarios
+from hystfmu.scenario import run
 from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.report.terminal import verdicts
 from hystfmu.scenario.system.folders import shipped_scenarios
@@ -89,7 +89,7 @@ def demo(out: Path, full: bool = False) -> bool:
     own = loop(models[0], inverse)
     own.save(out / "loop")
     with progress("running scenarios") as report:
-        results = run_scenarios([own.ready(), *shipped], Run(progress=report))
+        results = run([own, *shipped], progress=report)
     say("\n" + verdicts(results))
     wrong([line for r in results for line in r.failures()])
     page = write_report(results, out, _sections(models, inverse, rows, other), "HystFMU demo")
@@ -150,7 +150,7 @@ def _export(steps: Steps, models: Sequence[Model], out: Path) -> tuple[list[str]
 
 def _checked(m: Model, path: Path, version: Literal[2, 3]) -> list[str]:
     """Write an FMU, and return the problems that the checks find."""
-    return [str(p) for p in check_fmu(m.export(path, version, m.key))]
+    return [str(p) for p in validate(m.export(path, version, m.key))]
 
 
 def _sections(models: list[Model], inverse: Model, rows: list[list[str]], data: Dataset) -> list[Section]:

@@ -16,7 +16,7 @@ contains the states of these signals. The text of the interval names the signals
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -25,10 +25,9 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.face.rows import free_run, held_out_errors
-from hystfmu.model import Model
+from hystfmu.model import M, Model
 from hystfmu.model.accuracy import Interval, interval, rms
 
-M = TypeVar("M", bound=Model)
 FOLDS = (1, 2)  # of every four blocks; never the first, which alone starts from rest, nor those that kinds hold out
 FAILED = 2.0  # times the error on the rows that both fitted: a search that ended elsewhere
 AS_NOISE = 1.3  # times the noise: held-out errors that leave nothing to explain

@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hystfmu.base.arrays import Array
+import hystfmu.model
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.printable import escape
 from hystfmu.data import Dataset
-from hystfmu.data.reader.arrays import Columns, is_frame
+from hystfmu.data.reader.arrays import Columns
 from hystfmu.face.summary import evidence_lines, names, tables
 from hystfmu.graph.blocks import Block
-from hystfmu.model import Model as Record
 from hystfmu.report.page import table
 from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 from hystfmu.unit import Unit
@@ -36,25 +35,10 @@ POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an
 
 
 @checked
-class Model(Record):
-    """A model: blocks with values, the origin of the values, and errors of the fit.
+class Model(hystfmu.model.Model):
+    """A model with the verbs of all rooms: `hystfmu.model.Model` states its fields.
 
     `hystfmu.fit` and `Model.load` return a model. The inverse of a model is also a model.
-
-    Parameters
-    ----------
-    key : str
-        Kind of model, e.g. ``"zhao_tan_mlp"``.
-    graph : Graph
-        The blocks in the order of evaluation, with all values (normalisation included).
-    step : float or None
-        Sample step of the identification in seconds; None if the model has no step.
-    text : str
-        One line for a reader.
-    fit : dict
-        Numbers of the identification, e.g. ``{"rms_percent": 0.7, "parameters": 49}``.
-    provenance : dict
-        Data file, rows, options, versions.
 
     Examples
     --------
@@ -68,17 +52,6 @@ class Model(Record):
     >>> [round(float(y), 6) for y in model.predict(voltage)]
     [0.0, 1.0, 2.0]
     """
-
-    @classmethod
-    def of(cls, record: Record) -> Model:
-        """Return the model with the public methods.
-
-        Parameters
-        ----------
-        record : hystfmu.model.Model
-            The model record of the package.
-        """
-        return cls(record.key, record.graph, record.step, record.text, record.fit, record.provenance)
 
     @classmethod
     def of_block(cls, block: Block, step: float | None = None) -> Model:
@@ -121,55 +94,11 @@ class Model(Record):
         >>> hy.Model.from_torch(nn.Sequential(nn.Linear(2, 5), nn.Tanh(), nn.Linear(5, 1)))
         Model('torch_mlp', u[2] -> y, 21 parameters)
         """
-        from hystfmu.model.from_torch import from_torch
+        from hystfmu.model.from_torch import torch_graph
 
-        return cls.of(from_torch(module, text, step))
-
-    def predict(
-        self,
-        u: ArrayLike | Dataset | Columns,
-        h: float | None = None,
-        covariates: Mapping[str, ArrayLike] | None = None,
-    ) -> Array:
-        """Simulate the model from its initial state, without use of measured outputs.
-
-        Row 0 is the output after initialisation with ``u[0]``; row k is the output of an FMU after set u_k,
-        doStep(t_{k-1}, h), get y.
-
-        Parameters
-        ----------
-        u : array, shape (n,), Dataset or data frame
-            Input. A data set contains step and covariates; each of its records starts from the initial state.
-        h : float, optional
-            Step (s) of an array. The default is the step of the model, or 1 s if the model has no step.
-        covariates : dict of str to array or float, optional
-            Further inputs of the model for an array, by name, shape (n,). A number is constant over all rows.
-
-        Returns
-        -------
-        array, shape (n,)
-
-        Raises
-        ------
-        InputError
-            A value is not finite, a covariate is missing or unknown, or the step is invalid for a block.
-
-        Examples
-        --------
-        >>> import hystfmu as hy
-        >>> data = hy.synthetic.piezo(60, 1000.0)
-        >>> model = hy.fit(data, "prandtl_ishlinskii")
-        >>> bool((model.predict(data) == model.predict(data.u, data.h)).all())
-        True
-        """
-        from hystfmu.data.reader.reading import dataset_of
-        from hystfmu.model import run_along
-
-        if (not isinstance(u, Dataset) and not is_frame(u)) or isinstance(u, np.ndarray):
-            return super().predict(np.asarray(u, dtype=np.float64), h, covariates)
-        if h is not None or covariates is not None:
-            raise InputError("The step and the covariates must be those of the data. Got others beside them.")
-        return run_along(self.graph, dataset_of(u, output=False))
+        graph = torch_graph(module)
+        weights = sum(p.numel() for p in module.parameters())
+        return cls("torch_mlp", graph, step, text or "network of the user (torch.nn)", {"parameters": weights})
 
     def score(
         self,
@@ -398,7 +327,7 @@ class Model(Record):
         from hystfmu.inverse import inverse
 
         if method != "auto":
-            return _warned(Model.of(inverse(self, method, seed, progress, **options)))
+            return _warned(inverse(self, method, seed, progress, **options))
         if options:
             raise InputError(
                 f"The method of an inverse with options must be named. Got {next(iter(options))!r} for 'auto'."
@@ -406,8 +335,8 @@ class Model(Record):
         last: InverseMethod = "learned" if len(self.graph.inputs) == 1 else "implicit"  # no network with covariates
         for each in ("exact", "implicit"):
             with suppress(InputError):
-                return Model.of(inverse(self, each, seed))
-        return _warned(Model.of(inverse(self, last, seed, progress)))
+                return inverse(self, each, seed)
+        return _warned(inverse(self, last, seed, progress))
 
     def with_in_range(self) -> Model:
         """Return the model with a second output ``in_range``.
@@ -432,7 +361,7 @@ class Model(Record):
         """
         from hystfmu.model.coverage import with_in_range
 
-        return Model.of(with_in_range(self))
+        return with_in_range(self)
 
     def export(
         self,

@@ -15,11 +15,9 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import check
 from hystfmu.face.defaults import completed
 from hystfmu.face.parts import What, described, files
-from hystfmu.face.result import Result
 from hystfmu.face.saved import save
 from hystfmu.model import Model
-from hystfmu.scenario import Engine, Run, run_scenarios
-from hystfmu.scenario import Scenario as Cases
+from hystfmu.scenario import Cases, Engine, Result, run
 from hystfmu.scenario.system.case import NAME, split_end
 from hystfmu.scenario.system.folders import inside
 from hystfmu.scenario.system.spec import MetricKind, ScenarioSpec, Scheme, UnitSpec
@@ -406,20 +404,8 @@ class Scenario:
         ----------
         case : str, optional
             Name of the case; required if the scenario has several cases.
-        engine : {"fmpy", "native"}
-            "fmpy" simulates FMUs (the reference). "native" runs the whole loop in the C core. Both engines give the
-            same bits.
-        set : mapping, optional
-            ``{"unit.parameter": value}`` for this run.
-        coupling : str, optional
-            Coupling scheme for this run.
-        seconds : float
-            Time limit of a run with foreign FMUs (s).
-        confined : bool
-            Whether foreign FMUs run without network and with write access to a private folder only, if the system
-            supports this.
-        out : path, optional
-            CSV file for all outputs.
+        engine, set, coupling, seconds, confined, out
+            See `hystfmu.run`.
 
         Returns
         -------
@@ -437,9 +423,9 @@ class Scenario:
                 f"{self._origin}: The case of run() must be one of {', '.join(self.cases)}. Got none; hystfmu.run() "
                 "runs all."
             )
-        how = Run(engine, coupling, seconds, confined=confined)
-        found = run_scenarios([self.ready()], how, case=case, overrides=set, out=out)
-        return Result.of(found[0])
+        return run(
+            self, case=case, engine=engine, set=set, coupling=coupling, seconds=seconds, confined=confined, out=out
+        )[0]
 
     def save(self, folder: str | Path) -> Path:
         """Write `folder`/scenario.toml, and the models and FMUs of its units into the same folder.

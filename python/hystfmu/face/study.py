@@ -5,17 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import Any, Literal, get_args
 
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check, write_toml
 from hystfmu.face.scenario import Scenario
 from hystfmu.scenario.system.case import NAME
+from hystfmu.studies import Outcome, study
 from hystfmu.studies.spec import ParameterSpec, StudySpec
-
-if TYPE_CHECKING:
-    from hystfmu.studies.run import Outcome
 
 Method = Literal["random", "grid", "sobol", "latin_hypercube"]  # a search by optuna needs a study file
 
@@ -197,9 +195,7 @@ class Study:
         InputError
             See `save`; or the scenario does not have a parameter or a case of the study.
         """
-        from hystfmu.studies import run_study
-
-        return run_study(self.save(folder), folder, workers=workers, progress=progress)
+        return study(self.save(folder), folder, workers=workers, progress=progress)
 
     def __repr__(self) -> str:
         varied = ", ".join(self._spec.get("parameters", {})) or "nothing varies yet"

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from hystfmu.core.library import NO_LIMIT
-from hystfmu.model import Model as Record
+from hystfmu.model import Model
 from hystfmu.report.digits import percent
 from hystfmu.report.page import Table
 
 MOST_SHOWN, MOST_FREE = 12, 24  # parameters, and free parameters, in print(model)
 
 
-def tables(model: Record) -> list[Table]:
+def tables(model: Model) -> list[Table]:
     """Return the tables of ports, parameters and errors."""
     g = model.graph
     ports = [
@@ -33,7 +33,7 @@ def tables(model: Record) -> list[Table]:
     return [*found, Table(("errors", "RMS %", "largest %"), errors)] if errors else found
 
 
-def free_table(model: Record) -> Table | None:
+def free_table(model: Model) -> Table | None:
     """Return a table of the free parameters of a graph with their standard errors."""
     rows = [
         (name, f"{of['value']:.6g}", f"{of['standard_error']:.2g}" if "standard_error" in of else of["known"])
@@ -44,7 +44,7 @@ def free_table(model: Record) -> Table | None:
     return Table(("free parameter", "value", "standard error"), rows) if rows else None
 
 
-def _errors(model: Record) -> list[tuple[str, str, str]]:
+def _errors(model: Model) -> list[tuple[str, str, str]]:
     """Return the errors on training rows, held-out rows, validation blocks, and of the cascade."""
     f, rows = model.fit, []
     named = [("", f"training rows {model.provenance.get('train', '')}".strip()), ("held_out_", "held-out rows")]
@@ -57,7 +57,7 @@ def _errors(model: Record) -> list[tuple[str, str, str]]:
     return rows
 
 
-def evidence_lines(model: Record) -> list[str]:
+def evidence_lines(model: Model) -> list[str]:
     """Return lines on the linear dynamics in the record; empty for inverses and for models of older versions."""
     if "evidence" not in model.fit:
         return []
@@ -66,7 +66,7 @@ def evidence_lines(model: Record) -> list[str]:
     return Evidence.from_dict(model.fit["evidence"]).lines(model.graph.outputs[0].unit)
 
 
-def names(model: Record, kind: str) -> str:
+def names(model: Model, kind: str) -> str:
     """Return the names of the ports of a kind as text, such as `u` or `z[5]`."""
     return ", ".join(p.name if p.size == 1 else f"{p.name}[{p.size}]" for p in model.graph.ports if p.kind == kind)
 

@@ -1,6 +1,6 @@
-"""FMUs: `export_fmu` writes an FMU, and `check_fmu` checks an FMU of any origin.
+"""FMUs: `export_fmu` writes an FMU, and `validate` checks an FMU of any origin.
 
-The functions are loaded on first use, because the child process of `check_fmu` needs neither function.
+The functions are loaded on first use, because the child process of `validate` needs neither function.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hystfmu.fmu.check.check import check_fmu
+    from hystfmu.fmu.check.check import validate
     from hystfmu.fmu.write.export import export_fmu
 
-_HOME = {"check_fmu": "check.check", "export_fmu": "write.export"}  # where each name lives
-__all__ = ["check_fmu", "export_fmu"]
+_HOME = {"validate": "check.check", "export_fmu": "write.export"}  # where each name lives
+__all__ = ["export_fmu", "validate"]
 
 
 if not TYPE_CHECKING:  # a type checker must find a misspelt name

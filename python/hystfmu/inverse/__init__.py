@@ -36,7 +36,7 @@ from hystfmu.inverse.exact import exact_inverse
 from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.inverse.learned import learned_inverse
 from hystfmu.inverse.ports import over_range
-from hystfmu.model import Model, beside, with_starts
+from hystfmu.model import M, Model, beside, with_starts
 
 __all__ = ["inverse"]
 
@@ -49,12 +49,12 @@ SHARE = 0.9  # fraction of the input range that the wanted outputs of the cascad
 
 
 def inverse(
-    model: Model,
+    model: M,
     method: str = "exact",
     seed: int = 0,
     progress: Progress = silent,
     **options: Any,
-) -> Model:
+) -> M:
     """Invert a model: the input `u` of the inverse is the wanted output, and its output `y` is the input to apply.
 
     Parameters
@@ -90,12 +90,12 @@ def inverse(
 
 
 def invert(
-    model: Model,
+    model: M,
     method: str = "exact",
     seed: int = 0,
     progress: Progress = silent,
     **options: Any,
-) -> Model:
+) -> M:
     """Invert a model without the cascade test; parameters and errors as for `inverse`."""
     if method == "adaptive":
         return adaptive_inverse(model, **options)
@@ -124,7 +124,7 @@ def invert(
             f"The options of the {method} inverse must be among: {legal}. Got {sorted(unknown)[0]!r} instead."
         )
 
-    def static(part: Model) -> Model:
+    def static(part: M) -> M:
         if method == "learned":
             return learned_inverse(part, seed, options, progress)
         return implicit_inverse(part, **options) if method == "implicit" else exact_inverse(part)

@@ -11,6 +11,7 @@ Without feedback the default options are suitable. If a feedback adds to the wan
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.dynamic import split
 from hystfmu.inverse.ports import at_start, chain
-from hystfmu.model import Model
+from hystfmu.model import M, Model
 
 KEY = "adaptive_inverse"
 FROM_MODEL = {"w0", "r", "w", "u0"}  # parameters of the block that are no options
@@ -28,7 +29,7 @@ SPREAD = 0.22  # standard deviation of a weight after a change, of itself
 LEAST_ERROR = 1e-3  # error of prediction, of the output at the last threshold, that a perfect fit is taken to have
 
 
-def adaptive_inverse(model: Model, **options: Any) -> Model:
+def adaptive_inverse(model: M, **options: Any) -> M:
     """Make the adaptive inverse of a model: a Prandtl-Ishlinskii operator, optionally with scaling, delay and dynamics.
 
     Inputs: ``v`` is the wanted output before dynamics and delay (from feed-forward and feedback), ``y_d`` is the
@@ -110,7 +111,8 @@ def adaptive_inverse(model: Model, **options: Any) -> Model:
     graph.executor()  # the core refuses values that have no inverse
     provenance = {"inverse": "adaptive", "of": model.provenance}
     step = None if parts is None else model.step
-    return Model(f"{model.key}_{KEY}", graph, step, f"adaptive inverse: {model.text}", {}, provenance)
+    text = f"adaptive inverse: {model.text}"
+    return replace(model, key=f"{model.key}_{KEY}", graph=graph, step=step, text=text, fit={}, provenance=provenance)
 
 
 def _chain(front: Model) -> tuple[list[Node], Node, list[Node]]:

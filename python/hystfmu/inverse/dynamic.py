@@ -24,6 +24,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import factorial
+from typing import Generic
 
 import numpy as np
 
@@ -33,7 +34,7 @@ from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.columns import discretised
 from hystfmu.inverse.ports import assembled, over_range
-from hystfmu.model import Model, with_starts
+from hystfmu.model import M, Model, with_starts
 
 ACCURATE, MOST_AHEAD = 1e-4, 8
 BAND = 0.1  # of the slowest natural frequency: where the feed-forward is accurate and the cascade is tested
@@ -42,10 +43,10 @@ DYNAMICS, LINEAR = ("transfer_function", "delay"), ("transfer_function", "delay"
 
 
 @dataclass(frozen=True)
-class Parts:
+class Parts(Generic[M]):
     """A model in two parts: `front`, its hysteresis, and the chain of linear blocks after the hysteresis."""
 
-    front: Model
+    front: M
     tail: tuple[Node, ...]
 
     @property
@@ -73,7 +74,7 @@ class Parts:
         return float(min(poles, default=np.inf) / (2 * np.pi))
 
 
-def split(model: Model) -> Parts | None:
+def split(model: M) -> Parts[M] | None:
     """Separate the linear dynamics at the end of a model; None without dynamics, or without blocks before them."""
     g = model.graph
     drives = {b: a for a, b in g.wires}
@@ -96,7 +97,7 @@ def split(model: Model) -> Parts | None:
     return Parts(replace(model, key=model.key.removeprefix("g0_"), graph=front, fit={}), tuple(tail))
 
 
-def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Model]) -> Model:
+def dynamic_inverse(model: M, parts: Parts[M], inverted: Callable[[M], M]) -> M:
     """Put the feed-forward of the dynamics before the inverse of the hysteresis.
 
     `parts` is the result of `split`. `inverted` returns the inverse of the model of the hysteresis. `fit` of the result
@@ -121,7 +122,7 @@ def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Mode
     return replace(made, text=late, fit={**behind.fit, **lag}, provenance=told)
 
 
-def feedforward(parts: Parts, h: float) -> tuple[int, Array]:
+def feedforward(parts: Parts[M], h: float) -> tuple[int, Array]:
     """Return the number of samples ahead and the weights of the last samples, newest first, for steps of h (s).
 
     The transfer functions are inverted, without gains and delays. Dynamics without static gain, or dynamics that need
@@ -167,7 +168,7 @@ def _quotient(a: Array, b: Array) -> Array:
     return out
 
 
-def wanted(model: Model, parts: Parts, share: float) -> list[Array]:
+def wanted(model: Model, parts: Parts[M], share: float) -> list[Array]:
     """Return wanted outputs up to `BAND` times the slowest natural frequency: decaying sines and two tones.
 
     A ramp precedes each signal.

@@ -17,12 +17,12 @@ from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Node
 from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.inverse.ports import assembled, chain
-from hystfmu.model import Model
+from hystfmu.model import M, Model
 
 ENTERED = ("sum", "product")
 
 
-def exact_inverse(model: Model) -> Model:
+def exact_inverse(model: M) -> M:
     """Invert a model whose blocks form one chain and have inverses; blocks that covariates drive may be in parallel.
 
     Blocks that form no chain, or a block without an inverse, raise an InputError that names the block.

@@ -20,13 +20,13 @@ import numpy as np
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node, Output
 from hystfmu.inverse.ports import assembled, input_range
-from hystfmu.model import Model, with_starts
+from hystfmu.model import M, Model, with_starts
 
 FLAT = 1e-4  # step back after a reversal, relative to the input range, on which the output must move
 CREEP = "creep"
 
 
-def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = None) -> Model:
+def implicit_inverse(model: M, lo: float | None = None, hi: float | None = None) -> M:
     """Invert a static model, or a model with creep, by root finding.
 
     The model has one input and one output. Optional covariates of the model are also inputs of the inverse. With creep,

@@ -30,7 +30,7 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Output
 from hystfmu.inverse.exact import exact_inverse
 from hystfmu.inverse.ports import assembled, over_range
-from hystfmu.model import Model
+from hystfmu.model import M, Model
 
 REVERSALS = 200  # of the training signal
 SCALES = (0.5, 1.0, 2.0)  # ranges of the wanted output in front of the inverse operators
@@ -44,7 +44,7 @@ ENOUGH = 0.02  # of the span of the wanted output
 FALLING = 0.05  # share of the rows on which the output moves against the input, from which on a warning is due
 
 
-def learned_inverse(model: Model, seed: int, options: dict[str, Any], progress: Progress = silent) -> Model:
+def learned_inverse(model: M, seed: int, options: dict[str, Any], progress: Progress = silent) -> M:
     """Train an inverse of a model that states its input range; `options` are options of ``play_bank_mlp``.
 
     The progress ends early if the first of two networks is good enough. An unknown input range, or options that

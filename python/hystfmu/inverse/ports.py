@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.model import Model, with_starts
+from hystfmu.model import M, Model, with_starts
 
 
 def at_start(model: Model) -> float:
@@ -40,7 +41,7 @@ def input_range(model: Model, needed: str) -> tuple[float, float]:
 
 
 def assembled(
-    model: Model,
+    model: M,
     how: str,
     nodes: Sequence[Node],
     wires: Sequence[tuple[str, str]],
@@ -48,7 +49,7 @@ def assembled(
     source: str,
     beside: Sequence[Input] | None = None,
     start: float | None = None,
-) -> Model:
+) -> M:
     """Return the inverse of a model by the method `how`, from its blocks; the core refuses values without an inverse.
 
     The wanted output drives the endpoints `to`; `source` gives the input to apply. The further inputs are those of the
@@ -67,7 +68,8 @@ def assembled(
     )
     graph.executor()
     told: dict[str, Any] = {"inverse": how, "of": model.provenance}
-    return Model(f"{model.key}_inverse", graph, model.step, f"{how} inverse: {model.text}", {}, told)
+    text = f"{how} inverse: {model.text}"
+    return replace(model, key=f"{model.key}_inverse", graph=graph, text=text, fit={}, provenance=told)
 
 
 def chain(g: Graph, beside: Collection[str] = ()) -> list[Node] | None:

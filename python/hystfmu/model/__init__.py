@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,7 @@ from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check, check_format, load_toml, write_toml
 from hystfmu.data import Dataset
+from hystfmu.data.reader.arrays import Columns, is_frame
 from hystfmu.graph import Graph
 from hystfmu.graph.tables import GraphTable, graph_tables
 
@@ -40,7 +41,9 @@ class _File(GraphTable):
 @checked
 @dataclass(frozen=True)
 class Model:
-    """A graph with provenance: the object that `fit`, `inverse`, `export` and scenarios pass on.
+    """A model: blocks with values, the origin of the values, and errors of the fit.
+
+    A function that changes a model returns the class that it got. `hystfmu.Model` adds the verbs of the rooms above.
 
     Parameters
     ----------
@@ -71,23 +74,23 @@ class Model:
 
     def predict(
         self,
-        u: Array | Sequence[float],
+        u: ArrayLike | Dataset | Columns,
         h: float | None = None,
         covariates: Mapping[str, ArrayLike] | None = None,
     ) -> Array:
-        """Run the model free from a fresh start.
+        """Simulate the model from its initial state, without use of measured outputs.
 
-        Row 0 is the output after initialisation with ``u[0]``. Row k is the output of an FMU after the calls set u_k,
+        Row 0 is the output after initialisation with ``u[0]``; row k is the output of an FMU after set u_k,
         doStep(t_{k-1}, h), get y.
 
         Parameters
         ----------
-        u : array, shape (n,)
-            Input.
+        u : array, shape (n,), Dataset or data frame
+            Input. A data set contains step and covariates; each of its records starts from the initial state.
         h : float, optional
-            Step (s); default the step of the model, else 1 s.
+            Step (s) of an array. The default is the step of the model, or 1 s if the model has no step.
         covariates : dict of str to array or float, optional
-            Further inputs that the model takes, by name, shape (n,); a number is held.
+            Further inputs of the model for an array, by name, shape (n,). A number is constant over all rows.
 
         Returns
         -------
@@ -96,17 +99,33 @@ class Model:
         Raises
         ------
         InputError
-            A value is not finite, a covariate is missing or unknown, or the core refuses the step.
+            A value is not finite, a covariate is missing or unknown, or the step is invalid for a block.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> data = hy.synthetic.piezo(60, 1000.0)
+        >>> model = hy.fit(data, "prandtl_ishlinskii")
+        >>> bool((model.predict(data) == model.predict(data.u, data.h)).all())
+        True
         """
-        rows = input_rows(self.graph, u, covariates)
-        return self.graph.run(rows, h if h is not None else self.step if self.step is not None else 1.0)
+        from hystfmu.data.reader.reading import dataset_of
+
+        if (not isinstance(u, Dataset) and not is_frame(u)) or isinstance(u, np.ndarray):
+            rows = input_rows(self.graph, np.asarray(u, dtype=np.float64), covariates)
+            return self.graph.run(rows, h if h is not None else self.step if self.step is not None else 1.0)
+        if h is not None or covariates is not None:
+            raise InputError("The step and the covariates must be those of the data. Got others beside them.")
+        return run_along(self.graph, dataset_of(u, output=False))
 
     def save(self, path: str | Path) -> None:
         """Write ``*.model.toml`` to `path`, atomically."""
         data: dict[str, Any] = {"format": FORMAT, "key": self.key, "text": self.text}
         if self.step is not None:
             data["step"] = float(self.step)
-        data.update(fit=self.fit, provenance=self.provenance, **graph_tables(self.graph))
+        tables = graph_tables(self.graph)
+        blocks = tables.pop("blocks")  # last, long as they are
+        data |= {**tables, "fit": self.fit, "provenance": self.provenance, "blocks": blocks}
         write_toml(path, data, f"HystFMU model '{self.key}': blocks in evaluation order.", _TIME)
 
     @classmethod
@@ -126,6 +145,9 @@ class Model:
         except InputError as e:
             raise InputError(f"{path}: {e}") from None
         return cls(f.key, graph, f.step, f.text, f.fit, f.provenance)
+
+
+M = TypeVar("M", bound=Model)
 
 
 def beside(graph: Graph) -> tuple[str, ...]:

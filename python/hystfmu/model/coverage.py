@@ -23,7 +23,7 @@ from hystfmu.core.library import NO_LIMIT
 from hystfmu.data import Dataset
 from hystfmu.data.signals import ramps, training
 from hystfmu.graph import Graph, Node, Output
-from hystfmu.model import Model, rows_of
+from hystfmu.model import M, Model, rows_of
 
 KEY, COVARIATES = "trained_u", "trained_covariates"  # of the provenance
 PORT = "in_range"
@@ -140,7 +140,7 @@ def trained_range(data: Dataset) -> dict[str, Any]:
     return {KEY: ends(data.u), **({COVARIATES: beside} if beside else {})}
 
 
-def with_in_range(model: Model) -> Model:
+def with_in_range(model: M) -> M:
     """Add the output `in_range` to a model: 1 if the input lies within the range of the training rows, else 0.
 
     For an inverse, the range applies to its output, which is the input of the inverted model. Here the ends of the

@@ -16,12 +16,11 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.model import Model
 
 if TYPE_CHECKING:
     from torch import nn
 
-__all__ = ["from_torch", "torch_blocks"]
+__all__ = ["torch_blocks", "torch_graph"]
 
 SUPPORTED = ("Linear", "Sigmoid", "Tanh", "ReLU", "Identity", "Sequential")
 _ACTIVATIONS = {"Sigmoid": "sigmoid", "Tanh": "tanh", "ReLU": "relu"}
@@ -33,23 +32,15 @@ class _Affine:
     b: Array
 
 
-def from_torch(module: nn.Module, text: str = "", step: float | None = None) -> Model:
-    """Convert a feed-forward network to a model with input `u` (n_in,) and output `y` (n_out,).
+def torch_graph(module: nn.Module) -> Graph:
+    """Convert a feed-forward network to a graph with input `u` (n_in,) and output `y` (n_out,).
+
+    The graph is a chain of ``mlp`` blocks named net1, net2, ... The weights are copied.
 
     Parameters
     ----------
     module : torch.nn.Module
-        A Linear, or a Sequential (nested or not) of Linear, Sigmoid, Tanh, ReLU and Identity.  The weights are copied;
-        further training does not change the model.
-    text : str
-        Description, one line.
-    step : float, optional
-        Sample step (s) to record with the model; a network without memory needs none.
-
-    Returns
-    -------
-    Model
-        Model with the key ``torch_mlp``: a chain of ``mlp`` blocks named net1, net2, ...
+        A Linear, or a Sequential (nested or not) of Linear, Sigmoid, Tanh, ReLU and Identity.
 
     Raises
     ------
@@ -58,9 +49,7 @@ def from_torch(module: nn.Module, text: str = "", step: float | None = None) -> 
     """
     nodes, wires = torch_blocks(module)
     inputs = [Input("u", (f"{nodes[0].name}.u",), text="inputs of the network")]
-    graph = Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y", text="outputs of the network")])
-    weights = sum(p.numel() for p in module.parameters())
-    return Model("torch_mlp", graph, step, text or "network of the user (torch.nn)", {"parameters": weights})
+    return Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y", text="outputs of the network")])
 
 
 def torch_blocks(module: nn.Module, name: str = "net") -> tuple[list[Node], list[tuple[str, str]]]:

@@ -11,14 +11,12 @@ from hystfmu.base.errors import InputError
 from hystfmu.design.loop import Margins
 from hystfmu.design.race import Limits, Tuned, tune
 from hystfmu.design.structures import STRUCTURES
-from hystfmu.face.result import Results
-from hystfmu.face.running import run
 from hystfmu.face.scenario import Scenario
 from hystfmu.graph import Graph, Node
 from hystfmu.redesign.corners import Corner, aim, corners, known, loop_plants, sector
 from hystfmu.redesign.replace import Controllers, controllers, depends, replaced
 from hystfmu.redesign.roles import roles
-from hystfmu.scenario import build
+from hystfmu.scenario import Results, build, run
 from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.spec import ScenarioSpec

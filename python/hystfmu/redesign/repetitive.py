@@ -12,14 +12,12 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.design.repetitive import RepetitiveFilters
-from hystfmu.face.result import Results
-from hystfmu.face.running import run
 from hystfmu.face.scenario import Scenario
 from hystfmu.redesign.corners import Corner, corners
 from hystfmu.redesign.filters import Search, highest
 from hystfmu.redesign.insert import UNIT, Taps, repeating, with_repetitive
 from hystfmu.redesign.roles import Roles, roles
-from hystfmu.scenario import build
+from hystfmu.scenario import Results, build, run
 from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.spec import MarginsSpec

@@ -5,24 +5,26 @@ from __future__ import annotations
 from hystfmu.scenario.engine.master import Engine
 from hystfmu.scenario.engine.simulation import Run, chunks, simulate
 from hystfmu.scenario.outcome.baseline import Change
-from hystfmu.scenario.outcome.result import Result, Verdict
+from hystfmu.scenario.outcome.result import Verdict
 from hystfmu.scenario.outcome.trace import Trace
-from hystfmu.scenario.running import run_scenarios
+from hystfmu.scenario.result import Result, Results
+from hystfmu.scenario.running import run
 from hystfmu.scenario.system.build import build
-from hystfmu.scenario.system.case import Scenario
+from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.fused import to_graph
 
 __all__ = [
+    "Cases",
     "Change",
     "Engine",
     "Result",
+    "Results",
     "Run",
-    "Scenario",
     "Trace",
     "Verdict",
     "build",
     "chunks",
-    "run_scenarios",
+    "run",
     "simulate",
     "to_graph",
 ]

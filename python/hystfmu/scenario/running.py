@@ -12,16 +12,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError, meant
 from hystfmu.scenario.engine.fmu_member import FmuStore
-from hystfmu.scenario.engine.simulation import Run, chunks
+from hystfmu.scenario.engine.master import Engine
+from hystfmu.scenario.engine.simulation import Run, chunks, silent
 from hystfmu.scenario.loop.limits import loop_figures
 from hystfmu.scenario.outcome.baseline import CHANGED, Baseline, Change, Kept, Record, changes, save_baseline
 from hystfmu.scenario.outcome.metrics import Measure
-from hystfmu.scenario.outcome.result import Result, judge
+from hystfmu.scenario.outcome.result import judge
 from hystfmu.scenario.outcome.trace import Picture, Stopped, Sweeps, Trace, row_file
+from hystfmu.scenario.result import Result, Results
 from hystfmu.scenario.system.build import build
-from hystfmu.scenario.system.case import Case, Scenario, split_end
+from hystfmu.scenario.system.case import Case, Cases, ScenarioLike, split_end
 from hystfmu.scenario.system.events import missed
 from hystfmu.scenario.system.folders import scenario_folders
 from hystfmu.scenario.system.spec import Scheme
@@ -36,7 +39,7 @@ class Plan:
     overridden or if there is no baseline, as for a scenario built in Python or on a first run. `note` then states this.
     """
 
-    scenario: Scenario
+    scenario: Cases
     systems: tuple[System, ...]
     baseline: Baseline | None
     strict: bool
@@ -44,23 +47,23 @@ class Plan:
 
 
 def read(
-    paths: Sequence[str | Path | Scenario], overrides: Mapping[str, Any], coupling: Scheme | None
-) -> list[Scenario]:
+    paths: Sequence[str | Path | ScenarioLike], overrides: Mapping[str, Any], coupling: Scheme | None
+) -> list[Cases]:
     """Read scenarios, and apply overrides and coupling of the command line. A folder may contain several scenarios."""
     for key in overrides:
         split_end(key, "--set")
     changes = dict(overrides)
-    scenarios: list[Scenario] = []
+    scenarios: list[Cases] = []
     for p in paths:
-        if isinstance(p, Scenario):
-            scenarios.append(p.changed(changes, coupling))
+        if isinstance(p, (str, Path)):
+            scenarios += [Cases(folder, changes, coupling) for folder in scenario_folders(Path(p))]
         else:
-            scenarios += [Scenario(folder, changes, coupling) for folder in scenario_folders(Path(p))]
+            scenarios.append(p.ready().changed(changes, coupling))
     return scenarios
 
 
 def plan(
-    scenarios: Sequence[Scenario], case: str | Sequence[str] | None, overrides: Mapping[str, Any], record: bool
+    scenarios: Sequence[Cases], case: str | Sequence[str] | None, overrides: Mapping[str, Any], record: bool
 ) -> list[Plan]:
     """Build the cases. All errors of the input raise an InputError here, before any case runs."""
     names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
@@ -76,7 +79,7 @@ def plan(
     return [_plan(s, systems, record, strict) for s, systems in zip(scenarios, built, strict=True)]
 
 
-def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool, strict: bool) -> Plan:
+def _plan(scenario: Cases, systems: tuple[System, ...], record: bool, strict: bool) -> Plan:
     if scenario.folder is None:
         return Plan(scenario, systems, None, strict=False)
     if record:  # a guard compares the new values with the old ones
@@ -88,7 +91,7 @@ def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool, strict:
     return Plan(scenario, systems, baseline, strict)
 
 
-def _without_own(scenario: Scenario, case: Case) -> Case:
+def _without_own(scenario: Cases, case: Case) -> Case:
     """Return the case without absolute overrides of its own settings.
 
     For example, a loop without feedback stays a loop without feedback.
@@ -141,58 +144,94 @@ def run_case(
     return Result(system, tuple(verdicts), tuple(lines), picture.trace(), took, (*notes, *changed), counted), found
 
 
-def run_scenarios(
-    paths: Sequence[str | Path | Scenario],
-    run: Run | None = None,
+@checked
+def run(
+    scenarios: str | Path | ScenarioLike | Sequence[str | Path | ScenarioLike],
     *,
-    record: bool = False,
-    report_dir: str | Path | None = None,
-    overrides: Mapping[str, Any] | None = None,
-    confirm: Callable[[list[Change]], bool] = lambda changes: True,
     case: str | Sequence[str] | None = None,
+    engine: Engine = "fmpy",
+    set: Mapping[str, Any] | None = None,
+    coupling: Scheme | None = None,
+    seconds: float = 600.0,
+    confined: bool = True,
+    report: str | Path | None = None,
+    record: bool = False,
+    confirm: Callable[[list[Change]], bool] = lambda changes: True,
+    progress: Callable[[float], None] = silent,
     out: str | Path | None = None,
-) -> list[Result]:
-    """Run scenarios with all their cases.
+) -> Results:
+    """Run scenarios with all their cases, and compare them with limits and baselines.
 
     Parameters
     ----------
-    paths : sequence of path or Scenario
-        Folders with a scenario.toml, folders of such folders, files scenario.toml, or Scenario objects.
-    run : Run, optional
-        Options of the run.
-    record, report_dir, overrides, confirm, case, out
-        See `hystfmu.run`; there `report_dir` is `report`, and `overrides` is `set`. A guard uses the old baseline.
+    scenarios : path, Scenario, or several
+        A path names a scenario.toml, the folder with this file, or a folder of such folders.
+    case : str or sequence of str, optional
+        Names of the cases to run; by default all cases run.
+    engine : {"fmpy", "native"}
+        "fmpy" simulates FMUs (the reference). "native" runs the whole loop in the C core. Both engines give the same
+        bits.
+    set : mapping, optional
+        ``{"unit.parameter": value}`` for every case with this unit. A string ``"*1.2"`` is a factor. Then only the
+        limits are tested. A case that sets the parameter itself keeps its value, unless the value is a factor or `case`
+        names the case.
+    coupling : str, optional
+        Coupling scheme for all cases; it replaces the schemes of the cases.
+    seconds : float
+        Time limit of a case with foreign FMUs (s). These FMUs run in a child process.
+    confined : bool
+        Whether foreign FMUs run without network and with write access to a private folder only, if the system supports
+        this.
+    report : path, optional
+        Folder for report.html and report.json.
+    record : bool
+        Whether to write the baseline of each scenario that meets all its limits. A guard uses the old baseline.
         Therefore a larger value is recorded only after the old baseline is deleted.
+    confirm : function, optional
+        With `record`, called once with the changes before any file is written.
+    progress : function, optional
+        Called with the fraction done, 0..1.
+    out : path, optional
+        CSV file for all outputs, if a single case runs.
 
     Returns
     -------
-    list of Result
+    Results
         Results in the order of the files and their cases.
 
     Raises
     ------
     InputError
         A scenario, a model or an override is invalid. The error occurs before any case runs.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> loop = hy.Scenario("sine", step=1e-4, stop=0.01)
+    >>> loop = loop.add("source", hy.blocks.Reference(frequency=100.0)).metric("peak", "peak", "source.r")
+    >>> hy.run(loop.case("once").case("twice", set={"source.amplitude": 2.0}), engine="native")
+    Results(2 cases, 2 passed)
     """
-    run, overrides = run or Run(), dict(overrides or {})
-    if record and (overrides or run.coupling):
+    how, overrides = Run(engine, coupling, seconds, confined=confined, progress=progress), dict(set or {})
+    several = scenarios if isinstance(scenarios, Sequence) and not isinstance(scenarios, str) else [scenarios]
+    if record and (overrides or coupling):
         raise InputError("--record stores the scenario as it is written: it takes neither --set nor --coupling")
     if record and case is not None:
         raise InputError("--record stores all cases of a scenario: it takes no --case")
-    plans = plan(read(paths, overrides, run.coupling), case, overrides, record)
+    plans = plan(read(several, overrides, coupling), case, overrides, record)
     if record and (unsaved := next((p.scenario for p in plans if p.scenario.folder is None), None)):
         raise InputError(f"{unsaved.origin}: A baseline is written beside a scenario.toml. Save the scenario first.")
     n = sum(len(p.systems) for p in plans)
     if out is not None and n > 1:
         raise InputError(f"-o {out}: one file holds one case, and {n} would run; name one with --case")
-    advance = _share_done(plans, run.progress)
-    results: list[Result] = []
+    advance = _share_done(plans, progress)
+    results = Results()
     records: dict[int, dict[str, Record]] = {}
     for k, p in enumerate(plans):
         with FmuStore() as store:
             ran = []
             for system in p.systems:
-                result, record_of = run_case(system, p, run, store, out, advance)
+                result, record_of = run_case(system, p, how, store, out, advance)
                 told = [n for n in result.notes if not (record and CHANGED in n)]  # `confirm` tells what changes
                 notes = (*told, *filter(None, [p.note]))
                 ran.append((replace(result, loop=loop_figures(system), notes=notes), record_of))
@@ -200,10 +239,8 @@ def run_scenarios(
         if record and all(r.passed for r, _ in ran):
             records[k] = {r.case: found for r, found in ran if found is not None}
     _save([(plans[k], found) for k, found in records.items()], confirm)
-    if report_dir is not None:
-        from hystfmu.scenario.report.page import write_report
-
-        write_report(results, report_dir)
+    if report is not None:
+        results.report(report)
     return results
 
 

@@ -21,8 +21,8 @@ from hystfmu.design.plants import PlantSet, plant_set
 from hystfmu.design.race import Aim, Limits, Race, Tuned, race
 from hystfmu.design.structures import STRUCTURES, Design
 from hystfmu.face.model import Model
-from hystfmu.face.result import Result, Results
 from hystfmu.face.scenario import Scenario
+from hystfmu.scenario import Result, Results
 from hystfmu.scenario.loop.table import MarginTable, margin_table
 from hystfmu.start.contender import Contender
 from hystfmu.start.device import FINE, SLOPES, Device, device

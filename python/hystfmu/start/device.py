@@ -234,7 +234,7 @@ def _within(model: Model, commands: tuple[float, float]) -> Model:
     low, high = (b if math.isfinite(b) else a for a, b in zip((lo, hi), commands, strict=True))
     if not low < high:
         raise InputError(f"The range of the amplifier must overlap {lo:g} to {hi:g}, the range of the record.")
-    return Model.of(replace(model, provenance={**model.provenance, "span_u": [low, high]}))
+    return replace(model, provenance={**model.provenance, "span_u": [low, high]})
 
 
 def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[float, float] | None) -> Unseen | None:
@@ -286,7 +286,7 @@ def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) ->
     inputs = [replace(source, to=into), Input("d", ("missed.u[2]",), sink.unit, 0.0, "what the model misses")]
     graph = Graph(nodes, wires, inputs, [replace(sink, source=end)], sort=False, step=fine if late else 0.0)
     text = f"{found.model.key} as a device: {plant.name}" + (f", {gain:g} times the gain" if gain != 1 else "")
-    return Model.of(replace(found.model, graph=graph, step=fine if late else None, text=text, fit={}))
+    return replace(found.model, graph=graph, step=fine if late else None, text=text, fit={})
 
 
 def at_rest(model: Model) -> Model:
@@ -296,7 +296,7 @@ def at_rest(model: Model) -> Model:
         if n.type in (DYNAMICS, "delay"):
             gain = static_gain(n) if n.type == DYNAMICS else 1.0
             g = g.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))
-    return Model.of(replace(model, graph=g, fit={}))
+    return replace(model, graph=g, fit={})
 
 
 def reach(model: Model, rows: int) -> tuple[float, float, bool]:

@@ -18,9 +18,9 @@ from hystfmu.data.reversals import turning_points
 from hystfmu.design.plants import PlantSet
 from hystfmu.design.race import Aim, Tuned
 from hystfmu.face.model import Model
-from hystfmu.face.result import Results
 from hystfmu.identify.auto import REFUSED
 from hystfmu.model.guards import at_bounds
+from hystfmu.scenario import Results
 from hystfmu.start.device import Device
 from hystfmu.start.misfit import Misfit
 from hystfmu.start.references import Tried

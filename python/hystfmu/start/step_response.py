@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.face.result import Result
+from hystfmu.scenario import Result
 from hystfmu.start.references import Tried
 
 WITHIN = 0.02  # of a step: settled

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError, extras
 from hystfmu.report.plot import Figure
 from hystfmu.scenario import Run, build
@@ -118,9 +119,10 @@ class Outcome:
         return [r for r in self.rows if r["status"] not in ("ok", OUTSIDE)]
 
 
-def run_study(
+@checked
+def study(
     path: str | Path,
-    folder: str | Path,
+    folder: str | Path | None = None,
     *,
     workers: int | None = None,
     on: str | None = None,
@@ -128,70 +130,85 @@ def run_study(
     confined: bool = True,
     progress: Progress = lambda done, total, rate: None,
 ) -> Outcome:
-    """Run the missing rows of a study and write `results.parquet` and `report.html`.
+    """Run a scenario over many variations; an interrupted study resumes.
 
     Parameters
     ----------
-    path : path
-        Study file (`*.study.toml`).
-    folder : path
-        Folder of the table; an existing table is resumed.
+    path : str or Path
+        A file ``*.study.toml``.
+    folder : str or Path, optional
+        Folder for the table and the report. A study that exists in it resumes. The default is a folder with the name of
+        the study file, in the current folder.
     workers : int, optional
         Number of local processes; by default one per core.
     on : str, optional
-        ``dask://HOST:PORT`` of a Dask scheduler, instead of local processes.
+        Scheduler of a Dask cluster, ``dask://HOST:PORT``, instead of local processes.
     retry : {"failed"}, optional
         Run failed rows again. A row that failed at a limit of time or memory always runs again if this limit is now
         higher.
     confined : bool
         Whether foreign FMUs run without network and with write access to a private folder only, if the system supports
         this.
-    progress : callable, optional
-        Called after every row with (done, total, rows per second).
+    progress : function, optional
+        Called with the number of finished rows, the number of all rows, and rows per second.
 
     Returns
     -------
     Outcome
-        The rows, and the paths of the written files.
+        The outcome has the attributes `rows`, `table` and `report`; the last two are files.
 
     Raises
     ------
     InputError
-        The study or its scenario is invalid, the disk is full, or the cluster is not available. Finished rows are kept.
+        The study or the scenario is invalid, the disk is full, or the cluster is not available. Finished rows are kept.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> from pathlib import Path
+    >>> loop = hy.Scenario("loop", step=1e-3, stop=0.01).add("source", hy.blocks.Reference(frequency=50.0))
+    >>> folder = loop.metric("peak", "peak", "source.r").save("loop")
+    >>> lines = ['name = "size"', 'scenario = "loop"', 'method = "grid"', "[parameters]"]
+    >>> lines.append('"source.amplitude" = { values = [1.0, 2.0, 3.0] }')
+    >>> characters = Path("size.study.toml").write_text("\\n".join(lines))
+    >>> outcome = hy.study("size.study.toml", workers=1)
+    >>> [round(row["metrics"]["peak"], 6) for row in outcome.rows]
+    [1.0, 2.0, 3.0]
     """
-    study = Study(path)
-    systems = [build(c) for c in study.cases]
-    middle = {k: p.at(0.5) for k, p in study.parameters.items()}
-    for name in study.settings(middle):
+    folder = Path(Path(path).name.removesuffix(".toml").removesuffix(".study")) if folder is None else Path(folder)
+    plan = Study(path)
+    systems = [build(c) for c in plan.cases]
+    middle = {k: p.at(0.5) for k, p in plan.parameters.items()}
+    for name in plan.settings(middle):
         if not any(name in system.parameters for system in systems):
-            raise InputError(f"{study.file}: parameters: no case has a unit with the parameter {name!r}")
+            raise InputError(f"{plan.file}: parameters: no case has a unit with the parameter {name!r}")
     marks = [fingerprint(s) for s in systems]
-    metrics = [*systems[0].case.metrics, *(LOOP_METRICS if study.spec.margins else ())]
-    store = Store(Path(folder), list(study.parameters), metrics, f"{study.spec.name} of {study.cases[0].scenario}")
-    if study.spec.seed == "run":
-        study.seed = store.seed()
+    metrics = [*systems[0].case.metrics, *(LOOP_METRICS if plan.spec.margins else ())]
+    store = Store(folder, list(plan.parameters), metrics, f"{plan.spec.name} of {plan.cases[0].scenario}")
+    if plan.spec.seed == "run":
+        plan.seed = store.seed()
     begin, order, ran = time.monotonic(), dict[str, int](), 0
-    run = Run(study.spec.engine, seconds=study.spec.timeout, gigabytes=study.spec.memory, confined=confined)
+    run = Run(plan.spec.engine, seconds=plan.spec.timeout, gigabytes=plan.spec.memory, confined=confined)
     pool = DaskPool(on, systems, run) if on is not None else Pool(systems, run, workers)
     first = there = 0
     try:
         with pool:
-            kept = (row for row in store.rows() if is_final(row, study.spec, retry == "failed"))
+            kept = (row for row in store.rows() if is_final(row, plan.spec, retry == "failed"))
             known = {row["id"]: row for row in kept}
-            proposals = sampler(study)
+            proposals = sampler(plan)
             total = proposals.n * len(systems)
             for batch in proposals.batches():
                 reasons = [proposals.outside(k) for k in range(len(batch))]
-                missing = _Missing(_tasks(study, batch, marks, first), known)
+                missing = _Missing(_tasks(plan, batch, marks, first), known)
                 missing.leave_out = {first + k: reason for k, reason in enumerate(reasons) if reason}
                 for row in pool.run(missing, len(batch) * len(marks)):
-                    store.append(with_limits(row, study.spec))
+                    store.append(with_limits(row, plan.spec))
                     known[row["id"]] = row
                     ran += 1
                     progress(there + missing.there + ran, total, ran / max(time.monotonic() - begin, 1e-9))
                 for t in missing.left_out:
                     reason = f"breaks a limit of the loop: {missing.leave_out[t.variation]}"
-                    row = row_of(t, study.cases[t.case].name, OUTSIDE, reason)
+                    row = row_of(t, plan.cases[t.case].name, OUTSIDE, reason)
                     store.append(row)
                     known[row["id"]] = row
                 first += len(batch)
@@ -203,11 +220,11 @@ def run_study(
             pool.stop()
             rows = [known[i] | {"index": n} for i, n in sorted(order.items(), key=lambda item: item[1])]
             table = store.finish(rows)
-            summary = summarise(study, systems, rows)
-            report = write_report(study, systems, rows, summary, Path(folder))
+            summary = summarise(plan, systems, rows)
+            report = write_report(plan, systems, rows, summary, folder)
     finally:
         store.close()
-    return Outcome(rows, table, report, ran, time.monotonic() - begin, summary, study.seed)
+    return Outcome(rows, table, report, ran, time.monotonic() - begin, summary, plan.seed)
 
 
 def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first: int) -> Iterator[Task]:

@@ -13,7 +13,7 @@ from pydantic import Field
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check, load_toml
 from hystfmu.graph.tables import STRICT, Name
-from hystfmu.scenario import Scenario
+from hystfmu.scenario import Cases
 from hystfmu.scenario.system.case import Case, split_end
 from hystfmu.scenario.system.extends import MOST_BYTES, MOST_FILES
 from hystfmu.scenario.system.folders import inside
@@ -212,7 +212,7 @@ class Study:
     def __init__(self, path: str | Path) -> None:
         self.file = Path(path)
         self.spec = read_study(self.file)
-        scenario = Scenario(self.file.parent / self.spec.scenario)
+        scenario = Cases(self.file.parent / self.spec.scenario)
         have = {c.name: c for c in scenario.cases}
         names = self.spec.cases if self.spec.cases is not None else list(have)
         self._known("cases", names, have)

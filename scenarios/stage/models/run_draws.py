@@ -13,8 +13,8 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+import hystfmu as hy
 from hystfmu.base.files import write_toml
-from hystfmu.studies import run_study
 
 STAGE = Path(__file__).parents[1]
 RECORD = STAGE / "draws.record.toml"
@@ -23,7 +23,7 @@ RECORD = STAGE / "draws.record.toml"
 def found(name: str, known: int) -> dict[str, object]:
     """Run one study."""
     with tempfile.TemporaryDirectory() as folder:
-        outcome = run_study(STAGE / name / f"draws_{known}.study.toml", Path(folder))
+        outcome = hy.study(STAGE / name / f"draws_{known}.study.toml", Path(folder))
     summary = outcome.summary
     lines = [r["metrics"].get("lines", np.inf) for r in outcome.rows]
     median, p95, worst = (float(np.quantile(lines, q, method="inverted_cdf")) for q in (0.5, 0.95, 1.0))

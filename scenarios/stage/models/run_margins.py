@@ -12,7 +12,7 @@ from pathlib import Path
 import hystfmu as hy
 import numpy as np
 from hystfmu.base.files import write_toml
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 
 STAGE = Path(__file__).parents[1]
@@ -34,7 +34,7 @@ def margins(name: str) -> dict[str, float]:
 
 def settling(name: str) -> float:
     """Return the longest time (s) until a step of the staircase stays within its band; infinite: not before the next."""
-    (case,) = [c for c in Scenario(STAGE / name).cases if c.name == "staircase"]
+    (case,) = [c for c in Cases(STAGE / name).cases if c.name == "staircase"]
     run = Native(build(case), ["plant.y", "reference.r"]).run()
     t, e, r = run.t, np.abs(run["plant.y"] - run["reference.r"]), run["reference.r"]
     starts = np.append(np.flatnonzero(np.diff(r)) + 1, len(t))

@@ -17,8 +17,9 @@ from compiled import CORE, FMI, HEADERS, STRICT
 from fmu_master import BLOCKS, H, loop, mixed, single, unpack
 
 import hystfmu
+import hystfmu as hy
 from hystfmu.core.library import block_types
-from hystfmu.fmu import check_fmu, export_fmu
+from hystfmu.fmu import export_fmu
 from hystfmu.fmu.check.foreign_library import ForeignFmu
 from hystfmu.fmu.check.life_trials import leaks
 from hystfmu.graph import Graph, Node
@@ -206,7 +207,7 @@ HANGS = "did not finish within 2 s while making 100 steps"
 )
 def test_check_survives_foreign_binaries(tmp_path: Path, body: str, expected: str) -> None:
     fmu = _with_binary(tmp_path, f"{STEP} {{ {body} }}\n")
-    problems = check_fmu(fmu, seconds=2)
+    problems = hy.validate(fmu, seconds=2)
     assert any(expected in p for p in problems), problems
 
 
@@ -243,7 +244,7 @@ DERIVATIVE = (
     ids=["memory not committed", "memory of rejected steps", "derivative after steps"],
 )
 def test_check_finds_defects_of_model_exchange(tmp_path: Path, function: str, patch: str, expected: str) -> None:
-    problems = check_fmu(_with_binary(tmp_path, patch + "\n", function))
+    problems = hy.validate(_with_binary(tmp_path, patch + "\n", function))
     assert any(expected in p for p in problems), problems
 
 

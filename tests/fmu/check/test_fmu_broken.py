@@ -19,8 +19,8 @@ from pathlib import Path
 import fmpy
 import pytest
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
-from hystfmu.fmu import check_fmu
 
 SOURCE = Path(__file__).with_name("broken.c")
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -258,7 +258,7 @@ def _pack(entries: Entries) -> bytes:
 def _problems(tmp_path: Path, content: bytes, seconds: float = 30) -> list[str]:
     path = tmp_path / "x.fmu"
     path.write_bytes(content)
-    problems = check_fmu(path, seconds)
+    problems = hy.validate(path, seconds)
     assert all("\n" not in p for p in problems)
     assert [p.name for p in tmp_path.iterdir()] == ["x.fmu"]
     assert not (tmp_path.parent / "evil.txt").exists()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import pytest
 from reference_fmus import reference_fmu
 
-from hystfmu.fmu import check_fmu
+import hystfmu as hy
 
 MODELS = {
     "fmi1cs": "BouncingBall Dahlquist Feedthrough Resource Stair VanDerPol",
@@ -39,7 +39,7 @@ DEFECTS = {
 
 @pytest.mark.parametrize("name", NAMES)
 def test_reference_fmu_passes(name: str) -> None:
-    problems = check_fmu(reference_fmu(name))
+    problems = hy.validate(reference_fmu(name))
     expected = DEFECTS.get(name, [])
     assert len(problems) == len(expected), problems
     assert all(p.startswith(e) for p, e in zip(problems, expected, strict=True)), problems

@@ -1,4 +1,4 @@
-"""`check_fmu` finds false dependencies and wrong derivatives, but accepts kinks, discontinuities and rounding."""
+"""`validate` finds false dependencies and wrong derivatives, but accepts kinks, discontinuities and rounding."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ import pytest
 from fmpy import read_model_description
 from fmu_master import BLOCKS, loop, mixed, single, unpack
 
-from hystfmu.fmu import check_fmu, export_fmu
+import hystfmu as hy
+from hystfmu.fmu import export_fmu
 from hystfmu.fmu.check.exchange_trials import exchange_dependencies
 from hystfmu.fmu.check.foreign_library import ForeignFmu, tangent_differs
 from hystfmu.graph import Graph
@@ -81,4 +82,4 @@ def test_a_differentiator_behind_a_filter_passes(tmp_path: Path, fmi: int) -> No
 @pytest.mark.parametrize("name", ["loop", "mixed", *BLOCKS])
 def test_every_block_passes_the_check(tmp_path: Path, fmi: int, name: str) -> None:
     graph = {"loop": loop, "mixed": mixed}.get(name, lambda: single(name))()
-    assert check_fmu(export_fmu(graph, tmp_path / "x.fmu", fmi, "m"), 120) == []  # type: ignore[arg-type]
+    assert hy.validate(export_fmu(graph, tmp_path / "x.fmu", fmi, "m"), 120) == []  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""`export_fmu` writes small, reproducible files; `check_fmu` finds defects of untrusted files."""
+"""`export_fmu` writes small, reproducible files; `validate` finds defects of untrusted files."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from pathlib import Path
 import pytest
 from fmu_master import loop, single
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
-from hystfmu.fmu import check_fmu, export_fmu
+from hystfmu.fmu import export_fmu
 from hystfmu.fmu.archive.unpack import archive_problems
 from hystfmu.model import Model
 
@@ -72,7 +73,7 @@ def test_export_of_a_model(tmp_path: Path, fmi: int) -> None:
     assert root.find("CoSimulation").get("modelIdentifier") == "zhao_tan_1"  # type: ignore[union-attr]
     assert root.get("description") == "one line for a reader"
     assert root.find("DefaultExperiment").get("stepSize") == "0.0001"  # type: ignore[union-attr]
-    assert check_fmu(path) == []
+    assert hy.validate(path) == []
 
 
 @pytest.mark.parametrize("name", ["", " ", "a\nb", "\x1b[31m", "a\u202eb"])
@@ -128,7 +129,7 @@ def test_arrays_are_native_in_fmi3(tmp_path: Path) -> None:
 def test_good_ones_have_no_problems(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
     path = tmp_path / "Größe 1.fmu"
     path.write_bytes(good[fmi])
-    assert check_fmu(path) == []
+    assert hy.validate(path) == []
 
 
 @pytest.mark.parametrize("keep", [0, 10, 1000, -1, -30])
@@ -136,20 +137,20 @@ def test_cut_off(tmp_path: Path, good: dict[int, bytes], keep: int) -> None:
     path = tmp_path / "x.fmu"
     path.write_bytes(good[2][:keep])
     with pytest.raises(InputError, match=r"x\.fmu: not a ZIP archive, or truncated") as e:
-        check_fmu(path)
+        hy.validate(path)
     assert "\n" not in str(e.value)
 
 
 def test_not_there(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="No such file"):
-        check_fmu(tmp_path / "x.fmu")
+        hy.validate(tmp_path / "x.fmu")
 
 
 def _problems(tmp_path: Path, content: bytes) -> list[str]:
     path = tmp_path / "x.fmu"
     path.write_bytes(content)
     outside = sorted(p.name for p in tmp_path.parent.iterdir())
-    problems = check_fmu(path, seconds=20)
+    problems = hy.validate(path, seconds=20)
     assert sorted(p.name for p in tmp_path.parent.iterdir()) == outside, "written outside of the folder"
     assert all("\n" not in p for p in problems)
     return problems

@@ -19,7 +19,7 @@ from users import User
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 
 RUN = ["--step", "1e-3", "--stop", "0.01", "-o", "out.csv"]
 DAY = 86400.0
@@ -46,7 +46,7 @@ def unpacks(fmu: Path) -> Path:
     folder.mkdir(exist_ok=True)
     (folder / "scenario.toml").write_text(tomli_w.dumps(LOOP))
     shutil.copy(fmu, folder / "x.fmu")
-    graph: Any = build(Scenario(folder).cases[0]).parts[0].graph
+    graph: Any = build(Cases(folder).cases[0]).parts[0].graph
     return Path(graph.folder)
 
 

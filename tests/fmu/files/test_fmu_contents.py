@@ -17,7 +17,8 @@ from fmpy.util import read_csv
 from fmu_master import BLOCKS, loop, single
 from lxml import etree
 
-from hystfmu.fmu import check_fmu, export_fmu
+import hystfmu as hy
+from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
@@ -184,7 +185,7 @@ def test_documentation_reports_the_fit(tmp_path: Path, model: Model, fmi: int) -
     text = "".join(_Page(_entries(path)["documentation/index.html"].decode()).words)
     for part in ("a & b", "bench <1>.csv", "RMS error, % of the span of y", "0.25", "-2 3", "500"):
         assert part in text
-    assert check_fmu(path) == []
+    assert hy.validate(path) == []
 
 
 def test_names_of_files_follow_the_standard(tmp_path: Path) -> None:

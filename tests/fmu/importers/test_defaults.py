@@ -33,7 +33,7 @@ from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
 from hystfmu.graph.sample_time import sample_time
 from hystfmu.inverse import inverse
-from hystfmu.scenario import Scenario
+from hystfmu.scenario import Cases
 from hystfmu.scenario.engine.simulation import simulate
 from hystfmu.scenario.ssp.write import write_loop, write_ssp
 from hystfmu.scenario.system.build import build
@@ -215,7 +215,7 @@ def marked(name: str, few: tuple[str, ...]) -> Any:
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_loop_in_fmpy(name: str, tmp_path: Path) -> None:
-    case, fmi = Scenario(SCENARIOS / name).cases[0], (2, 3)[SHIPPED.index(name) % 2]
+    case, fmi = Cases(SCENARIOS / name).cases[0], (2, 3)[SHIPPED.index(name) % 2]
     fmu = loop_of(case, tmp_path / "loop.fmu", fmi)  # type: ignore[arg-type]
     kept(case, fmu, *by_fmpy(fmu, [n.replace(".", "_") for n in names_of(case)]))
 
@@ -223,7 +223,7 @@ def test_a_shipped_loop_in_fmpy(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", [marked(n, FEW[::2]) for n in SHIPPED])
 def test_the_reference_inside_is_the_beginning_of_the_scenario(name: str, tmp_path: Path) -> None:
     """Also of the units of an SSP archive: their own default experiment has the step and the end of the scenario."""
-    case = Scenario(SCENARIOS / name).cases[0]
+    case = Cases(SCENARIOS / name).cases[0]
     fmu = loop_of(case, tmp_path / "loop.fmu", 2)
     with zipfile.ZipFile(fmu) as archive:
         if f"{FOLDER}/input.csv" in archive.namelist():
@@ -241,7 +241,7 @@ def test_the_reference_inside_is_the_beginning_of_the_scenario(name: str, tmp_pa
 @pytest.mark.parametrize("name", SHIPPED)
 def test_all_cases_of_a_shipped_loop(name: str, fmi: Fmi, tmp_path: Path) -> None:
     """Every other case in FMI 2.0, the others in FMI 3.0: the version has no part in what a case changes."""
-    cases = Scenario(SCENARIOS / name).cases
+    cases = Cases(SCENARIOS / name).cases
     refused = []
     for case in cases[fmi - 2 :: 2] or cases:
         try:
@@ -257,7 +257,7 @@ def test_all_cases_of_a_shipped_loop(name: str, fmi: Fmi, tmp_path: Path) -> Non
 @pytest.mark.parametrize("name", [marked(n, FEW) for n in SHIPPED])
 def test_a_shipped_loop_to_the_letter(name: str, letter: Callable[[Path], Letter], tmp_path: Path) -> None:
     """In its own steps and in steps of three: all variables have the same bits."""
-    case = Scenario(SCENARIOS / name).cases[0]
+    case = Cases(SCENARIOS / name).cases[0]
     fmu = loop_of(case, tmp_path / "loop.fmu", 3)
     master, n = letter(fmu), round(case.stop / case.step)
     got, coarse = (master.run(np.zeros((n // m + 1, 0)), m * case.step) for m in (1, 3))
@@ -273,7 +273,7 @@ def test_a_shipped_loop_to_the_letter(name: str, letter: Callable[[Path], Letter
 def test_a_shipped_loop_in_other_importers(name: str, master: str, tmp_path: Path) -> None:
     if master in ("libcosim", "ecos") and absent(master):
         pytest.skip(f"{master} is not installed")
-    case = Scenario(SCENARIOS / name).cases[0]
+    case = Cases(SCENARIOS / name).cases[0]
     fmu = loop_of(case, tmp_path / "loop.fmu", 2)
     kept(case, fmu, *MASTERS[master](fmu, [n.replace(".", "_") for n in names_of(case)]))
 

@@ -18,9 +18,10 @@ from fmu_master import Array
 from runners import clock, exchange_by_fmpy, run_by_fmpy, run_by_libcosim, run_by_unit, run_in_container
 from test_keys import LEARNED, REFUSED, H, fitted_model, ramps
 
+import hystfmu as hy
 from hystfmu import Model
 from hystfmu.data import signals
-from hystfmu.fmu import check_fmu, export_fmu
+from hystfmu.fmu import export_fmu
 from hystfmu.identify import METHODS
 from hystfmu.inverse import METHODS as WAYS
 from hystfmu.inverse import inverse
@@ -66,7 +67,7 @@ def valid(fmu: Path, fmi: int) -> None:
     with zipfile.ZipFile(fmu) as archive:
         for name, schema in FILES[fmi].items():
             etree.XMLSchema(file=str(SCHEMAS / schema)).assertValid(etree.fromstring(archive.read(name)))
-    assert check_fmu(fmu, 120) == []
+    assert hy.validate(fmu, 120) == []
 
 
 def co_simulation(model: Model, fmu: Path, fmi: int, folder: Path) -> None:

@@ -13,7 +13,7 @@ from ssp_readers import READERS, absent, error
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario import Scenario
+from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_ssp
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
@@ -29,7 +29,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in FEW else pytest.mark.stress, id=n) for n in SHIPPED])
 def test_a_shipped_scenario(name: str, tmp_path: Path) -> None:
-    case = Scenario(SCENARIOS / name).cases[0]
+    case = Cases(SCENARIOS / name).cases[0]
     if name in REFUSED:
         with pytest.raises(InputError, match=REFUSED[name]):
             write_ssp(case, tmp_path / "loop.ssp")
@@ -95,7 +95,7 @@ def test_a_loop_with_a_reference_fmu(name: str, separate: bool, tmp_path: Path) 
     readers, connections = FMUS[name]
     found, original = installed(readers), reference_fmu(f"fmi2/{name}")
     (tmp_path / original.name).write_bytes(original.read_bytes())
-    case = Scenario(loop_with(original, connections, tmp_path)).cases[0]
+    case = Cases(loop_with(original, connections, tmp_path)).cases[0]
     written = write_ssp(case, tmp_path / "loop.ssp", separate=separate)
     assert written.components == (4 if separate else 3)
     assert 0.1 < max(written.differences.values()) < 50  # steps of delay in the loop
@@ -107,7 +107,7 @@ def test_a_loop_with_a_foreign_fmu(tmp_path: Path) -> None:
     plays = Node("plays", "backlash_sum", {}, {"w0": 0.3, "r": [0.1, 0.2, 0.3], "w": [0.3, 0.2, 0.1]})
     fmu = export_fmu(Graph.single(plays), tmp_path / "plays.fmu")
     connections = {"pid.y_d": "reference.r", "fmu.u": "pid.u", "lag.u": "fmu.y"}
-    case = Scenario(loop_with(fmu, connections, tmp_path)).cases[0]
+    case = Cases(loop_with(fmu, connections, tmp_path)).cases[0]
     written = write_ssp(case, tmp_path / "loop.ssp")
     assert written.components == 3
     for reader in installed(READERS):

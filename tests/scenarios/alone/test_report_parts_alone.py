@@ -14,7 +14,7 @@ import pytest
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.outcome.baseline import CHANGED, Change
-from hystfmu.scenario.outcome.result import LoopFigures, Result, Verdict
+from hystfmu.scenario.outcome.result import CaseResult, LoopFigures, Verdict
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report import cases, compare, machine, page
 from hystfmu.scenario.report.compare import compare_reports
@@ -33,13 +33,13 @@ def verdict(value: float, name: str = "rms", limit: float | None = 1.0, **more: 
 
 def result(
     *verdicts: Verdict, scenario: str = "s", case: str = "c", lines: tuple[str, ...] = (), **more: Any
-) -> Result:
+) -> CaseResult:
     told = SimpleNamespace(
         scenario=scenario, name=case, title=f"{scenario}/{case}", text=more.pop("text", ""), metrics=SPECS,
         record=("a.y",),
     )  # fmt: skip
     seconds, trace = more.pop("seconds", 0.25), more.pop("trace", None)
-    return Result(SimpleNamespace(case=told, newton=False), verdicts, lines, trace, seconds, **more)  # type: ignore
+    return CaseResult(SimpleNamespace(case=told, newton=False), verdicts, lines, trace, seconds, **more)  # type: ignore
 
 
 def run(y: Any, r: Any = None) -> Trace:

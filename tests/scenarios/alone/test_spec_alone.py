@@ -12,9 +12,9 @@ import pydantic
 import pytest
 from engines import ready
 
+import hystfmu as hy
 import hystfmu.scenario
 from hystfmu.base.errors import InputError
-from hystfmu.scenario import Run, run_scenarios
 from hystfmu.scenario.system import case as cases
 from hystfmu.scenario.system.spec import (
     CaseSpec,
@@ -137,13 +137,14 @@ def test_the_length_of_a_run(loop: Any, write: Any, monkeypatch: pytest.MonkeyPa
 
 
 def test_what_a_record_does_not_take() -> None:
-    for run, more, said in [
-        (Run(), {"overrides": {"a.x": 1}}, "it takes neither --set nor --coupling"),
-        (Run(coupling="jacobi"), {}, "it takes neither --set nor --coupling"),
-        (Run(), {"case": "c"}, "it takes no --case"),
-    ]:
+    refused: list[tuple[dict[str, Any], str]] = [
+        ({"set": {"a.x": 1}}, "it takes neither --set nor --coupling"),
+        ({"coupling": "jacobi"}, "it takes neither --set nor --coupling"),
+        ({"case": "c"}, "it takes no --case"),
+    ]
+    for more, said in refused:
         with pytest.raises(InputError, match=said):
-            run_scenarios([], run, record=True, **more)  # type: ignore[arg-type]
+            hy.run([], record=True, **more)
 
 
 def test_values_of_the_package_cannot_be_changed() -> None:

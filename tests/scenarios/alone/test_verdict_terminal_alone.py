@@ -13,7 +13,7 @@ import pytest
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.outcome.baseline import CHANGED, Change
 from hystfmu.scenario.outcome.metrics import Measure
-from hystfmu.scenario.outcome.result import LoopFigures, Result, Verdict, judge
+from hystfmu.scenario.outcome.result import CaseResult, LoopFigures, Verdict, judge
 from hystfmu.scenario.report import terminal
 from hystfmu.scenario.system.spec import MetricSpec
 
@@ -99,9 +99,9 @@ def shown(
 
 def result(
     *verdicts: Verdict, scenario: str = "s", case: str = "c", lines: tuple[str, ...] = (), **more: Any
-) -> Result:
+) -> CaseResult:
     system: Any = SimpleNamespace(case=SimpleNamespace(scenario=scenario, name=case, title=f"{scenario}/{case}"))
-    return Result(system, verdicts, lines, None, more.pop("seconds", 0.25), **more)
+    return CaseResult(system, verdicts, lines, None, more.pop("seconds", 0.25), **more)
 
 
 def test_the_decisive_metric_is_nearest_to_its_limit() -> None:

@@ -13,6 +13,7 @@ import pytest
 from bad_fmu import DESCRIPTION, SLEEPS, SPINS, bad_fmu
 from engines import ready
 
+import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Node
@@ -110,8 +111,6 @@ def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(
     distributed = pytest.importorskip("distributed")
     import tomli_w
 
-    from hystfmu.studies import run_study
-
     folder = write(loop)
     loop["units"]["bad"] = {"fmu": "bad.fmu"}
     loop["order"].append("bad")
@@ -137,7 +136,7 @@ def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(
             place = {"on": cluster.scheduler_address.replace("tcp://", "dask://")}
         for name, defect in (("good", "y = u"), ("killed", "abort()"), ("timeout", hangs)):
             bad_fmu(folder / "bad.fmu", defect, 1.65)
-            rows[name] = run_study(folder / "s.study.toml", tmp_path / name, **place).rows
+            rows[name] = hy.study(folder / "s.study.toml", tmp_path / name, **place).rows
     assert {r["status"] for r in rows["good"]} == {"ok"}
     for name in ("killed", "timeout"):
         for row, good in zip(rows[name], rows["good"], strict=True):

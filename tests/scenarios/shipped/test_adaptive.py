@@ -12,6 +12,7 @@ import hystfmu as hy
 from hystfmu.data import Dataset
 from hystfmu.data.signals import training
 from hystfmu.identify import fit
+from hystfmu.inverse import inverse
 
 ROOT = Path(__file__).parents[3] / "scenarios"
 FACTOR = 1.2  # error after a change, of that with a model identified anew
@@ -36,7 +37,7 @@ def identified_anew(gain: float, weights: float, seed: int) -> dict[str, Any]:
         y[k] = gain * (0.3 * now + weights * 0.1 * z.sum())
     y += 0.01 * np.abs(y).max() * np.random.default_rng(seed).normal(size=len(y))
     model = fit(Dataset.from_signal(u, y, 0.01, "changed"), "prandtl_ishlinskii", N=20)
-    block = hy.Model.of(model).inverse("adaptive")
+    block = inverse(model, "adaptive")
     made = block.graph.node("adaptive")
     offset = block.graph.node("ports").value("offset").tolist()
     values = {f"inverse__adaptive_{k}": made.value(k).tolist() for k in ("r", "w")}

@@ -10,7 +10,7 @@ import pytest
 import tuned
 
 from hystfmu.design import repetitive_filters
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
@@ -22,7 +22,7 @@ LEARNT_AT = (0.8, 1.38)  # slopes for which the filters are designed
 
 
 def opened(name: str, case: str) -> OpenedLoop:
-    cases = {c.name: c for c in Scenario(ROOT / name).cases}
+    cases = {c.name: c for c in Cases(ROOT / name).cases}
     return open_loop(build(cases[case]), SLOPES)
 
 
@@ -40,7 +40,7 @@ def test_filters_of_the_scenario_are_those_of_the_design() -> None:
     loops += [c.open_loop(slope, 0.0) for c in corners for slope in LEARNT_AT]
     found = repetitive_filters(loops, cutoff=asked["design.cutoff"], gain=asked["design.gain"], n_q=9, n_l=40)
     assert max(found.contraction) < 0.85
-    values = Scenario(ROOT / "repetitive").spec.units["repetitive"].values
+    values = Cases(ROOT / "repetitive").spec.units["repetitive"].values
     assert values["q"] == pytest.approx(found.q, rel=1e-4, abs=1e-7)
     assert values["l"] == pytest.approx(found.l, rel=1e-3, abs=1e-6)
 
@@ -78,7 +78,7 @@ def test_what_the_amplifier_cannot_reach_does_not_fill_the_memory() -> None:
     """In two seconds of clipped sines the corrections stay; without the gate they grow from period to period."""
     largest = []
     for gate in ("*1", "*10"):
-        scenario = Scenario(ROOT / "repetitive").changed({"within.lo": gate, "within.hi": gate}, None)
+        scenario = Cases(ROOT / "repetitive").changed({"within.lo": gate, "within.hi": gate}, None)
         case = next(c for c in scenario.cases if c.name == "saturation_10")
         trace = Native(build(replace(case, stop=2.0)), ["repetitive.r", "reference.r"]).run()
         w = np.abs(trace["repetitive.r"] - trace["reference.r"])[1:].reshape(20, -1).max(axis=1)
@@ -89,7 +89,7 @@ def test_what_the_amplifier_cannot_reach_does_not_fill_the_memory() -> None:
 
 @pytest.mark.stress
 def test_six_hundred_periods_in_the_worst_corner_do_not_grow() -> None:
-    cases = {c.name: c for c in Scenario(ROOT / "repetitive").cases}
+    cases = {c.name: c for c in Cases(ROOT / "repetitive").cases}
     trace = Native(build(replace(cases["up_400_two_steps_10"], stop=60.0)), ["plant.y", "reference.r"]).run()
     error = 50 * (trace["plant.y"] - trace["reference.r"])
     rms = np.sqrt(np.mean(error[1:].reshape(600, -1) ** 2, axis=1))

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from hystfmu.model import Model
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.system.system import System
 
@@ -47,7 +47,7 @@ TOLERANCE = 1e-5  # of the span
 FROM_THE_RUN = ("noise", "random_reversals")  # random numbers are not drawn again
 
 
-def preferred(scenario: Scenario) -> str:
+def preferred(scenario: Cases) -> str:
     """The case of a scenario with the fewest steps and a coupling in the stated order."""
     ordered = [c for c in scenario.cases if c.coupling.scheme == "gauss_seidel"]
     return min(ordered, key=lambda c: round(c.stop / c.step * c.ripple)).name
@@ -57,7 +57,7 @@ CASES = [(name, None) for name in SCENARIOS] + [(name, case) for name, cases in 
 
 
 def case_of(name: str, case: str | None) -> System:
-    scenario = Scenario(SCENARIOS[name])
+    scenario = Cases(SCENARIOS[name])
     case = case or INSTEAD.get(name) or preferred(scenario)
     return build(next(c for c in scenario.cases if c.name == case))
 
@@ -129,7 +129,7 @@ def test_what_is_not_covered_exists() -> None:
 def test_a_loop_with_another_gain_does_not_agree() -> None:
     """One gain that is one percent off is seen."""
     theirs = run(case_of("pid_1khz", "sine_100"))
-    other = Scenario(SCENARIOS["pid_1khz"]).changed({"pid.Ki": "*1.01"}, None)
+    other = Cases(SCENARIOS["pid_1khz"]).changed({"pid.Ki": "*1.01"}, None)
     found = again(build(next(c for c in other.cases if c.name == "sine_100")), theirs)["plant.y"]
     assert np.abs(found - theirs["plant.y"]).max() > 10 * TOLERANCE * np.ptp(found)
 

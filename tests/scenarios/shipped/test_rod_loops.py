@@ -14,7 +14,7 @@ from click.testing import CliRunner
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.identify.estimate.dynamics import hysteresis
-from hystfmu.scenario import Run, Scenario, build, run_scenarios
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.outcome.baseline import Baseline
 
@@ -81,7 +81,7 @@ def test_the_loops_take_what_is_identified() -> None:
     static = hysteresis(model("identified")).inverse("implicit")
     assert model("inverse").graph.to_bytes() == static.graph.to_bytes()
     for name in LOOPS[1:]:
-        units, found = Scenario(ROD / name).cases[0].units, model("identified").fit
+        units, found = Cases(ROD / name).cases[0].units, model("identified").fit
         assert units["feedforward"].values["f_n"] == pytest.approx(found["f_n"], rel=1e-3)
         assert units["feedforward"].values["zeta"] == pytest.approx(found["zeta"], rel=1e-3)
         assert units["reference"].values["lead"] == pytest.approx(1.5e-4 + found["delay"], rel=1e-3)
@@ -110,7 +110,7 @@ def test_the_page_says_by_how_much_the_corners_are_missed() -> None:
 
 @pytest.mark.parametrize("corner", ["up_400", "down_400"])
 def test_the_gains_without_the_lag_of_the_field_are_unstable(corner: str) -> None:
-    given, own = (Scenario(ROOT / "scenarios" / name) for name in ("pid", "magnetostrictive/pid"))
+    given, own = (Cases(ROOT / "scenarios" / name) for name in ("pid", "magnetostrictive/pid"))
     gains = {f"pid.{name}": value for name, value in given.cases[0].units["pid"].values.items()}
     for scenario, stable in ((own, True), (own.changed(gains, None), False)):
         loop = open_loop(build(next(c for c in scenario.cases if c.name == f"{corner}_two_steps_10")))
@@ -128,7 +128,7 @@ def test_they_run_as_fmus_with_the_bits_of_the_core(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["pid", *(pytest.param(name, marks=pytest.mark.stress) for name in LOOPS[:2])])
 def test_every_case_meets_limit_and_baseline(name: str) -> None:
-    results = run_scenarios([ROD / name], Run("native"))
+    results = hy.run([ROD / name], engine="native")
     assert [line for r in results for line in r.failures()] == []
     assert all(v.limit is not None for r in results for v in r.verdicts)
 

@@ -11,12 +11,13 @@ import pytest
 import tuned
 from click.testing import CliRunner
 
+import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.data import Dataset
 from hystfmu.data.signals import decaying_sine
 from hystfmu.identify import fit
 from hystfmu.model import Model
-from hystfmu.scenario import Run, Scenario, build, run_scenarios
+from hystfmu.scenario import Cases, build
 from hystfmu.scenario.outcome.baseline import Baseline
 from papers.ipmc_sensor import RATE, STROKE, sensor
 
@@ -45,7 +46,7 @@ def recorded(name: str) -> dict[str, dict[str, float]]:
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda p: p.name)
 def test_complete_with_limits(folder: Path) -> None:
     """A limit is what is asked for: a round figure, met, which the baseline does not set."""
-    scenario = Scenario(folder)
+    scenario = Cases(folder)
     assert scenario.spec.name == folder.name
     baseline = recorded(folder.name)
     assert list(baseline) == [c.name for c in scenario.cases]
@@ -61,7 +62,7 @@ def test_complete_with_limits(folder: Path) -> None:
 @pytest.mark.parametrize("file", sorted(ROOT.rglob("scenario.toml")), ids=lambda f: f.parent.name)
 def test_every_limit_guards(file: Path) -> None:
     """No metric of any case may exceed three times what is recorded, whatever its limit."""
-    scenario, baseline = Scenario(file), Baseline.load(file.parent)
+    scenario, baseline = Cases(file), Baseline.load(file.parent)
     assert baseline is not None
     assert {c.guard for c in scenario.cases} <= {3.0}
     assert {c.name: c.metrics.keys() for c in scenario.cases} == {n: m.keys() for n, m in baseline.metrics.items()}
@@ -69,7 +70,7 @@ def test_every_limit_guards(file: Path) -> None:
 
 def test_every_loop_at_10_khz_has_the_known_step_and_all_corners() -> None:
     for name in sorted({*TUNED_10_KHZ} - {PERIODIC}):
-        scenario = Scenario(ROOT / name)
+        scenario = Cases(ROOT / name)
         assert scenario.spec.units["delay"].block == "delay"
         assert scenario.spec.connections["plant.u"] == "delay.y"
         assert scenario.spec.units["reference"].values["lead"] == pytest.approx(1.5 * scenario.spec.step)
@@ -80,7 +81,7 @@ def test_every_loop_at_10_khz_has_the_known_step_and_all_corners() -> None:
 def test_every_controller_runs_in_every_condition_on_the_bouc_wen_plant() -> None:
     """At 10 kHz; the inverse is of its own class in all of them but two that show what another class costs."""
     loops = [*TUNED_10_KHZ, "open_loop", "cascade", "iterative_learning"]
-    cases = [c for name in loops for c in Scenario(ROOT / name).cases]
+    cases = [c for name in loops for c in Cases(ROOT / name).cases]
     plants = [c for c in cases if (c.units["plant"].model or "").endswith("bouc_wen_plant.model.toml")]
     assert sum(c.name.startswith("bouc_wen") for c in plants) >= 250
     other = [c.title for c in plants if "inverse" in c.units and c.units["inverse"].inverse_of is not None]
@@ -97,7 +98,7 @@ def test_the_corners_are_those_that_are_asked_for() -> None:
     """Gain -+20 % with 400 and 600 Hz; up also weights +20 % and thresholds +10 %.  Against the nominal plant."""
     again = {"hysteresis_beta": "*0.909", "hysteresis_gamma": "*0.909"}  # a loop 10 % wider
     nominal = Model.load(ROOT / "models" / "backlash_plant.model.toml").graph.node("g0")
-    cases = {c.name: c for c in Scenario(ROOT / "pid").cases}
+    cases = {c.name: c for c in Cases(ROOT / "pid").cases}
     for corner in CORNERS:
         set_ = cases[f"{corner}_two_steps_10"].units["plant"].set
         gain, f_n = (1.2 if "up" in corner else 0.8), float(corner[-3:])
@@ -169,7 +170,7 @@ def test_the_exact_inverse_leaves_rounding_only() -> None:
     ],
 )
 def test_they_pass_on_real_fmus(tmp_path: Path, names: tuple[str, ...], case: str | None) -> None:
-    results = run_scenarios([ROOT / name for name in names], report_dir=tmp_path, case=case)
+    results = hy.run([ROOT / name for name in names], report=tmp_path, case=case)
     assert {r.scenario for r in results} == set(names)
     assert [line for r in results for line in r.failures()] == []
     assert (tmp_path / "report.html").exists()
@@ -178,14 +179,14 @@ def test_they_pass_on_real_fmus(tmp_path: Path, names: tuple[str, ...], case: st
 @pytest.mark.parametrize("case", ["up_400_two_steps_100", pytest.param(None, marks=pytest.mark.stress)])
 def test_the_loops_at_10_khz_pass_in_the_core(case: str | None) -> None:
     """Against limits and baselines, without FMUs, which give the same bits."""
-    results = run_scenarios([ROOT / name for name in TUNED_10_KHZ], Run("native"), case=case)
+    results = hy.run([ROOT / name for name in TUNED_10_KHZ], engine="native", case=case)
     assert {r.scenario for r in results} == set(TUNED_10_KHZ)
     assert [line for r in results for line in r.failures()] == []
 
 
 @pytest.mark.parametrize("folder", PAPERS, ids=lambda p: p.name)
 def test_papers_are_complete(folder: Path) -> None:
-    scenario = Scenario(folder)
+    scenario = Cases(folder)
     assert scenario.spec.name == folder.name
     assert list(recorded(f"papers/{folder.name}")) == [c.name for c in scenario.cases]
     assert all(m.limit is not None for c in scenario.cases for m in c.metrics.values())
@@ -203,7 +204,7 @@ def test_papers_are_complete(folder: Path) -> None:
     ],
 )
 def test_the_limits_are_the_figures_of_the_papers(name: str, metric: str, printed: float) -> None:
-    for case in Scenario(ROOT / "papers" / name).cases:
+    for case in Cases(ROOT / "papers" / name).cases:
         met = recorded(f"papers/{name}")[case.name][metric] <= printed
         assert met == ("the paper's figure is missed" not in case.text)
         assert not met or case.metrics[metric].limit == pytest.approx(printed, rel=1e-3)
@@ -211,7 +212,7 @@ def test_the_limits_are_the_figures_of_the_papers(name: str, metric: str, printe
 
 def test_a_network_is_not_asked_for_the_record_that_it_is_trained_on() -> None:
     """Zhao & Tan: trained on the first half of 3 % a cycle; the model is tested on the rest, the inverse elsewhere."""
-    model, inverse = (Scenario(ROOT / "papers" / name) for name in ("zhao_tan_2008_model", "zhao_tan_2008"))
+    model, inverse = (Cases(ROOT / "papers" / name) for name in ("zhao_tan_2008_model", "zhao_tan_2008"))
     trained = [
         int(Model.load(ROOT / "models" / f"zhao_tan_{name}.model.toml").provenance["train"].partition(":")[2])
         for name in ("network", "inverse_network")
@@ -226,7 +227,7 @@ def test_the_learning_compensator_follows_a_sensor_that_changes() -> None:
     error = {case: of["tracking"] for case, of in recorded("papers/ipmc_bfbnn_learning").items()}
     assert error["change_20"] <= 1.2 * error["unchanged"]
     assert error["change_20_fixed"] >= 3 * error["change_20"]
-    for case in Scenario(ROOT / "papers" / "ipmc_bfbnn_learning").cases:
+    for case in Cases(ROOT / "papers" / "ipmc_bfbnn_learning").cases:
         frequency = case.units["reference"].values["frequency"]
         assert case.stop <= case.metrics["tracking"].after + 10 / frequency
 
@@ -356,7 +357,7 @@ def test_the_models_of_the_papers_are_what_their_maker_says(monkeypatch: pytest.
     made = _make_models("make_paper_models")
     for name, graph in (("zhao_tan_actuator", made.zhao_tan_actuator()), ("ipmc_sensor", made.ipmc_sensor())):
         assert Model.load(ROOT / "models" / f"{name}.model.toml").graph.to_bytes() == graph.to_bytes()
-    learner = Scenario(ROOT / "papers" / "ipmc_bfbnn_learning").cases[0].units["learner"]
+    learner = Cases(ROOT / "papers" / "ipmc_bfbnn_learning").cases[0].units["learner"]
     assert learner.values["theta0"] == pytest.approx(made.ipmc_first_weights(), rel=1e-2)
     record = made.zhao_tan_record()
     exchanged = Dataset.from_signal(record.y, record.u, record.h, train=record.train)

@@ -14,6 +14,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from hystfmu.base.calls import checked
 from hystfmu.base.child import Child, read_result
 from hystfmu.base.confine import Box
 from hystfmu.base.errors import InputError
@@ -102,10 +103,11 @@ def _fmutool_problems(process: Child | None, seconds: float) -> Findings:
     return Findings(problems, [Check("fmutool", "rules of fmutool", len(problems), time.monotonic() - begin)])
 
 
-def check_fmu(
+@checked
+def validate(
     path: str | Path, seconds: float = 60.0, confined: bool = True, progress: Progress = lambda fraction: None
 ) -> Findings:
-    """Check archive, model description and behaviour of an FMU of any origin.
+    """Check an FMU of any origin: archive, description, behaviour.
 
     The archive is inspected before it is unpacked. Then the static checks of fmpy and, if installed, of fmutool are
     applied. The trials of `hystfmu.fmu.check.trials` run the FMU in Co-Simulation. They check start values,
@@ -123,13 +125,14 @@ def check_fmu(
     Parameters
     ----------
     path : str or Path
-        The FMU.  Its native code is executed in a child process.
+        The FMU. Its native code is executed in a child process.
     seconds : float
         Time limit of each check (s).
     confined : bool
-        Whether the FMU runs without network and may write only into its own folder, if the system supports this.
-    progress : function
-        Called with the approximate fraction of the checks that is done.
+        Whether foreign FMUs run without network and with write access to a private folder only, if the system supports
+        this.
+    progress : function, optional
+        Called with the approximate fraction of the checks that is done, 0..1.
 
     Returns
     -------
@@ -140,7 +143,17 @@ def check_fmu(
     Raises
     ------
     InputError
-        The file cannot be read, or is not a complete ZIP archive.
+        The file cannot be read, or it is not a complete zip archive.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> model = hy.Model("creep", hy.blocks.Creep().graph)
+    >>> found = hy.validate(model.export("creep.fmu"))
+    >>> found
+    []
+    >>> next(c.tried for c in found.checks if c.name == "making 100 steps")
+    '1 instance, 100 values read, 100 values set, 100 steps'
     """
     check_source(path)
     begin = time.monotonic()

@@ -1,6 +1,6 @@
 """A foreign FMU under check: model description, instances, trials, and Co-Simulation with varying inputs.
 
-Only the child process of `check_fmu` uses this module, because the FMU executes foreign native code.
+Only the child process of `validate` uses this module, because the FMU executes foreign native code.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The child process of `check_fmu`: make the checks of an unpacked FMU and write the findings as JSON.
+"""The child process of `validate`: make the checks of an unpacked FMU and write the findings as JSON.
 
 The child notes every check before the check starts. So the parent can name a check that ended the process, and another
 child can start with the next check.

@@ -18,7 +18,7 @@ from hystfmu.scenario.loop.opened import DELAYS, OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.outcome.result import LoopFigures
 from hystfmu.scenario.system.build import build
-from hystfmu.scenario.system.case import Scenario
+from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.system import System
 
 MOST_STEPS = 100_000  # of a case without an inverse, which runs again for its slopes, all rows in memory
@@ -88,7 +88,7 @@ class LoopVerdict:
         return f"{self.scenario}: margins.{self.limit}: must be {side} {self.bound:g} at {self.where}. Got {got}."
 
 
-def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop | InputError]:
+def opened_loops(scenario: Cases) -> dict[str, OpenedLoop | InputError]:
     """Return the loop of each case, or the reason why the case has no loop.
 
     No case runs if the scenario states the slopes.
@@ -104,7 +104,7 @@ def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop | InputError]:
     return found
 
 
-def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError]) -> list[LoopVerdict]:
+def verdicts_of(scenario: Cases, opened: Mapping[str, OpenedLoop | InputError]) -> list[LoopVerdict]:
     """Compare the loops of a scenario with its limits. For each case, the argument has a loop or the reason for none.
 
     A limit for a case without a loop is an InputError.
@@ -146,7 +146,7 @@ def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError
 
 
 def stability_of(
-    scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError], lost: Collection[str]
+    scenario: Cases, opened: Mapping[str, OpenedLoop | InputError], lost: Collection[str]
 ) -> list[LoopVerdict]:
     """Return a verdict for each case whose loop is unstable at its own delay.
 

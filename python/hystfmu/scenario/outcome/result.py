@@ -122,8 +122,8 @@ class LoopFigures:
 
 
 @dataclass(frozen=True)
-class Result:
-    """Result of one case of a scenario.
+class CaseResult:
+    """Verdicts, failures and signals of one case after its run; `hystfmu.scenario.Result` can draw them.
 
     Parameters
     ----------

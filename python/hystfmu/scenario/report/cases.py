@@ -15,7 +15,7 @@ from hystfmu.report.digits import figure_of
 from hystfmu.report.page import figure
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.outcome.baseline import CHANGED
-from hystfmu.scenario.outcome.result import Result, Verdict
+from hystfmu.scenario.outcome.result import CaseResult, Verdict
 from hystfmu.scenario.outcome.trace import Trace, drawn
 from hystfmu.scenario.system.measures import label, unit_of, unit_of_metric
 from hystfmu.scenario.system.spec import MetricSpec
@@ -69,7 +69,7 @@ TURNS = 3  # of the reference, on each side of the largest error
 LOW, TALL = 130, 250  # curves that cannot be told apart, and under them the main plot, their difference
 
 
-def main_verdict(r: Result) -> Verdict | None:
+def main_verdict(r: CaseResult) -> Verdict | None:
     """Return the main metric of a case: the plotted metric, or the first metric; None if the case stopped."""
     if not r.verdicts:
         return None
@@ -77,7 +77,7 @@ def main_verdict(r: Result) -> Verdict | None:
     return next((v for v in r.verdicts if r.system.case.metrics[v.metric] is tracked), r.verdicts[0])
 
 
-def nearness(r: Result) -> tuple[bool, float]:
+def nearness(r: CaseResult) -> tuple[bool, float]:
     """Return whether a case failed, and the ratio of its metric to its limit."""
     v = main_verdict(r)
     if v is None or not math.isfinite(v.value):
@@ -85,7 +85,7 @@ def nearness(r: Result) -> tuple[bool, float]:
     return not r.passed, v.value / v.limit if v.limit else v.value
 
 
-def word_of(r: Result) -> str:
+def word_of(r: CaseResult) -> str:
     """Return the verdict on a case in one or two words."""
     if r.passed or not r.verdicts:
         return "ok" if r.passed else "stopped"
@@ -94,7 +94,7 @@ def word_of(r: Result) -> str:
     return "failed"
 
 
-def worst_and_best(results: Sequence[Result]) -> str:
+def worst_and_best(results: Sequence[CaseResult]) -> str:
     """Return the figures as HTML; empty without a recorded trace."""
     shown = sorted((r for r in results if r.trace is not None), key=nearness)
     if not shown:
@@ -103,12 +103,12 @@ def worst_and_best(results: Sequence[Result]) -> str:
     return f'<div class="plots hero">{"".join(_column(name, r) for name, r in chosen)}</div>'
 
 
-def _column(name: str, r: Result) -> str:
+def _column(name: str, r: CaseResult) -> str:
     plots = _plots(r) or (case_plots(r.system, r.trace)[:1] if r.trace is not None else [])
     return f"<div>{_said(name, r)}{''.join(map(figure, plots))}</div>" if plots else ""
 
 
-def _said(name: str, r: Result) -> str:
+def _said(name: str, r: CaseResult) -> str:
     v, title = main_verdict(r), escape(f"{name} {r.system.case.title}".strip())
     if v is None:
         return f'<p><b>{title}</b> <b class="bad">stopped</b></p>'
@@ -118,7 +118,7 @@ def _said(name: str, r: Result) -> str:
     return f"<p><b>{title}</b><br/>{escape(v.metric)} {escape(figure_of(v.value, v.kind))}{unit}{limit}: {word}</p>"
 
 
-def _plots(r: Result) -> list[Plot]:
+def _plots(r: CaseResult) -> list[Plot]:
     tracked = drawn(r.system.case)
     if r.trace is None or tracked is None or tracked.against is None:
         return []
@@ -161,12 +161,12 @@ CAPTION = (
 )
 
 
-def place(r: Result) -> str:
+def place(r: CaseResult) -> str:
     """Return the id of a case on the page."""
     return escape(f"{r.scenario}/{r.case}")
 
 
-def matrix(results: Sequence[Result]) -> str:
+def matrix(results: Sequence[CaseResult]) -> str:
     """Return a table of cases and scenarios as HTML. Rows and columns with most entries are first.
 
     The longer side is vertical.
@@ -195,18 +195,18 @@ def _name(v: Verdict) -> str:
     return f"{v.metric} ({'RMS' if kind == 'rms' else kind}{unit})"
 
 
-def _cell(r: Result | None) -> str:
+def _cell(r: CaseResult | None) -> str:
     return "<td></td>" if r is None else f"<td>{linked(r)}</td>"
 
 
-def linked(r: Result) -> str:
+def linked(r: CaseResult) -> str:
     """Return curve, metric and verdict of a case as a link to it."""
     v = main_verdict(r)
     number = "" if v is None else f"{escape(figure_of(v.value, v.kind))} "
     return f'<a class="{"ok" if r.passed else "bad"}" href="#{place(r)}">{_curve(r)}{number}{word_of(r)}</a>'
 
 
-def _curve(r: Result) -> str:
+def _curve(r: CaseResult) -> str:
     """Plot the error; nothing if there is no error, or if it is not finite."""
     tracked = drawn(r.system.case)
     if r.trace is None or tracked is None or tracked.against is None:
@@ -222,7 +222,7 @@ def _curve(r: Result) -> str:
     return f'<svg viewBox="0 0 {WIDE} {HIGH}" aria-hidden="true"><path d="{d}"/></svg>'
 
 
-def case_table(results: Sequence[Result], curves: bool, shown: Set[str]) -> str:
+def case_table(results: Sequence[CaseResult], curves: bool, shown: Set[str]) -> str:
     """Return the cases of a scenario with all metrics, limits and margins as HTML.
 
     With `curves`, a cell shows the curve of the error and links to the case. `shown` contains the link targets of the
@@ -238,7 +238,7 @@ def case_table(results: Sequence[Result], curves: bool, shown: Set[str]) -> str:
     return f'<div class="wide"><table class="matrix metrics"><tr>{head}</tr>{rows}</table></div>'
 
 
-def _row(r: Result, metrics: Sequence[str], loops: bool, curves: bool, shown: bool) -> str:
+def _row(r: CaseResult, metrics: Sequence[str], loops: bool, curves: bool, shown: bool) -> str:
     found = {v.metric: v for v in r.verdicts}
     fails = any(CHANGED in line for line in r.lines)
     cells = "".join(_metric(found.get(m), fails) for m in metrics)

@@ -13,7 +13,7 @@ from hystfmu.base import __version__
 from hystfmu.base.files import write_bytes
 from hystfmu.fmu.archive.writing import xml_file
 from hystfmu.report.page import Section
-from hystfmu.scenario.outcome.result import Result
+from hystfmu.scenario.outcome.result import CaseResult
 from hystfmu.scenario.report.loops import delay_budget
 from hystfmu.scenario.system.measures import unit_of
 from hystfmu.scenario.system.system import System
@@ -22,7 +22,7 @@ MOST_ROWS = 400  # rows per signal
 
 
 def machine_form(
-    results: Sequence[Result], sections: Sequence[Section], more: Mapping[str, Any] | None = None
+    results: Sequence[CaseResult], sections: Sequence[Section], more: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
     """Return results, the tables of further sections, and `more` as JSON types."""
     form = {
@@ -49,7 +49,7 @@ def _plain(v: Any) -> Any:
     return v if not isinstance(v, float) or np.isfinite(v) else str(v)
 
 
-def _signals(r: Result) -> dict[str, Any]:
+def _signals(r: CaseResult) -> dict[str, Any]:
     """Select rows of the recorded signals, enough for `hystfmu compare` to plot them."""
     if r.trace is None:
         return {}
@@ -74,7 +74,7 @@ def _loop_facts(system: System) -> dict[str, Any]:
     }
 
 
-def write_junit(results: Sequence[Result], path: str | Path) -> None:
+def write_junit(results: Sequence[CaseResult], path: str | Path) -> None:
     """Write results as JUnit XML: one suite per scenario, one test per case."""
     root = ET.Element("testsuites", _counts(results))
     for name in dict.fromkeys(r.scenario for r in results):
@@ -90,7 +90,7 @@ def write_junit(results: Sequence[Result], path: str | Path) -> None:
     write_bytes(path, xml_file(root))
 
 
-def _counts(results: Sequence[Result]) -> dict[str, str]:
+def _counts(results: Sequence[CaseResult]) -> dict[str, str]:
     errors = sum(r.trace is None for r in results)
     failures = sum(not r.passed for r in results) - errors
     seconds = sum(r.seconds for r in results)

@@ -22,7 +22,7 @@ from hystfmu.scenario.report.loops import delay_table, loop_explorer, loop_rows
 from hystfmu.scenario.report.machine import machine_form
 
 if TYPE_CHECKING:
-    from hystfmu.scenario.outcome.result import Result
+    from hystfmu.scenario.outcome.result import CaseResult
 
 ALL = "Scenarios against cases, each with its error and verdict"
 OPEN = ' open="open"'
@@ -32,7 +32,7 @@ MOST_FAILURES = 3  # lines above the first figure, and cases that are unfolded
 
 
 def write_report(
-    results: Sequence[Result],
+    results: Sequence[CaseResult],
     directory: str | Path,
     extra_sections: Sequence[Section] = (),
     title: str = "",
@@ -64,12 +64,12 @@ def write_report(
     return directory / "report.html"
 
 
-def _title(results: Sequence[Result]) -> str:
+def _title(results: Sequence[CaseResult]) -> str:
     names = list(dict.fromkeys(r.scenario for r in results))
     return f"Loop{'s' if len(names) > 1 else ''} {', '.join(names)}" if 0 < len(names) <= 3 else "Closed loops"
 
 
-def _verdict(results: Sequence[Result]) -> str:
+def _verdict(results: Sequence[CaseResult]) -> str:
     """Return the number of passed cases, and the failures, as HTML."""
     passed = sum(r.passed for r in results)
     good = passed == len(results)
@@ -86,9 +86,9 @@ def _verdict(results: Sequence[Result]) -> str:
     return said
 
 
-def _scenarios(results: Sequence[Result]) -> list[str]:
+def _scenarios(results: Sequence[CaseResult]) -> list[str]:
     """Return a section for each scenario, after the matrix if there are several scenarios."""
-    groups: dict[str, list[Result]] = {}
+    groups: dict[str, list[CaseResult]] = {}
     for r in results:
         groups.setdefault(r.scenario, []).append(r)
     several = len(groups) > 1
@@ -103,7 +103,7 @@ def _scenarios(results: Sequence[Result]) -> list[str]:
     return parts + [_scenario(group, drawings, unfolded, not several) for group in groups.values()]
 
 
-def _drawings(results: Sequence[Result]) -> dict[str, str]:
+def _drawings(results: Sequence[CaseResult]) -> dict[str, str]:
     """Return the diagrams of cases by their link target.
 
     If there are too many cases, only the cases nearest to their limits have diagrams.
@@ -120,7 +120,7 @@ def _drawings(results: Sequence[Result]) -> dict[str, str]:
     return found
 
 
-def _scenario(results: Sequence[Result], drawings: dict[str, str], unfolded: Set[str], curves: bool) -> str:
+def _scenario(results: Sequence[CaseResult], drawings: dict[str, str], unfolded: Set[str], curves: bool) -> str:
     first = results[0].system
     name, passed = escape(first.case.scenario), sum(r.passed for r in results)
     state = "ok" if passed == len(results) else "bad"
@@ -142,7 +142,7 @@ def _scenario(results: Sequence[Result], drawings: dict[str, str], unfolded: Set
     return "".join([*parts, "</section>"])
 
 
-def _case(r: Result, drawing: str, usual: Sequence[Sequence[object]], unfolded: Set[str]) -> str:
+def _case(r: CaseResult, drawing: str, usual: Sequence[Sequence[object]], unfolded: Set[str]) -> str:
     """Return the further content of a case: diagrams, own delays, sweeps; often empty."""
     s, rows = r.sweeps, loop_rows(r.system)
     counted = f"<p>{s['mean']:.3g} sweeps per step, at most {s['most']} ({METHODS[s['method']]})</p>" if s else ""

@@ -7,19 +7,19 @@ from collections.abc import Sequence
 
 from hystfmu.report.terminal import table
 from hystfmu.scenario.outcome.baseline import CHANGED, Change
-from hystfmu.scenario.outcome.result import Result, Verdict
+from hystfmu.scenario.outcome.result import CaseResult, Verdict
 
 LOOP = ("Ms dB", "delay margin, steps")
 DECISIVE = ("metric", "value", "limit")
 WORST = ("largest Ms dB", "least delay margin, steps")
 
 
-def verdicts(results: Sequence[Result]) -> str:
+def verdicts(results: Sequence[CaseResult]) -> str:
     """Return one line per case, or per scenario if there are several, followed by notes and failures.
 
     The line shows the metric that is nearest to its limit or farthest above its limit.
     """
-    groups: dict[str, list[Result]] = {}
+    groups: dict[str, list[CaseResult]] = {}
     for r in results:
         groups.setdefault(r.scenario, []).append(r)
     loops = any(r.loop is not None for r in results)
@@ -50,7 +50,7 @@ def verdicts(results: Sequence[Result]) -> str:
     return "\n".join([*lines, *failures, f"{passed} of {len(results)} cases passed"])
 
 
-def every_metric(results: Sequence[Result]) -> str:
+def every_metric(results: Sequence[CaseResult]) -> str:
     """Return a table of every metric of every case with limit and baseline."""
     rows = [
         [
@@ -66,7 +66,7 @@ def every_metric(results: Sequence[Result]) -> str:
     return table(["scenario", "case", "verdict", *DECISIVE, "baseline"], rows, keys=2)
 
 
-def decisive(result: Result) -> Verdict | None:
+def decisive(result: CaseResult) -> Verdict | None:
     """Return the metric that is nearest to its limit or farthest above it; the first metric if there are no limits.
 
     Return None if a unit stopped the run, because there are no metrics then.
@@ -84,7 +84,7 @@ def _ratio(v: Verdict) -> float:
     return v.value / v.limit
 
 
-def _strain(result: Result) -> float:
+def _strain(result: CaseResult) -> float:
     found = decisive(result)
     return math.inf if found is None else _ratio(found)
 
@@ -96,7 +96,7 @@ def _cells(v: Verdict | None) -> list[str]:
     return [f"{v.metric}{percent}", f"{v.value:.4g}", "" if v.limit is None else f"{v.limit:.4g}"]
 
 
-def _worst(results: Sequence[Result]) -> list[str]:
+def _worst(results: Sequence[CaseResult]) -> list[str]:
     """Return the largest peak and the smallest delay margin of the loops of cases as text; empty without loops."""
     loops = [r.loop for r in results if r.loop is not None]
     if not loops:

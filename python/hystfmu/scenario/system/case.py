@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from hystfmu.base.errors import InputError
 from hystfmu.model import Model
@@ -82,8 +82,15 @@ def split_end(end: str, where: str) -> tuple[str, str]:
     return m[1], m[2]
 
 
-class Scenario:
-    """A `scenario.toml` and its cases.
+class ScenarioLike(Protocol):
+    """A scenario that was built in Python, or complete cases."""
+
+    def ready(self) -> Cases:
+        """Return the complete cases."""
+
+
+class Cases:
+    """The complete cases of a scenario, read from a `scenario.toml` and checked.
 
     Parameters
     ----------
@@ -113,7 +120,7 @@ class Scenario:
         self._complete(read_scenario(file), str(file), {}, overrides, coupling)
 
     def __repr__(self) -> str:
-        return f"Scenario({self.origin!r}, {len(self.cases)} case{'' if len(self.cases) == 1 else 's'})"
+        return f"Cases({self.origin!r}, {len(self.cases)} case{'' if len(self.cases) == 1 else 's'})"
 
     @classmethod
     def of(
@@ -124,7 +131,7 @@ class Scenario:
         folder: Path | None = None,
         overrides: dict[str, Any] | None = None,
         coupling: Scheme | None = None,
-    ) -> Scenario:
+    ) -> Cases:
         """Return a scenario without a file, or with changes.
 
         Parameters
@@ -137,12 +144,16 @@ class Scenario:
         folder : path, optional
             Folder of the files and of the baseline.
         overrides, coupling
-            See `Scenario`.
+            See `Cases`.
         """
         made = cls.__new__(cls)
         made.folder = folder
         made._complete(spec, origin, attached, overrides, coupling)
         return made
+
+    def ready(self) -> Cases:
+        """Return these cases, which are complete."""
+        return self
 
     def named(self, name: str | None) -> Case:
         """Return the case with this name; by default the first case.
@@ -157,9 +168,9 @@ class Scenario:
             raise InputError(f"{self.origin}: no case {name!r}; there are {', '.join(c.name for c in self.cases)}")
         return found
 
-    def changed(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> Scenario:
-        """Return the scenario with other `overrides` and `coupling`, see `Scenario`."""
-        return Scenario.of(self.spec, self.origin, self.attached, self.folder, overrides, coupling)
+    def changed(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> Cases:
+        """Return the scenario with other `overrides` and `coupling`, see `Cases`."""
+        return Cases.of(self.spec, self.origin, self.attached, self.folder, overrides, coupling)
 
     def _complete(
         self,

@@ -1,4 +1,4 @@
-"""The public functions fit, study and validate."""
+"""`hystfmu.fit` identifies a model; it adds errors on held-out rows and the evidence of linear dynamics."""
 
 from __future__ import annotations
 
@@ -15,14 +15,12 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hystfmu.data.reader.arrays import Columns
-    from hystfmu.fmu.check.findings import Findings
     from hystfmu.graph import Graph
     from hystfmu.graph.blocks import Block
     from hystfmu.identify.estimate.free import Spec
     from hystfmu.identify.kinds import Kind
-    from hystfmu.studies.run import Outcome
 
-__all__ = ["fit", "study", "validate"]
+__all__ = ["fit"]
 
 
 @checked
@@ -111,116 +109,10 @@ def fit(
         if isinstance(key, str):
             if free is not None:
                 raise InputError(f"The free parameters must be those of a graph. Got the kind {key!r}.")
-            model = fit(data, key, seed, progress, inverses, purpose == "inverse", **options)
+            found = fit(data, key, seed, progress, inverses, purpose == "inverse", **options)
         else:
-            model = fit_graph(data, key, free, seed, progress, **options)
-        if purpose == "inverse" and (fault := inverses.fault(model)):
-            raise InputError(f"{data.path or data.name}: The model {model.key} must have a useful inverse. {fault}")
-        return with_evidence(held_out(Model.of(model), data), data)
-
-
-@checked
-def study(
-    path: str | Path,
-    folder: str | Path | None = None,
-    *,
-    workers: int | None = None,
-    on: str | None = None,
-    retry: Literal["failed"] | None = None,
-    confined: bool = True,
-    progress: Callable[[int, int, float], None] = lambda done, total, rate: None,
-) -> Outcome:
-    """Run a scenario over many variations; an interrupted study resumes.
-
-    Parameters
-    ----------
-    path : str or Path
-        A file ``*.study.toml``.
-    folder : str or Path, optional
-        Folder for the table and the report. The default is a folder with the name of the study file, in the current
-        folder.
-    workers : int, optional
-        Number of local processes; by default one per core.
-    on : str, optional
-        Scheduler of a Dask cluster, ``dask://HOST:PORT``, instead of local processes.
-    retry : {"failed"}, optional
-        Run failed rows again. A row that failed at a limit of time or memory always runs again if this limit is now
-        higher.
-    confined : bool
-        Whether foreign FMUs run without network and write into a folder of their own only, where the system can.
-    progress : function, optional
-        Called with the number of finished rows, the number of all rows, and rows per second.
-
-    Returns
-    -------
-    Outcome
-        The outcome has the attributes `rows`, `table` and `report`; the last two are files.
-
-    Raises
-    ------
-    InputError
-        The study or the scenario is invalid, the disk is full, or the cluster is not available. Finished rows are kept.
-
-    Examples
-    --------
-    >>> import hystfmu as hy
-    >>> from pathlib import Path
-    >>> loop = hy.Scenario("loop", step=1e-3, stop=0.01).add("source", hy.blocks.Reference(frequency=50.0))
-    >>> folder = loop.metric("peak", "peak", "source.r").save("loop")
-    >>> lines = ['name = "size"', 'scenario = "loop"', 'method = "grid"', "[parameters]"]
-    >>> lines.append('"source.amplitude" = { values = [1.0, 2.0, 3.0] }')
-    >>> characters = Path("size.study.toml").write_text("\\n".join(lines))
-    >>> outcome = hy.study("size.study.toml", workers=1)
-    >>> [round(row["metrics"]["peak"], 6) for row in outcome.rows]
-    [1.0, 2.0, 3.0]
-    """
-    from hystfmu.studies import run_study
-
-    into = Path(Path(path).name.removesuffix(".toml").removesuffix(".study")) if folder is None else folder
-    return run_study(path, into, workers=workers, on=on, retry=retry, confined=confined, progress=progress)
-
-
-@checked
-def validate(
-    path: str | Path,
-    seconds: float = 60.0,
-    confined: bool = True,
-    progress: Callable[[float], None] = lambda fraction: None,
-) -> Findings:
-    """Check an FMU of any origin: archive, description, behaviour.
-
-    Parameters
-    ----------
-    path : str or Path
-        The FMU. Its native code is executed in a child process.
-    seconds : float
-        Time limit of each check (s).
-    confined : bool
-        Whether the FMU runs without network and writes into a folder of its own only, where the system can.
-    progress : function, optional
-        Called with the fraction done, 0..1.
-
-    Returns
-    -------
-    Findings
-        A list with one line per problem; empty if there is no problem. The attribute `checks` states which checks ran,
-        and their extent.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or it is not a complete zip archive.
-
-    Examples
-    --------
-    >>> import hystfmu as hy
-    >>> model = hy.Model("creep", hy.blocks.Creep().graph)
-    >>> found = hy.validate(model.export("creep.fmu"))
-    >>> found
-    []
-    >>> next(c.tried for c in found.checks if c.name == "making 100 steps")
-    '1 instance, 100 values read, 100 values set, 100 steps'
-    """
-    from hystfmu.fmu.check.check import check_fmu
-
-    return check_fmu(path, seconds, confined, progress)
+            found = fit_graph(data, key, free, seed, progress, **options)
+        if purpose == "inverse" and (fault := inverses.fault(found)):
+            raise InputError(f"{data.path or data.name}: The model {found.key} must have a useful inverse. {fault}")
+        model = Model(found.key, found.graph, found.step, found.text, found.fit, found.provenance)
+        return with_evidence(held_out(model, data), data)

@@ -1,9 +1,7 @@
-"""Result of a run of a scenario: verdicts, signals, diagrams, a report."""
+"""Results of a run of scenarios: verdicts, signals, diagrams, a report."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +9,9 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.printable import escape
 from hystfmu.report.page import Table, table
 from hystfmu.report.plot import Figure
-from hystfmu.scenario import Result as Record
+from hystfmu.scenario.outcome.result import CaseResult
+from hystfmu.scenario.report.cases import case_plots
+from hystfmu.scenario.report.page import write_report
 
 if TYPE_CHECKING:
     import pandas
@@ -19,18 +19,13 @@ if TYPE_CHECKING:
 __all__ = ["Result", "Results"]
 
 
-class Result(Record):
+class Result(CaseResult):
     """Result of one case of a scenario.
 
     `trace` contains the signals (``result.trace["plant.y"]``), and `verdicts` contains the metrics. `passed` is True if
     all limits are met and no metric differs from the baseline. `failures()` returns a line for each missed limit and
     each difference.
     """
-
-    @classmethod
-    def of(cls, record: Record) -> Result:
-        """Return the result with the public methods."""
-        return cls(**{f.name: getattr(record, f.name) for f in fields(record)})
 
     def plot(self) -> Figure:
         """Plot loops, recorded signals, and the error between samples.
@@ -40,8 +35,6 @@ class Result(Record):
         InputError
             A unit ended the run with an error, so there are no signals.
         """
-        from hystfmu.scenario.report.cases import case_plots
-
         if self.trace is None:
             raise InputError(self.lines[0])
         return Figure(case_plots(self.system, self.trace))
@@ -63,15 +56,8 @@ class Results(list[Result]):
         """True if all cases passed."""
         return all(r.passed for r in self)
 
-    @classmethod
-    def of(cls, records: Iterable[Record]) -> Results:
-        """Return the results with the public methods."""
-        return cls(Result.of(r) for r in records)
-
     def report(self, folder: str | Path) -> Path:
         """Write report.html and report.json; the path of the first."""
-        from hystfmu.scenario.report.page import write_report
-
         return write_report(self, folder)
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -112,5 +98,5 @@ class Results(list[Result]):
         return table(Table(head, rows)) + (f"<ul>{lines}</ul>" if lines else "")
 
 
-def _word(r: Record) -> str:
+def _word(r: CaseResult) -> str:
     return "passed" if r.passed else "failed"
