@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
-from hystfmu.data.covariates import Covariates
+from hystfmu.data.columns import Covariates
 from hystfmu.data.reversals import noise, reversals
 from hystfmu.model.accuracy import rms
 
