@@ -29,7 +29,7 @@ from hystfmu.face.model import Model
 from hystfmu.face.rows import free_run
 from hystfmu.graph import blocks
 from hystfmu.identify.auto import REFUSED
-from hystfmu.identify.guards import at_bounds
+from hystfmu.model.guards import at_bounds
 from hystfmu.scenario import Results
 from hystfmu.start.device import LARGE, Device, moving
 from hystfmu.start.references import Tried
