@@ -28,16 +28,15 @@ from scipy.io import savemat
 
 from hystfmu import InputError, Model, read
 from hystfmu.base.confine import Box, confine
-from hystfmu.base.told_arrays import serve
-from hystfmu.data.reader import confined
-from hystfmu.data.reader.formats import PARSERS
+from hystfmu.data.reader import arrays
+from hystfmu.data.reader.formats import PARSERS, serve
 from hystfmu.fmu import export_fmu
 from hystfmu.scenario import Cases
-from hystfmu.scenario.outcome.baseline import Baseline
+from hystfmu.scenario.outcome.result import Baseline
 from hystfmu.scenario.ssp.read import read_ssp
 from hystfmu.scenario.ssp.write import write_ssp
-from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.system import build
 from hystfmu.studies.spec import Study
 
 ROOT = Path(__file__).parents[2]
@@ -379,7 +378,7 @@ def test_many_mutated_files(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     times = 1000 if name in ("fmu", "fmu3", "ssp", *IN_A_PROCESS) else 5000
-    monkeypatch.setattr(confined, "Child", Forked)
+    monkeypatch.setattr(arrays, "Child", Forked)
     refused, longest, grown = run(name, tmp_path, times, monkeypatch)
     with capsys.disabled():
         print(

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hystfmu.base.replacing import refuse_existing
+from hystfmu.base.files import refuse_existing
 from hystfmu.cli.columns import Columns, data_options
 from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
-from hystfmu.report.verbosity import detail, echo, say, verdict, wrong
+from hystfmu.report.terminal import detail, echo, say, verdict, wrong
 
 if TYPE_CHECKING:
     from hystfmu.scenario import Result
-    from hystfmu.start.contender import Contender
+    from hystfmu.start.closed_loop import Contender
 
 _BEGUN = "finished steps are kept; to go on with the others:"
 
@@ -63,7 +63,7 @@ def reproduce(
     """
     from hystfmu.base.errors import InputError
     from hystfmu.base.files import write_text
-    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import progress
 
     of = _papers(papers)
     for name in names if data is None else ():  # without names, the table itself says that its data is missing
@@ -96,7 +96,7 @@ def reproduce(
 def _papers(folder: str | None) -> ModuleType:
     """Import the papers from `folder`, else from the current checkout, else from the checkout that runs."""
     from hystfmu.base.errors import InputError
-    from hystfmu.scenario.system.folders import here_or_shipped
+    from hystfmu.scenario.system.spec import here_or_shipped
 
     home = (here_or_shipped("scenarios/papers") if folder is None else Path(folder)).resolve()
     if home.name != "papers" or not (home / "__init__.py").is_file():
@@ -188,12 +188,10 @@ def start(
              hystfmu start stage.csv --reference triangle:100 --bandwidth 80
     """
     from hystfmu.base.files import load_toml
-    from hystfmu.report.progress import progress
-    from hystfmu.report.terminal import table
-    from hystfmu.start.page import race_table, reference_table
+    from hystfmu.report.terminal import progress, table
+    from hystfmu.start.page import race_table, reference_table, sentence
     from hystfmu.start.requirements import Requirements
     from hystfmu.start.run import start as make
-    from hystfmu.start.verdict import sentence
 
     given = load_toml(Path(requirements)) if requirements is not None else {}
     wanted = Requirements.of(given | {k: v for k, v in asked.items() if v not in (None, ())})

@@ -36,11 +36,11 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph
-from hystfmu.graph.sample_time import sample_time
+from hystfmu.graph.graph import sample_time
 from hystfmu.identify import METHODS
 from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_loop, write_ssp
-from hystfmu.scenario.system.folders import shipped_scenarios
+from hystfmu.scenario.system.spec import shipped_scenarios
 from hystfmu.unit import Unit
 
 ROOT = Path(__file__).parents[3]

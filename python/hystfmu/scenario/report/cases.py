@@ -10,14 +10,12 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.printable import escape
-from hystfmu.report.curve import path
-from hystfmu.report.digits import figure_of
-from hystfmu.report.page import figure
+from hystfmu.report.axis import path
+from hystfmu.report.page import figure, figure_of
 from hystfmu.report.plot import Line, Plot
-from hystfmu.scenario.outcome.baseline import CHANGED
-from hystfmu.scenario.outcome.result import CaseResult, Verdict
+from hystfmu.scenario.outcome.metrics import label, unit_of, unit_of_metric
+from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Verdict
 from hystfmu.scenario.outcome.trace import Trace, drawn
-from hystfmu.scenario.system.measures import label, unit_of, unit_of_metric
 from hystfmu.scenario.system.spec import MetricSpec
 from hystfmu.scenario.system.system import System
 
