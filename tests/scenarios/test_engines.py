@@ -15,9 +15,9 @@ from fmu_slave import Slave
 import hystfmu as hy
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import simulate, to_graph
+from hystfmu.scenario.outcome.metrics import label, unit_of, unit_of_metric
 from hystfmu.scenario.outcome.trace import Stopped
-from hystfmu.scenario.system.folders import here_or_shipped, shipped_scenarios
-from hystfmu.scenario.system.measures import label, unit_of, unit_of_metric
+from hystfmu.scenario.system.spec import here_or_shipped, shipped_scenarios
 from hystfmu.scenario.system.system import System
 
 KINDS = ("fmu2", "fmu3")

@@ -11,10 +11,9 @@ import pytest
 
 from hystfmu.design.repetitive import PeriodMemory
 from hystfmu.scenario.loop import table as module
-from hystfmu.scenario.loop.held import held
-from hystfmu.scenario.loop.limits import LoopVerdict
 from hystfmu.scenario.loop.opened import OpenedLoop
-from hystfmu.scenario.loop.plant import PlantSide
+from hystfmu.scenario.loop.opening import LoopVerdict
+from hystfmu.scenario.loop.plant import PlantSide, held
 from hystfmu.scenario.loop.table import COLUMNS, FALLING, LoopRow, MarginTable
 
 H = 0.01

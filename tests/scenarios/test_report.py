@@ -18,10 +18,9 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Line, Plot
-from hystfmu.scenario.outcome.baseline import CHANGED, Change
-from hystfmu.scenario.outcome.result import CaseResult, LoopFigures, Verdict
+from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Change, LoopFigures, Verdict
 from hystfmu.scenario.outcome.trace import Trace
-from hystfmu.scenario.report import cases, compare, machine
+from hystfmu.scenario.report import cases, compare
 from hystfmu.scenario.report.cases import case_plots, nearness, word_of
 from hystfmu.scenario.report.compare import compare_reports
 from hystfmu.scenario.report.loops import delay_budget
@@ -248,7 +247,7 @@ def test_the_longer_side_of_a_matrix_goes_downwards() -> None:
 
 # ---- for machines --------------------------------------------------------------------------------------------------
 def test_values_as_json() -> None:
-    found = machine._plain({1: (np.float64(0.5), np.int64(2), math.inf, [math.nan]), "a": {"b": None}})
+    found = page._plain({1: (np.float64(0.5), np.int64(2), math.inf, [math.nan]), "a": {"b": None}})
     assert found == {"1": [0.5, 2, "inf", ["nan"]], "a": {"b": None}}
     assert json.dumps(found)
 

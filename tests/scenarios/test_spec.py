@@ -21,7 +21,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.system import case as cases
-from hystfmu.scenario.system.folders import inside
+from hystfmu.scenario.system.case import delayed
 from hystfmu.scenario.system.spec import (
     CaseSpec,
     CouplingSpec,
@@ -30,8 +30,8 @@ from hystfmu.scenario.system.spec import (
     ScenarioSpec,
     TubeSpec,
     UnitSpec,
+    inside,
 )
-from hystfmu.scenario.system.unit_graph import delayed
 
 
 def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:

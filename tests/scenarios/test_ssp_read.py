@@ -16,11 +16,9 @@ from engines import ready
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario.ssp.container import _check
-from hystfmu.scenario.ssp.coupling import joined
-from hystfmu.scenario.ssp.elements import SSC, SSV, changes
+from hystfmu.scenario.ssp.container import _check, joined
 from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp
-from hystfmu.scenario.ssp.write import write_ssp
+from hystfmu.scenario.ssp.write import SSC, SSV, changes, write_ssp
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, UnitSpec
 from hystfmu.scenario.system.system import System

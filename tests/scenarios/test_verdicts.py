@@ -14,9 +14,8 @@ import pytest
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import Result
-from hystfmu.scenario.outcome.baseline import CHANGED
 from hystfmu.scenario.outcome.metrics import Measure
-from hystfmu.scenario.outcome.result import CaseResult, LoopFigures, Verdict, judge
+from hystfmu.scenario.outcome.result import CHANGED, CaseResult, LoopFigures, Verdict, judge
 from hystfmu.scenario.report import terminal
 from hystfmu.scenario.system.spec import MetricSpec
 

@@ -25,10 +25,9 @@ from hystfmu.design.plants import Plant
 from hystfmu.scenario.loop.table import margin_table
 from hystfmu.start.closed_loop import close
 from hystfmu.start.device import FINE, device, plant_model, reach, reference_frequency
-from hystfmu.start.drawn import drawn
-from hystfmu.start.excitation import DRAWS, _path, excitation
-from hystfmu.start.information import information
+from hystfmu.start.excitation import DRAWS, _path, excitation, information
 from hystfmu.start.requirements import Requirements
+from hystfmu.start.run import drawn
 
 K = np.arange(1200)
 U = 50 + 50 * np.exp(-0.001 * K) * np.sin(2 * np.pi * K / 150)

@@ -23,9 +23,8 @@ from hystfmu.graph import Graph, Input, Node, Output, blocks
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.studies.designs import Weight, behind_memory, in_parallel
 from hystfmu.studies.sampling import Asked, sampler
-from hystfmu.studies.spec import Study
+from hystfmu.studies.spec import Study, Weight, behind_memory, in_parallel
 
 LOOPS = tuned.SCENARIOS / "loops" / "gains.toml"
 PID = """extends = "gains.toml"

@@ -16,10 +16,21 @@ from click.testing import CliRunner
 from hystfmu.cli import main
 from hystfmu.scenario import build
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.studies.designs import PREFIX, LearntLoops, LoopShapingDesign, RepetitiveDesign, Weight
-from hystfmu.studies.loop_limits import LoopLimits
 from hystfmu.studies.report import best_variation
-from hystfmu.studies.spec import LoopSpec, ObjectiveSpec, ParameterSpec, SecondOrderSpec, Study, StudySpec
+from hystfmu.studies.spec import (
+    PREFIX,
+    LearntLoops,
+    LoopShapingDesign,
+    LoopSpec,
+    ObjectiveSpec,
+    ParameterSpec,
+    RepetitiveDesign,
+    SecondOrderSpec,
+    Study,
+    StudySpec,
+    Weight,
+)
+from hystfmu.studies.task import LoopLimits
 
 STUDY: dict[str, Any] = {"name": "s", "scenario": ".", "method": "random", "parameters": {"a.b": {"range": [0.0, 1.0]}}}
 LOOP: dict[str, Any] = {"case": "c"}

@@ -17,9 +17,8 @@ import pytest
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
-from hystfmu.studies import folder_lock, store
-from hystfmu.studies.folder_lock import close_locked, open_locked
-from hystfmu.studies.store import Store
+from hystfmu.studies import store
+from hystfmu.studies.store import Store, close_locked, open_locked
 
 
 def row(k: int, **more: Any) -> dict[str, Any]:
@@ -189,7 +188,7 @@ def test_files_that_are_read_only_stay_as_they_are(made: Any, tmp_path: Path) ->
 # ---- the lock -------------------------------------------------------------------------------------------------------
 def test_a_lock_that_fails_leaves_no_handle_open(tmp_path: Path, monkeypatch: Any) -> None:
     handles: list[int] = []
-    held = dict(folder_lock._HELD)  # of other tests
+    held = dict(store._HELD)  # of other tests
 
     def lock(error: OSError) -> Any:
         def fail(handle: int) -> None:
@@ -201,12 +200,12 @@ def test_a_lock_that_fails_leaves_no_handle_open(tmp_path: Path, monkeypatch: An
     for error, caught in (
         (BlockingIOError(), InputError), (PermissionError(), InputError), (OSError("no locks"), OSError),
     ):  # fmt: skip
-        monkeypatch.setattr(folder_lock, "_lock", lock(error))
+        monkeypatch.setattr(store, "_lock", lock(error))
         with pytest.raises(caught):
             open_locked(tmp_path / "file")
         with pytest.raises(OSError, match="Bad file descriptor"):
             os.fstat(handles[-1])
-    assert held == folder_lock._HELD
+    assert held == store._HELD
     monkeypatch.undo()
     handle = open_locked(tmp_path / "file")
     with pytest.raises(InputError, match="another study is writing into this folder"):
@@ -415,18 +414,18 @@ def test_the_lock_of_windows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
                 raise PermissionError(13, "Permission denied")
             cls.taken = at
 
-    from hystfmu.studies import folder_lock
+    from hystfmu.studies import store
 
     class Windows:
         platform = "win32"
 
-    monkeypatch.setattr(folder_lock, "sys", Windows)
+    monkeypatch.setattr(store, "sys", Windows)
     monkeypatch.setitem(sys.modules, "msvcrt", Msvcrt)
-    handle = folder_lock.open_locked(tmp_path / "journal.jsonl")
+    handle = store.open_locked(tmp_path / "journal.jsonl")
     assert os.lseek(handle, 0, os.SEEK_CUR) == 0
-    monkeypatch.setattr(folder_lock, "_HELD", {})  # as in another process
+    monkeypatch.setattr(store, "_HELD", {})  # as in another process
     with pytest.raises(InputError, match="another study is writing into this folder"):
-        folder_lock.open_locked(tmp_path / "journal.jsonl")
+        store.open_locked(tmp_path / "journal.jsonl")
     os.close(handle)
 
 

@@ -22,13 +22,12 @@ from hystfmu.cli import main
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.scenario.system.unit_graph import delayed
+from hystfmu.scenario.system.case import delayed
 from hystfmu.studies.compare import _sign_test, compare_studies
-from hystfmu.studies.effects import effects
-from hystfmu.studies.facts import read_study
-from hystfmu.studies.loop_limits import loop_metrics
+from hystfmu.studies.figures import effects
 from hystfmu.studies.spec import Study
-from hystfmu.studies.summary import interval
+from hystfmu.studies.summary import interval, read_study
+from hystfmu.studies.task import loop_metrics
 
 LOOP = Path(__file__).parents[2] / "scenarios" / "pid"
 DRAWS: dict[str, Any] = {

@@ -20,19 +20,18 @@ from hystfmu.base.errors import InputError
 from hystfmu.fmu.foreign.instance import Finding
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.scenario.engine.master import ENGINES, chunks_here
 from hystfmu.scenario.engine.native import Native
-from hystfmu.scenario.engine.simulation import ENDED, TASK, main
+from hystfmu.scenario.engine.simulation import ENDED, ENGINES, TASK, chunks_here, main
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.system import foreign as module
-from hystfmu.scenario.system.foreign import Foreign, _ports
-from hystfmu.scenario.system.system import System
-from hystfmu.scenario.system.unit_graph import (
+from hystfmu.scenario.system.case import (
     first_outputs,
     parameter_names,
     start_values,
     with_values,
 )
+from hystfmu.scenario.system.foreign import Foreign, _ports
+from hystfmu.scenario.system.system import System
 
 
 def variable(name: str, causality: str = "input", type_: str = "Float64", start: Any = None, **more: Any) -> Any:

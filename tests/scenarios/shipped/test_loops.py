@@ -28,7 +28,7 @@ from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.scenario.outcome.baseline import Baseline
+from hystfmu.scenario.outcome.result import Baseline
 
 # ---- adaptive --------------------------------------------------------------------------------------------------------
 ROOT = Path(__file__).parents[3] / "scenarios"
