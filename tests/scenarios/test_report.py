@@ -21,6 +21,7 @@ from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Change, LoopFigures, Verdict
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report import cases, compare
+from hystfmu.scenario.report import page as pages
 from hystfmu.scenario.report.cases import case_plots, nearness, word_of
 from hystfmu.scenario.report.compare import compare_reports
 from hystfmu.scenario.report.loops import delay_budget
@@ -247,7 +248,7 @@ def test_the_longer_side_of_a_matrix_goes_downwards() -> None:
 
 # ---- for machines --------------------------------------------------------------------------------------------------
 def test_values_as_json() -> None:
-    found = page._plain({1: (np.float64(0.5), np.int64(2), math.inf, [math.nan]), "a": {"b": None}})
+    found = pages._plain({1: (np.float64(0.5), np.int64(2), math.inf, [math.nan]), "a": {"b": None}})
     assert found == {"1": [0.5, 2, "inf", ["nan"]], "a": {"b": None}}
     assert json.dumps(found)
 
