@@ -229,24 +229,6 @@ def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
     assert run_ssp(path, "native").passed
 
 
-def test_an_archive_without_our_notes_needs_a_step(archive: Path, tmp_path: Path) -> None:
-    foreign = tmp_path / "foreign.ssp"
-    with zipfile.ZipFile(archive) as old, zipfile.ZipFile(foreign, "w") as new:
-        for name in old.namelist():
-            content = old.read(name)
-            if name == "SystemStructure.ssd":
-                root = etree.fromstring(content)
-                for notes in root.findall(".//{*}Annotations"):
-                    notes.getparent().remove(notes)
-                content = etree.tostring(root)
-            if not name.startswith("extra/"):
-                new.writestr(name, content)
-    with pytest.raises(InputError, match="states no step: give it with --step"):
-        run_ssp(foreign, "native")
-    ours = trajectory(archive, "jacobi")
-    assert traced(foreign, step=1e-4)["plant.y"].tobytes() == ours.tobytes()
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
