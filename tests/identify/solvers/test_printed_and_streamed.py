@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import pytest
 
@@ -159,12 +157,6 @@ def test_rate_dependent_terms_must_gain(monkeypatch, data, sign, rate, errors, k
     assert len(v) == 12 * kept
     assert told == pytest.approx([0.2, *(0.2 + 0.4 * k + 0.2 for k in range(len(errors)))])
     assert graph.inputs[0].start == u[0]
-
-
-def test_the_report_of_a_part_of_the_search():
-    told = []
-    partial(preisach._report, told.append, 0.2)(0.5)
-    assert told == pytest.approx([0.4])
 
 
 def test_a_short_record_has_lags_up_to_ten_rows(data):

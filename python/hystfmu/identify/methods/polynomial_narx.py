@@ -31,7 +31,7 @@ from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options
 from hystfmu.identify.features.plays import RANGE, branch_option, u0_of, u0_option
-from hystfmu.identify.graphs import covariate_inputs, device
+from hystfmu.identify.graphs import covariate_inputs, device, scaled_input
 from hystfmu.identify.solvers.recursive import Recursive
 
 TEXT = "polynomial of the lagged input and Zhao-Tan operator, least squares"
@@ -104,32 +104,25 @@ class Signals:
 def signals(data: Dataset, span: float, memory: str, u0: float, margin: float) -> Signals:
     """Run the front end of the model, ``scaling -> zhao_tan``, over the data."""
     u, y = data.u[data.train], data.y[data.counted]
-    lo, hi, width = float(u.min()), float(u.max()), float(np.ptp(u))
-    gain = span / width
-    offset = -gain * (lo + hi) / 2
-    limits = {"gain": gain, "offset": offset, "lo": lo - margin * width, "hi": hi + margin * width}
+    (scaling, gain, offset), room = scaled_input(u, span), margin * float(np.ptp(u))
     nodes = (
-        Node("input", "scaling", {"n": 1}, limits),
+        scaling.with_values(lo=float(u.min()) - room, hi=float(u.max()) + room),
         Node("operator", "zhao_tan", {}, {"memory": memory, "x0": gain * u0 + offset}),
     )
     ends = [Output("x", "input.y"), Output("f", "operator.h")]
     x, f = Graph(nodes, [("input.y", "operator.x")], [Input("u", ("input.u",))], ends).run(data.u, data.h).T
     middle, half = float(y.min() + y.max()) / 2, float(np.ptp(y)) / 2
-    scaling = _scaling(data, margin)
-    c = (data.covariates.values - scaling["middle"]) / scaling["half"]
+    beside = _scaling(data, margin)
+    c = data.covariates.values * beside["gain"] + beside["offset"]
     return Signals(nodes, x, f, (data.y - middle) / half, middle, half, c)
 
 
 def _scaling(data: Dataset, margin: float) -> dict[str, Array]:
-    """Return middle, half range and limits of the covariates in the training rows."""
+    """Return the scaling of the covariates to [-1, 1] in the training rows, with limits beyond them."""
     c = data.covariates.values[data.train]
-    lo, hi = c.min(axis=0), c.max(axis=0)
-    return {
-        "middle": (lo + hi) / 2,
-        "half": (hi - lo) / 2,
-        "lo": lo - margin * (hi - lo),
-        "hi": hi + margin * (hi - lo),
-    }
+    lo, hi, wide = c.min(axis=0), c.max(axis=0), np.ptp(c, axis=0)
+    limits = {"lo": lo - margin * wide, "hi": hi + margin * wide}
+    return {"gain": 2 / wide, "offset": -(lo + hi) / wide, **limits}
 
 
 def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
@@ -224,10 +217,9 @@ def _weighted(graph: Graph, data: Dataset, scaling: Mapping[str, Array], theta: 
     names, first = data.covariates.names, graph.node("network")
     n = len(names)
     parts = theta.reshape(n + 1, -1)
-    limits = {"gain": 1 / scaling["half"], "offset": -scaling["middle"] / scaling["half"]}
     nodes = [n for n in graph.nodes if n.name != first.name]
     nodes += [first.with_values(theta=parts[0]), Node("total", "sum", {"n": n + 1})]
-    nodes.append(Node("covariates", "scaling", {"n": n}, {**limits, "lo": scaling["lo"], "hi": scaling["hi"]}))
+    nodes.append(Node("covariates", "scaling", {"n": n}, scaling))
     wires = [w for w in graph.wires if w[1] != "readout.u"]
     wires += [(f"{first.name}.y", "total.u[1]"), ("total.y", "readout.u")]
     for i, name in enumerate(names, 1):

@@ -136,21 +136,14 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     tried: list[tuple[float, Array, Array, float]] = []
     for free in [np.zeros((len(u), 0))] * (options["rate"] != "yes") + [rate.columns] * (options["rate"] != "no"):
         problem = Penalised(bounded, free, sign * y, (density.along_mean, density.along_width))
-        strengths, error = best_strengths(problem, LEVELS, partial(_report, progress, 0.2 + 0.4 * len(tried)))
+        done = 0.2 + 0.4 * len(tried)
+        strengths, error = best_strengths(problem, LEVELS, lambda f, done=done: progress(done + 0.4 * f))  # type: ignore[misc]
         if not tried or error < BETTER * tried[-1][0]:
             tried.append((error, *problem.solve(strengths)))
     _, x, v, offset = tried[-1]
     hysteresis = density.node("hysteresis", sign * (density.E @ x), sign * offset)
-    graph = rate.behind(hysteresis, sign * v, data) if len(v) else _alone(hysteresis, data)
-    return graph, len(x) + len(v) + 1
-
-
-def _report(progress: Progress, done: float, fraction: float) -> None:
-    progress(done + 0.4 * fraction)
-
-
-def _alone(hysteresis: Node, data: Dataset) -> Graph:
-    return device(data, [hysteresis], (), ["hysteresis.u"], "hysteresis.y")
+    alone = device(data, [hysteresis], (), ["hysteresis.u"], "hysteresis.y")
+    return rate.behind(hysteresis, sign * v, data) if len(v) else alone, len(x) + len(v) + 1
 
 
 class _Rate:
