@@ -16,7 +16,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Graph, Node, Value
 
 MOST = float(np.finfo(float).max)
 
@@ -56,8 +56,9 @@ class Recursive:
         if start.shape != (n,):
             raise InputError(f"The 'theta' array must have shape ({n},). Got {start.shape} instead.")
         self.n, self.dead_zone, self.samples = n, dead_zone, 0
-        zone = {"form": "plain"} if dead_zone is None else {"form": "corrected", "r": dead_zone, "share": fraction}
-        values = {"theta0": start, "eta": eta, "mu": mu, **zone}
+        values: dict[str, Value] = {"theta0": start, "eta": eta, "mu": mu, "form": "plain"}
+        if dead_zone is not None:
+            values |= {"form": "corrected", "r": dead_zone, "share": fraction}
         graph = Graph.single(Node("learner", "recursive_least_squares", {"n": n}, values))
         self._block = graph.executor()
         self._at = {port.name: port.reference for port in graph.ports}
