@@ -10,8 +10,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.model import Model, run_along
 from hystfmu.model.accuracy import errors
-from hystfmu.report.digits import figure_of
-from hystfmu.report.page import Table
+from hystfmu.report.page import Table, figure_of
 
 LEAST = 4  # rows with a varying output that an error needs
 

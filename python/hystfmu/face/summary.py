@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.model import Model
-from hystfmu.report.digits import percent
-from hystfmu.report.page import Table
+from hystfmu.report.page import Table, percent
 
 MOST_SHOWN, MOST_FREE = 12, 24  # parameters, and free parameters, in print(model)
 

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 import pydantic
 from pydantic import Field
 
-from hystfmu.graph.graph import Graph, Input, Node, Output
+from hystfmu.graph.graph import Graph
+from hystfmu.graph.node import Input, Node, Output
 
 STRICT = pydantic.ConfigDict(extra="forbid", strict=True, frozen=True)
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=64)]

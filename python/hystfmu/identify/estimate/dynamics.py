@@ -21,7 +21,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.graph.columns import discretised
+from hystfmu.graph.recursion import discretised
 from hystfmu.identify.catalogue import Option, Options
 from hystfmu.identify.estimate.search import Differences, refined, standard_errors
 from hystfmu.identify.evidence import evidence
