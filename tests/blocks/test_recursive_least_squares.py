@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.methods.polynomial_narx import basis, lagged, least_squares
+from hystfmu.identify.methods.polynomial_narx import basis, lagged
+from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.unit import Unit
 from papers import ipmc_sensor
 from papers.statements.printed import PrintedRecursive

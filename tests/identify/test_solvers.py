@@ -9,8 +9,8 @@ from scipy.optimize import lsq_linear
 from hystfmu.base.errors import InputError
 from hystfmu.identify.methods.preisach import FOLDS, Penalised, best_strengths
 from hystfmu.identify.solvers import nonnegative, trainers
-from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.identify.solvers.trainers import conjugate_gradients, levenberg_marquardt
+from papers.recursive import Recursive
 
 
 def rows(seed: int, n: int, p: int, q: int):

@@ -12,9 +12,10 @@ from hystfmu import Dataset, InputError, Model
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
-from hystfmu.identify.methods.polynomial_narx import basis, count, lagged, least_squares
-from hystfmu.identify.solvers.recursive import Recursive
+from hystfmu.identify.methods.polynomial_narx import basis, count, lagged
+from hystfmu.identify.solvers.ridge import least_squares
 from papers import ipmc_sensor
+from papers.recursive import Recursive
 from papers.statements.printed import PrintedRecursive, auxiliary
 from papers.streaming import Stream
 

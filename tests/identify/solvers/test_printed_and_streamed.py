@@ -10,7 +10,7 @@ from hystfmu.graph import Graph
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.methods import preisach
 from hystfmu.identify.methods.preisach import Penalised, dead_zones, knots, lag
-from hystfmu.identify.solvers.recursive import Recursive
+from papers.recursive import Recursive
 from papers.statements.printed import PrintedRecursive
 from papers.streaming import Stream
 

@@ -15,8 +15,7 @@ from hystfmu.identify.features.constraint_factor import Branch, increasing_branc
 from hystfmu.identify.features.plays import branch_option, u0_of, u0_option
 from hystfmu.identify.graphs import scaled_input
 from hystfmu.identify.methods.fitted_operator_mlp import BEND, straightened
-from hystfmu.identify.network.hidden_sweep import hidden_sweep
-from hystfmu.identify.network.readout import Features, fit_readout, network_options
+from hystfmu.identify.network.readout import Features, fit_readout, hidden_sweep, network_options
 
 TEXT = "constraint-factor operator and a network on (x, h)"
 COVARIATES = True

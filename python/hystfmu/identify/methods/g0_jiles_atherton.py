@@ -73,9 +73,7 @@ def _operator(data: Dataset, strain: bool) -> operator_dynamics.Operator:
     """Return the class of operators, with a part M^2 for strain."""
     scaling, _, offset = scaled_input(data.u[: data.train.stop])  # later rows do not affect the training rows
 
-    def nodes(data: Dataset) -> list[Node]:
-        square = [Node("square", "product", {"n": 2, "m": 0})] if strain else []
-        return [scaling, Node("operator", "jiles_atherton", {}, {"Ms": 1.0}), *square]
+    square = [Node("square", "product", {"n": 2, "m": 0})] if strain else []
 
     def shape(p: Array) -> dict[str, float]:
         a, k = float(np.exp(p[0])), float(np.exp(p[1]))
@@ -87,7 +85,7 @@ def _operator(data: Dataset, strain: bool) -> operator_dynamics.Operator:
         return np.array([np.log(a), np.log(k), c, share, 0.0 if abs(offset) > 0.5 else offset])
 
     return operator_dynamics.Operator(
-        nodes,
+        [scaling, Node("operator", "jiles_atherton", {}, {"Ms": 1.0}), *square],
         shape,
         LO,
         HI,

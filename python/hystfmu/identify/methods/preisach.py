@@ -24,6 +24,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options
+from hystfmu.identify.features.bent_sum import lagged
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.graphs import device
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
@@ -156,9 +157,8 @@ class _Rate:
         self.T_bend = 4 * h
         self.middle = float(data.u[data.train].mean())
         self.s = knots(data.u[data.train] - self.middle, DEAD_ZONES)
-        lagged = [data.along(partial(lag, h=h, T=T))[rows] for T in self.T]
-        bent = data.along(partial(lag, h=h, T=self.T_bend))[rows]
-        self.columns = np.column_stack([*lagged, dead_zones(bent - self.middle, self.s)])
+        *crept, bent = (data.along(partial(lag, h=h, T=T))[rows] for T in (*self.T, self.T_bend))
+        self.columns = np.column_stack([*crept, dead_zones(bent - self.middle, self.s)])
 
     def behind(self, hysteresis: Node, v: Array, data: Dataset) -> Graph:
         """Return the graph of the hysteresis and the terms with weights v, in the order of the columns."""
@@ -189,5 +189,5 @@ def dead_zones(u: Array, s: Array) -> Array:
 
 
 def lag(u: Array, h: float, T: float) -> Array:
-    """Run a first-order lag of u (n,) from its steady state in the C core; step h (s), time constant T (s)."""
-    return Graph.single(Node("lag", "creep", {}, {"w": 1.0, "T": T, "start": "steady"})).run(u, h)
+    """Run a first-order lag of u (n,) from its steady state; step h (s), time constant T (s)."""
+    return lagged(u[:, None], -np.expm1(-h / T))[:, 0]
