@@ -120,9 +120,8 @@ def fit(
              hystfmu fit --models
     """
     import hystfmu as hy
-    from hystfmu.face.interval import interval_text, known, with_interval
-    from hystfmu.face.rows import free_run, parts, table_of
-    from hystfmu.face.summary import evidence_lines, free_table
+    from hystfmu.face.interval import free_run, interval_text, known, parts, table_of, with_interval
+    from hystfmu.face.page import evidence_lines, free_table
     from hystfmu.identify.catalogue import method
     from hystfmu.report.progress import progress
     from hystfmu.report.terminal import table

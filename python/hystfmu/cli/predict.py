@@ -45,7 +45,7 @@ def predict(
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
     """
     import hystfmu as hy
-    from hystfmu.face.rows import free_run, parts, table_of
+    from hystfmu.face.interval import free_run, parts, table_of
     from hystfmu.model import beside, rows_of
     from hystfmu.model.coverage import WARN, clamped
     from hystfmu.report.terminal import table

@@ -15,9 +15,9 @@ from hystfmu.data import Dataset
 from hystfmu.data.signals import held_out
 from hystfmu.data.synthetic import VOLTS, displacement, piezo
 from hystfmu.demo.loop import loop
-from hystfmu.face.explore import explorer
 from hystfmu.face.fit import fit
 from hystfmu.face.model import Model
+from hystfmu.face.page import explorer
 from hystfmu.fmu.check.check import validate
 from hystfmu.identify.kinds import Kind
 from hystfmu.model.accuracy import held_out_table

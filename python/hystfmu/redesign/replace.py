@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from hystfmu.base.errors import InputError
-from hystfmu.face.parts import What
 from hystfmu.face.scenario import Scenario
+from hystfmu.face.table import What
 from hystfmu.redesign.roles import Roles
 from hystfmu.scenario.system.system import System, behind
 

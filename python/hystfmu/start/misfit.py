@@ -16,8 +16,8 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.design.plants import Plant
+from hystfmu.face.interval import free_run
 from hystfmu.face.model import Model
-from hystfmu.face.rows import free_run
 from hystfmu.graph import blocks
 from hystfmu.start.device import LARGE, moving
 

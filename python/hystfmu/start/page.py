@@ -10,8 +10,8 @@ from typing import Any
 
 from hystfmu.base.files import write_text
 from hystfmu.data import Dataset
-from hystfmu.face.fit_page import fit_page, fit_sections
 from hystfmu.face.model import Model
+from hystfmu.face.page import fit_page, fit_sections
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 from hystfmu.scenario.report.page import write_report
