@@ -17,7 +17,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check generate core-page modelica modelica-strict openmodelica platforms bench choice devices intervals docs wheel release use lower importers papers clean torture
+.PHONY: demo test contract stress mutants dev core check lines generate core-page modelica modelica-strict openmodelica platforms bench choice devices intervals docs wheel release use lower importers papers clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -47,6 +47,10 @@ dev: build/installed-dev core
 
 core: build/dev/build.ninja
 	@$(BIN)/cmake --build build/dev --target install/strip -- --quiet
+
+# what there is to read: files and lines by room, without comments and docstrings; ROOT=path counts another checkout
+lines: build/tools
+	@$(BIN)/python tests/lines.py $(ROOT)
 
 # formatting, lint, types, stale generated files
 check: dev

@@ -17,7 +17,7 @@ CASES = {
         "second_mode": "second mode, 5 %",
         "gain_35": "gain 0.35",
         "double_mass": "double mass",
-        "sensor_lag": "sensor to 1 kHz",
+        "sensor_lag": "sensor lag 1 kHz",
         "jitter": "jitter of 20 %",
     },
     "stage": {
@@ -28,15 +28,15 @@ CASES = {
         "second_mode": "second mode, 20 %",
         "gain_35": "gain 0.35",
         "double_mass": "double mass",
-        "sensor_lag": "sensor to 1 kHz",
+        "sensor_lag": "sensor lag 1 kHz",
         "jitter": "jitter of 20 %",
     },
 }
 RANGES = {"damping": "damping", "second_mode": "second mode, % of the gain", "gain": "gain"}
 RECOMMENDED = (
     ("loops", "internal_model", "`internal_model`: any reference"),
-    ("loops", "repetitive", "`repetitive`: a period that is known"),
-    ("stage", "irc", "`stage/irc`: a light resonance"),
+    ("loops", "repetitive", "`repetitive`: a reference with a known period"),
+    ("stage", "irc", "`stage/irc`: a lightly damped resonance"),
     ("stage", "irc_repetitive", "`stage/irc_repetitive`: scans"),
     ("stage", "ppf_repetitive", "`stage/ppf_repetitive`: scans"),
 )
@@ -106,7 +106,12 @@ def breaks(found: dict[str, float]) -> str:
 def ranges(family: str, names: dict[str, str]) -> str:
     """Where loops break, the ranges without an unstable draw, and the share of hard draws that is stable."""
     found = recorded(family)
-    head = ["loop", "breaks at", *(f"stable: {text}" for text in RANGES.values()), "stable hard draws, %"]
+    head = [
+        "loop",
+        "becomes unstable at",
+        *(f"stable: {text}" for text in RANGES.values()),
+        "stable difficult devices, %",
+    ]
     lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
     for name, text in names.items():
         if name in found:

@@ -60,11 +60,14 @@ def markdown() -> str:
 def _paper(name: str, table: dict[str, Any]) -> str:
     report = Report(name, table["source"], tuple(map(row_of, table["rows"])))
     rows = [r for r in report.rows if r.place]
-    answer = textwrap.fill(f"`hystfmu reproduce {name} --json`: {report.answer()}", 118, break_on_hyphens=False)
+    answer = textwrap.fill(
+        f"`hystfmu reproduce {name} --json` prints this table. {report.answer()}", 118, break_on_hyphens=False
+    )
     lines = [f"## {PAPERS[name]}", "", answer, ""]
     lines += [f"| {' | '.join(COLUMNS)} |", "|" + "---|" * len(COLUMNS), *map(_row, rows), ""]
     if table["drawings"]:
-        drawn = f"`hystfmu reproduce {name} --report out` draws from our data: {', '.join(table['drawings'])}."
+        figures = ", ".join(table["drawings"])
+        drawn = f"`hystfmu reproduce {name} --report out` draws these figures of the paper from our data: {figures}."
         lines += [textwrap.fill(drawn, 118, break_on_hyphens=False), ""]
     told = [f"{place}: {why}" for place, why in table["omitted"].items()] + table["notes"]
     return "\n".join([*lines, *(textwrap.fill(f"- {n}", 118, subsequent_indent="  ") for n in told), ""])
@@ -93,7 +96,7 @@ def _figure(value: float | None, ends: Sequence[float] | None) -> str:
 
 def _experiments() -> str:
     """Return the table of the experiments as FMUs, from the baselines."""
-    lines = ["## Experiments, each box a FMU", "", "| command | case | metrics |", "|---|---|---|"]
+    lines = ["## Experiments with FMUs", "", "| command | case | metrics |", "|---|---|---|"]
     for file in sorted(SCENARIOS.glob("*/baseline.toml")):
         for case, of in tomllib.loads(file.read_text())["case"].items():
             metrics = ", ".join(f"{name} {value:.3g}" for name, value in of["metrics"].items())

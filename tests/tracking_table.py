@@ -92,7 +92,7 @@ def wins() -> str:
         if names:
             text = f"- {head()[k]}: {', '.join(f'{LOOPS[name]} with {found[name][k]}' for name in names)}"
             said.append("\n".join(textwrap.wrap(text, 120, subsequent_indent="  ", break_on_hyphens=False)))
-    first = f"Some loops that learn no period have smaller errors than the {LOOPS[OURS]}, in these columns:"
+    first = f"Loops that do not learn a periodic reference have smaller errors than the {LOOPS[OURS]} in these columns:"
     return "\n".join([first, "", *said]) if said else ""
 
 

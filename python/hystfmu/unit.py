@@ -8,7 +8,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Port
-from hystfmu.graph.sample_time import sample_time, samples_in
+from hystfmu.graph.graph import sample_time, samples_in
 
 
 @checked

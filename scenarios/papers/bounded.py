@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from hystfmu.report.ratios import Ratio, Ratios
+from hystfmu.report.diagrams import Ratio, Ratios
 
 if TYPE_CHECKING:
     from papers.row import Row

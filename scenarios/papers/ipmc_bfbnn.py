@@ -90,15 +90,19 @@ def _table(progress: Callable[[float], None]) -> Report:
         "basis-function network for an IPMC sensor",
         tuple(rows),
         (
-            f"printed: measured data that are not published; ours: a synthetic sensor, span about 2 mV; noise "
-            f"{NOISE:.2g} mV, the most that the printed IC(10) allows, in fig. 3 and table 1, 1e-3 mV elsewhere",
-            f"fig. 3 and table 1: one decaying sine of {F_SINE:g} Hz, free run on another decay, the first "
-            f"{LEFT_OUT:g} s left out; not printed: decays (training {TRAINED[0]:g} .. {TRAINED[-1]:g}, validation "
-            f"{VALIDATED[0]:g} .. {VALIDATED[-1]:g} per cycle), cycles ({CYCLES[0]}, {CYCLES[1]}) and the sign in "
-            f"eq. 3; the table takes {trained:g}, {validated:g}, {cycles} cycles and eq. 3 {reading}, where the "
-            "replica is closest to the printed figures",
-            f"ours: the kind polynomial_narx, n_u = n_f = {N}, q = {Q}; medians and ranges of {SEEDS} noise seeds",
-            "elsewhere: errors relative to the sensor without noise, in free runs from a fresh start, on other signals",
+            f"The printed figures belong to measured data that are not published. Our figures belong to a synthetic "
+            f"sensor with a span of about 2 mV. Its noise is {NOISE:.2g} mV in fig. 3 and table 1, the largest noise "
+            "that agrees with the printed IC(10). Elsewhere the noise is 1e-3 mV.",
+            f"For fig. 3 and table 1, the model is trained on one decaying sine of {F_SINE:g} Hz. It then runs free on "
+            f"a sine with another decay; the first {LEFT_OUT:g} s are omitted. The paper does not print the decays "
+            f"(training {TRAINED[0]:g} to {TRAINED[-1]:g}, validation {VALIDATED[0]:g} to {VALIDATED[-1]:g} per "
+            f"cycle), the number of cycles ({CYCLES[0]} or {CYCLES[1]}) and the sign in eq. 3. The table uses the "
+            f"decays {trained:g} and {validated:g}, {cycles} cycles and eq. 3 with {reading}, because with these "
+            "values the replica is closest to the printed figures.",
+            f"Our model is the kind polynomial_narx with n_u = n_f = {N} and q = {Q}. Figures are medians and ranges "
+            f"of {SEEDS} noise seeds.",
+            "All other errors are differences from the sensor without noise. The models run free from the initial "
+            "state, on other signals.",
         ),
         _drawings(*records),
         {

@@ -112,16 +112,19 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
     if measured is not None:
         rows += _on_measured(measured)
     notes = [
-        f"record of tables 2 and 3: Jiles-Atherton actuator, {SAMPLES} samples, bias {bias:g}, decay {decay:g} per "
-        f"cycle, noise {100 * NOISE:g} % of half the stroke; not printed: bias (scanned {BIASES[0]:g} .. "
-        f"{BIASES[-1]:g}) and decay ({DECAYS[0]:g} .. {DECAYS[-1]:g}); the tables take the point where the replica is "
-        "closest to the printed figures",
-        f"medians and ranges of {SEEDS} seeds, each of which draws the noise of the record and the starts of networks",
-        f"MSE in y^2, y spans {np.ptp(second.y):.3g} as the branch of the paper's table 1 does",
-        f"a_0 < 0 here needs a sensor delay of at least 4 samples; the table uses {LATE}; without delay a_0 > 0",
-        "the default roughness 1e-4 was tuned on held-out errors of the synthetic stack and of the measured rows",
-        f"hidden neurons tried: {', '.join(map(str, hidden))}",
-        "full sweep, about 12 minutes: hystfmu reproduce shen_ma_2017 --full; on your own data: "
+        f"The record of tables 2 and 3 comes from a Jiles-Atherton actuator: {SAMPLES} samples, bias {bias:g}, decay "
+        f"{decay:g} per cycle, noise {100 * NOISE:g} % of half the stroke. The paper does not print the bias (scanned "
+        f"from {BIASES[0]:g} to {BIASES[-1]:g}) and the decay (scanned from {DECAYS[0]:g} to {DECAYS[-1]:g}). The "
+        "tables use the values for which the replica is closest to the printed figures.",
+        f"Figures are medians and ranges of {SEEDS} seeds. Each seed gives the noise of the record and the start "
+        "weights of the networks.",
+        f"The MSE is in the square of the unit of measure of y. The span of y is {np.ptp(second.y):.3g}, as for the "
+        "branch in table 1 of the paper.",
+        f"With our record, a_0 < 0 needs a sensor delay of at least 4 samples; the table uses {LATE} samples. Without "
+        "a delay, a_0 > 0.",
+        "The default roughness 1e-4 was tuned on held-out errors of the synthetic stack and of the measured rows.",
+        f"The tested numbers of hidden neurons are {', '.join(map(str, hidden))}.",
+        "A full sweep takes about 12 minutes: hystfmu reproduce shen_ma_2017 --full. The command for your own data is "
         "hystfmu fit --model constraint_factor_mlp --set sweep=100",
     ]
     return Report(

@@ -63,16 +63,21 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
         "Yu, Alici, Shirinzadeh & Smith 2005, sliding mode control with a network for rate-dependent hysteresis",
         tuple(rows),
         (
-            "The paper prints no numbers but formulas of two bounds.  %FS: RMS error / span of the training output.",
-            f"Medians and ranges of {SEEDS} seeds; each draws the noise of a record and the start of a network.",
-            f"Identification: {RATE:g} Hz, figs. 6 to 8 one after the other, noise {NOISE:g} of half the stroke.",
-            "Gains: scenarios/*/gains.study.toml: Ms at most 6 dB, all corners stable with one more step of delay.",
-            "Loops: 10 kHz, a known step of delay, errors between samples included; mismatch: corner up, 400 Hz.",
+            "The paper prints formulas of two bounds, but no numbers. An error in %FS is the RMS error relative to the "
+            "span of the training output.",
+            f"Figures are medians and ranges of {SEEDS} seeds. Each seed gives the noise of the record and the start "
+            "weights of the network.",
+            f"The training record has a sample rate of {RATE:g} Hz and contains the signals of figs. 6 to 8 one after "
+            f"the other, with a noise of {NOISE:g} of half the stroke.",
+            "The gains come from the studies scenarios/*/gains.study.toml. Ms is at most 6 dB, and all corners are "
+            "stable with one more step of delay.",
+            "The loops have a sample rate of 10 kHz and one known step of delay. Errors include the error between "
+            "samples. The mismatch is the corner with higher gain and 400 Hz.",
         ),
         (*_drawings(), *dynamic_preisach.drawings(), fig_9, *figs_10_11),
         {
-            "fig. 1": "scheme: hysteresis, then G0(s); scenarios/papers/yu_alici_2005_smc_open_loop runs it as FMUs",
-            "fig. 2": "scheme of the measurement in open loop; the same scenario",
+            "fig. 1": "scheme of hysteresis and G0(s); scenarios/papers/yu_alici_2005_smc_open_loop simulates it",
+            "fig. 2": "scheme of the measurement in open loop; the same scenario simulates it",
         },
     )
 

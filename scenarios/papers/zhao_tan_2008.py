@@ -101,21 +101,26 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
         "hysteretic operator and 2-12-1 network for a piezo actuator",
         tuple(rows),
         (
-            "printed: a measured actuator, data not published; here: ten backlash operators, both scaled to [-1, 1]",
-            "printed MSE: read as an RMS, because it exceeds the square of the largest error",
-            f"literal: last extremum, 463 Powell-Beale iterations, one start; medians and ranges of {SEEDS} seeds",
-            f"not printed: decay (scanned over {DECAYS[0]:g} .. {DECAYS[-1]:g} per cycle), division of the rows ("
-            f"halves of {' or '.join(map(str, SPLITS))}), seed ({SEEDS}); the table takes decay {decay:g} and {size} "
-            "rows, where max and RMS of the replica are closest to the printed ones",
-            "validation rows are those of the second half, which no model of this table is trained on",
-            f"the virgin curve, {VIRGIN} rows, counts only on the held-out signals, not on the decaying sine",
-            f"held-out signals: literal trained on the decaying sine, ours on {REVERSALS} random nested reversals",
-            "defaults of zhao_tan_mlp and play_bank_mlp were tuned on these signals, with other thresholds",
+            "The printed figures belong to a measured actuator, whose data are not published. Our figures belong to "
+            "ten backlash operators. Input and output are scaled to [-1, 1].",
+            "The printed MSE is treated as an RMS value, because it exceeds the square of the largest error.",
+            f"The literal replica uses the last extremum, 463 Powell-Beale iterations and one start. Figures are "
+            f"medians and ranges of {SEEDS} seeds.",
+            f"The paper does not print the decay (scanned from {DECAYS[0]:g} to {DECAYS[-1]:g} per cycle), the number "
+            f"of rows ({' or '.join(map(str, SPLITS))}) and the seed ({SEEDS} seeds). The table uses the decay "
+            f"{decay:g} and {size} rows, because with these values the largest error and the RMS error of the replica "
+            "are closest to the printed errors.",
+            "The validation rows are the second half of the rows. No model of this table is trained on them.",
+            f"The error on the virgin curve ({VIRGIN} rows) is included only for the held-out signals, not for the "
+            "decaying sine.",
+            f"For the held-out signals, the literal replica is trained on the decaying sine, and our model on "
+            f"{REVERSALS} random nested reversals.",
+            "The defaults of zhao_tan_mlp and play_bank_mlp were tuned on these signals, with other thresholds.",
         ),
         drawings,
         {
             "fig. 4": "photograph of the actuator; ten backlashes replace it",
-            "fig. 11": "scheme of the cascade; scenarios/papers/zhao_tan_2008 runs it as FMUs",
+            "fig. 11": "scheme of the cascade; the scenario scenarios/papers/zhao_tan_2008 simulates it with FMUs",
         },
     )
 

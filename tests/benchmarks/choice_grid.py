@@ -150,20 +150,20 @@ def page(store, cells):
     seconds = [store.known[*at, "auto"]["seconds"] for at in cells]
     seeds = ", ".join(map(str, sorted({at[2] for at in cells})))
     found = (
-        f"{sum(met)} of {len(met)} cells meet both goals. Seeds drawn: {seeds}. The median time of a "
-        f"choice was {np.median(seconds):.1f} s of one core. A kind is not fitted in full if its error after a short "
-        f"fit is more than {FAR:g} times the least error."
+        f"{sum(met)} of {len(met)} rows meet both goals. The seeds are {seeds}. The median time of a choice was "
+        f"{np.median(seconds):.1f} s on one core. If the error of a kind after a short fit is more than {FAR:g} times "
+        "the smallest error, the kind is not fitted completely."
     )
     head = f"""# Choice of the kind of model
 
-`{COMMAND}` writes this page. The columns "median" and "worst" are ratios: the held-out error of the model that
-`hystfmu fit` picks, divided by the held-out error of the best kind. The ratios are computed for devices with random
-parameters and for several forms of data. The held-out signals have other forms than the data. The first families are
-static plants of the classes of the kit. The other families are devices of the literature with solvers of their own
-(`foreign` in the tests), with dynamics, covariates and noise. Every seed draws devices and data anew; no default was
-tuned to them. Errors below 0.05 %FS, or below twice the noise, are treated as equal. A refusal is right if the error of
-the best kind is more than {POOR:g} %FS; any other refusal gives an infinite ratio. In every cell, the goals are a
-median of at most {MEDIAN:g} and a worst value of at most {WORST:g}.
+`{COMMAND}` writes this page. The columns "median" and "worst" are ratios: the error of the model that `hystfmu fit`
+selects, divided by the error of the best kind of model. The errors are measured on held-out signals, which have other
+forms than the data. Each row of the table is a family of devices with one form of the data. The first families are
+static plants of the same classes as the kinds of model. The other families are devices of the literature with
+independent solvers (`foreign` in the tests), with dynamics, covariates and noise. Every seed gives new devices and new
+data; no default was tuned to them. Errors below 0.05 %FS, or below twice the noise, are treated as equal. If `hystfmu
+fit` refuses the data, this is correct if the error of the best kind is more than {POOR:g} %FS; otherwise the ratio is
+infinite. The goals for every row are a median of at most {MEDIAN:g} and a worst value of at most {WORST:g}.
 
 {textwrap.fill(found, 120)}
 """

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from hystfmu import InputError, Model, read
 from hystfmu.cli import main
-from hystfmu.data.resampling import resample
+from hystfmu.data.reversals import resample
 
 
 def uneven(n=2000, h=1e-3, jitter=0.4, seed=0):

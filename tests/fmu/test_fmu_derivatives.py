@@ -10,7 +10,7 @@ from fmu_events import Events
 from fmu_master import BLOCKS, DISCARD, ERROR, OK, Array, H, loop, mixed, rows, single
 
 from hystfmu.graph import Graph, Node
-from hystfmu.graph.sample_time import is_sampled
+from hystfmu.graph.graph import is_sampled
 
 Make = Callable[..., Events]
 GRAPHS: dict[str, Callable[[], Graph]] = {"loop": loop, "mixed": mixed, **{n: lambda n=n: single(n) for n in BLOCKS}}

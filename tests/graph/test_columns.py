@@ -8,7 +8,7 @@ from scipy.signal import cont2discrete, lfilter
 
 from hystfmu import Graph, InputError, Node
 from hystfmu.base.arrays import Array
-from hystfmu.graph.columns import Recursion, discretised, parallel_lags
+from hystfmu.graph.recursion import Recursion, discretised, parallel_lags
 
 SEED = int(np.random.default_rng().integers(2**31))
 H = 1e-3

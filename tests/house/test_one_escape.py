@@ -6,12 +6,12 @@ import pytest
 
 PACKAGE = Path(__file__).parents[2] / "python" / "hystfmu"
 PLACES = {  # spelling: the files that may use it
-    "click.echo(": {"report/verbosity.py"},
+    "click.echo(": {"report/terminal.py"},
     "click.secho(": set(),
     "html.escape(": {"base/printable.py"},
     "from html import": set(),
     "saxutils": set(),
-    "ET.tostring(": {"fmu/archive/writing.py"},
+    "ET.tostring(": {"fmu/archive.py"},
 }
 
 

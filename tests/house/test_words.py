@@ -58,6 +58,23 @@ RIDDLES: dict[str, tuple[str, str]] = {
     r"\b(a|an|the) \w+ that is none\b": ("invalid; no number", "A name that is none is refused."),
     r"\bso is the\b": ("repeat the verb", "If it is wrong, so is the set."),
 }
+READ = ("README.md", "CHANGELOG.md", "SECURITY.md", "python/docs", "tests/fmu/importers/matrix.py")
+# private words of pages that users read: pattern -> the field term, and a sentence with the fault
+PRIVATE: dict[str, tuple[str, str]] = {
+    r"\b(the|same|equal|own) bits\b": ("bit-identical", "Both engines give the same bits."),
+    r"\bplant over inverse\b": (
+        "incremental gain (inverse and plant in series)",
+        "The slope of plant over inverse is 1.",
+    ),
+    r"\bthe bend\b|\ba bend\b": ("static nonlinearity", "The plays are followed by a bend."),
+    r"\bcounted rows\b": ("training rows without held-out rows", "y is the target on the counted rows."),
+    r"\brate of the record\b": ("frequency of the cycles, sample rate", "A sine at the rate of the record."),
+    r"\bdrawn (device|law|plant|stage)s?\b": (
+        "random device; explain it once",
+        "The loop is stable on all drawn devices.",
+    ),
+    r"\bclock stamps?\b": ("time stamp, time of day", "Date and clock stamps are read."),
+}
 ASKING = re.compile(r'"""(what|whether|where|why|how|which)\b')
 
 
@@ -102,6 +119,17 @@ def test_a_riddle_does_not_come_back(pattern: str, tmp_path: Path):
     assert not faults, f"say {use!r} instead: {faults}"
 
 
+@pytest.mark.parametrize("pattern", PRIVATE)
+def test_a_private_word_does_not_come_back(pattern: str, tmp_path: Path):
+    use, fault = PRIVATE[pattern]
+    planted = tmp_path / "planted.md"
+    planted.write_text(f"# Page\n\n{fault}\n")
+    assert len(found(re.compile(pattern), {planted})) == 1
+    glossary = Path(ROOT / "python" / "docs" / "glossary.md")
+    faults = found(re.compile(pattern), {p for place in READ for p in files(place)} - {glossary})
+    assert not faults, f"say {use!r} instead: {faults}"
+
+
 def test_a_docstring_begins_with_its_subject(tmp_path: Path):
     """A verb or a noun comes first, not "What ..." or "Whether ..."."""
     planted = tmp_path / "planted.py"
@@ -113,5 +141,5 @@ def test_a_docstring_begins_with_its_subject(tmp_path: Path):
 
 def test_every_place_has_files():
     """A place that was renamed would pass unseen."""
-    for place in {*PROSE, *(place for _, places in WORDS.values() for place in places)}:
+    for place in {*PROSE, *READ, *(place for _, places in WORDS.values() for place in places)}:
         assert files(place), f"{place} has no text files: correct the list of places"

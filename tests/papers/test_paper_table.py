@@ -8,7 +8,7 @@ import reasons
 from click.testing import CliRunner
 
 from hystfmu.cli import main
-from hystfmu.report.ratios import Ratio, Ratios
+from hystfmu.report.diagrams import Ratio, Ratios
 from papers.bounded import bounded
 from papers.row import Row
 from papers.table import Report, nearest

@@ -198,7 +198,7 @@ def test_hidden_sweep():
     found = hidden_sweep(x, y, odd, even, (2, 1, 8), chosen, progress=fractions.append)
     assert found[1] > 100 * found[2] > 0
     assert list(found) == [2, 1, 8]
-    here = hidden_sweep(x, y, odd, even, (1,), chosen)  # in this process, not in two others
+    here = hidden_sweep(x, y, odd, even, (1,), chosen)
     assert here[1] == pytest.approx(found[1], rel=1e-6)
     assert max(fractions) == 1
     assert all(0 < f <= 1 for f in fractions)

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from hystfmu import report
-from hystfmu.report.axis import axis, tick
-from hystfmu.report.curve import thin
+from hystfmu.report.axis import axis, thin, tick
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hystfmu.report.digits import figure_of, percent
+from hystfmu.report.page import figure_of, percent
 
 
 @pytest.mark.parametrize(

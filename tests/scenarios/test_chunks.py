@@ -13,7 +13,7 @@ import pytest
 from engines import ready
 
 import hystfmu as hy
-from hystfmu.data.csv_file import csv_text
+from hystfmu.data.columns import csv_text
 from hystfmu.scenario import Cases, Run, build, simulate
 from hystfmu.scenario.engine.simulation import chunks
 from hystfmu.scenario.outcome.metrics import Measure, measure

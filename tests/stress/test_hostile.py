@@ -28,9 +28,8 @@ from scipy.io import savemat
 
 from hystfmu import InputError, Model, read
 from hystfmu.base.confine import Box, confine
-from hystfmu.base.told_arrays import serve
-from hystfmu.data.reader import confined
-from hystfmu.data.reader.formats import PARSERS
+from hystfmu.data.reader import arrays
+from hystfmu.data.reader.formats import PARSERS, serve
 from hystfmu.fmu import export_fmu
 from hystfmu.scenario import Cases
 from hystfmu.scenario.outcome.baseline import Baseline
@@ -379,7 +378,7 @@ def test_many_mutated_files(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     times = 1000 if name in ("fmu", "fmu3", "ssp", *IN_A_PROCESS) else 5000
-    monkeypatch.setattr(confined, "Child", Forked)
+    monkeypatch.setattr(arrays, "Child", Forked)
     refused, longest, grown = run(name, tmp_path, times, monkeypatch)
     with capsys.disabled():
         print(

@@ -19,7 +19,7 @@ from embedded import graphs
 from targets import CORE, CORE_SOURCES, FMI_SOURCES, MEANING, Target, fmi_headers, run
 
 import hystfmu
-from hystfmu.graph.sample_time import sample_time
+from hystfmu.graph.graph import sample_time
 
 HERE = Path(__file__).parent
 BINARY = Path(hystfmu.__file__).with_name("_fmu.so")

@@ -1,16 +1,18 @@
 """Confine foreign native code on Linux to the files that it needs, without network and other processes.
 
-Landlock and seccomp need no privileges. They do not affect files that are already open, such as results and output of
-the process. Neither the process nor its child processes can regain the rights that the process has given up.
+Landlock, seccomp(2) and the loss of capabilities(7) need no privileges. They do not affect files that are already open,
+such as results and output of the process. Neither the process nor its child processes can regain the rights that the
+process has given up.
 
-Landlock: https://docs.kernel.org/userspace-api/landlock.html. This module imports only the standard library, because it
-runs before anything else is loaded.
+Landlock: https://docs.kernel.org/userspace-api/landlock.html. Filters: linux/filter.h, linux/seccomp.h. This module
+imports only the standard library, because it runs before anything else is loaded.
 """
 
 from __future__ import annotations
 
 import ctypes as C
 import os
+import platform
 import re
 import site
 import stat
@@ -19,8 +21,177 @@ import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import count
 
-from hystfmu.base.system_calls import call, can_refuse, drop_capabilities, libc, refuse_calls
+_READ_BOUND, _DROP_BOUND = 23, 24  # of the bounding set, by prctl
+_AMBIENT, _CLEAR = 47, 4
+_VERSION_3 = 0x20080522  # of capset: three sets of 64 bits
+
+
+def libc() -> C.CDLL:
+    """Return the C library."""
+    return C.CDLL(None, use_errno=True)
+
+
+def call(name: str, *arguments: object) -> int:
+    """Call a function of the C library that returns a negative number if it fails.
+
+    Raises
+    ------
+    OSError
+        The function failed.
+    """
+    result: int = getattr(libc(), name)(*[C.c_ulong(a) if isinstance(a, int) else a for a in arguments])
+    if result < 0:
+        number = C.get_errno()
+        raise OSError(number, os.strerror(number))
+    return result
+
+
+def drop_capabilities() -> None:
+    """Empty all sets of capabilities of this thread.
+
+    Programs that the thread starts cannot regain capabilities. The bounding set is empty or cannot be changed, and the
+    process has already renounced new privileges.
+
+    Raises
+    ------
+    OSError
+        The system refuses.
+    """
+    with suppress(OSError):  # EINVAL: the last one that this kernel knows is dropped; EPERM: no right to do so
+        for number in count():
+            if call("prctl", _READ_BOUND, number, 0, 0, 0):
+                call("prctl", _DROP_BOUND, number, 0, 0, 0)
+    with suppress(OSError):  # Linux before 4.3 has no ambient ones
+        call("prctl", _AMBIENT, _CLEAR, 0, 0, 0)
+    call("capset", struct.pack("=Ii", _VERSION_3, 0), bytes(24))
+
+
+_GET_SECCOMP, _SET_SECCOMP, _FILTER = 21, 22, 2
+_X32 = 0x40000000
+_AUDIT = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
+# numbers on x86_64 and aarch64
+_REFUSED = {
+    # a socket to a local service would undo all other limits; io_uring makes sockets without their call
+    "socket": (41, 198),
+    "io_uring_setup": (425, 425),
+    # keys of the user, and memory and queues that other processes share
+    "add_key": (248, 217),
+    "request_key": (249, 218),
+    "keyctl": (250, 219),
+    "shmget": (29, 194),
+    "semget": (64, 190),
+    "msgget": (68, 186),
+    "mq_open": (240, 180),
+    # memory, files and counters of another process
+    "ptrace": (101, 117),
+    "pidfd_getfd": (438, 438),
+    "kcmp": (312, 272),
+    "process_madvise": (440, 440),
+    "process_mrelease": (448, 448),
+    "perf_event_open": (298, 241),
+}
+# the process is their first argument; 0 is the caller
+_OF_A_PROCESS = {
+    "prlimit64": (302, 261),
+    "sched_setparam": (142, 118),
+    "sched_setscheduler": (144, 119),
+    "sched_setaffinity": (203, 122),
+    "sched_setattr": (314, 274),
+    "migrate_pages": (256, 238),
+    "move_pages": (279, 239),
+    "process_vm_readv": (310, 270),
+    "process_vm_writev": (311, 271),
+}
+# the process is their second argument, if the first one says so: not a group or a user
+_OF_A_KIND = {"setpriority": (0, 141, 140), "ioprio_set": (1, 251, 30)}
+# for a Landlock that does not refuse them to processes outside
+_SIGNALS = {
+    "kill": (62, 129),
+    "tkill": (200, 130),
+    "tgkill": (234, 131),
+    "rt_sigqueueinfo": (129, 138),
+    "rt_tgsigqueueinfo": (297, 240),
+}
+_PIDFD_SEND_SIGNAL, _FCNTL, _IOCTL_CALL = (424, 424), (72, 25), (16, 29)
+_OWNERS = (8, 15)  # F_SETOWN, F_SETOWN_EX: who gets the signals of a file
+# TIOCSTI and TIOCLINUX type on the terminal of the user; FIOSETOWN, SIOCSPGRP as F_SETOWN
+_CONTROLS = (0x5412, 0x541C, 0x8901, 0x8902)
+
+_LOAD, _JUMP, _EQUAL, _LEAST, _END = 0x20, 0x05, 0x15, 0x35, 0x06
+_ALLOW, _REFUSE, _KILL = 0x7FFF0000, 0x00050000 | 13, 0x80000000  # 13: EACCES
+_Line = tuple[int, int, int, int]  # of a filter: code, lines to skip if true, if false, value
+
+
+def can_refuse() -> bool:
+    """Return whether the running system has filters for system calls."""
+    if sys.platform != "linux" or platform.machine() not in _AUDIT or sys.maxsize < 2**32:
+        return False
+    return int(libc().prctl(_GET_SECCOMP, 0, 0, 0, 0)) >= 0
+
+
+def refuse_calls(signals: bool) -> None:
+    """Refuse system calls that reach services and other processes of the user.
+
+    A process may act on itself. A filter sees only process numbers, so it treats a thread as another process. A program
+    of another architecture has other call numbers, so the filter kills this program.
+
+    Parameters
+    ----------
+    signals : bool
+        Whether signals to all other processes are refused, also to processes that this process starts.
+
+    Raises
+    ------
+    OSError
+        The system refuses the filter.
+    """
+    machine = list(_AUDIT).index(platform.machine())
+    me = os.getpid()
+    rules = [_rule(numbers[machine]) for numbers in _REFUSED.values()]
+    rules += [_rule(numbers[machine], _among(0, 0, me)) for numbers in _OF_A_PROCESS.values()]
+    for kind, *numbers in _OF_A_KIND.values():
+        rules.append(_rule(numbers[machine], _among(0, kind), _among(1, 0, me)))
+    rules.append(_rule(_IOCTL_CALL[machine], _not_among(1, *_CONTROLS)))
+    if signals:
+        rules += [_rule(numbers[machine], _among(0, me)) for numbers in _SIGNALS.values()]
+        rules += [_rule(_PIDFD_SEND_SIGNAL[machine]), _rule(_FCNTL[machine], _not_among(1, *_OWNERS))]
+    program = [
+        (_LOAD, 0, 0, 4),  # the architecture of the caller
+        (_EQUAL, 1, 0, _AUDIT[platform.machine()]),
+        (_END, 0, 0, _KILL),
+        (_LOAD, 0, 0, 0),  # the number of the call
+        (_LEAST, 0, 1, _X32),
+        (_END, 0, 0, _REFUSE),
+        *[line for rule in rules for line in rule],
+        (_END, 0, 0, _ALLOW),
+    ]
+    code = C.create_string_buffer(b"".join(struct.pack("=HBBI", *line) for line in program))
+    filter_ = C.create_string_buffer(struct.pack("@HP", len(program), C.addressof(code)))
+    call("prctl", _SET_SECCOMP, _FILTER, filter_, 0, 0)
+
+
+def _rule(number: int, *tests: list[_Line]) -> list[_Line]:
+    """Return the filter lines of a call; the call is refused unless there are tests and it passes all of them."""
+    lines = [line for test in tests for line in test]
+    lines.append((_END, 0, 0, _ALLOW if tests else _REFUSE))
+    return [(_EQUAL, 0, len(lines), number), *lines]
+
+
+def _among(argument: int, *values: int) -> list[_Line]:
+    return [*_compared(argument, values), (_END, 0, 0, _REFUSE)]
+
+
+def _not_among(argument: int, *values: int) -> list[_Line]:
+    return [*_compared(argument, values), (_JUMP, 0, 0, 1), (_END, 0, 0, _REFUSE)]
+
+
+def _compared(argument: int, values: tuple[int, ...]) -> list[_Line]:
+    """Return lines that skip one more line if the lower half of an argument has a value; the upper half is ignored."""
+    lines = [(_EQUAL, len(values) - k, 0, value) for k, value in enumerate(values)]
+    return [(_LOAD, 0, 0, 16 + 8 * argument), *lines]
+
 
 # others may be keys and passwords; SECURITY.md has the same list
 _KNOWN = re.compile(

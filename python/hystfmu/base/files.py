@@ -1,4 +1,8 @@
-"""Untrusted input files have size limits and one-line errors. Writes are atomic and replace only regular files."""
+"""Untrusted input files have size limits and one-line errors. Writes are atomic and replace only regular files.
+
+A command may replace the files that it wrote, and with --force all files. Writing the same content again is always
+allowed. From Python, `save` and `export` always replace a file.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +13,8 @@ import stat
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
@@ -17,12 +23,148 @@ import tomli_w
 
 from hystfmu.base.errors import InputError, meant, meant_file
 from hystfmu.base.printable import printable, unprintable
-from hystfmu.base.replacing import place
+
+_CHUNK = 2**20
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """Files that the running command may replace."""
+
+    force: bool
+    own: set[Path] = field(default_factory=set)  # files, and folders with all that is in them
+
+
+@dataclass(frozen=True)
+class _New:
+    """A written file that does not have its final name yet."""
+
+    file: Path
+    target: Path
+    shown: str
+    apart: re.Pattern[bytes] | None
+
+
+_RULE: ContextVar[_Rule | None] = ContextVar("rule", default=None)
+_WAITING: ContextVar[list[_New] | None] = ContextVar("waiting", default=None)
+
+
+@contextmanager
+def keeping(force: bool) -> Iterator[None]:
+    """Refuse to replace files with different content in this context, unless `force`."""
+    before = _RULE.set(_Rule(force))
+    try:
+        yield
+    finally:
+        _RULE.reset(before)
+
+
+def own(*paths: str | Path) -> None:
+    """Allow replacement of these files, and of all files in these folders.
+
+    The command wrote these files, or must change them.
+    """
+    if rule := _RULE.get():
+        rule.own.update(_real(p) for p in paths)
+
+
+def may_replace(path: str | Path) -> bool:
+    """Return whether the file at `path` may be replaced by any content."""
+    rule, real = _RULE.get(), _real(path)
+    return rule is None or rule.force or not real.exists() or any(p in rule.own for p in (real, *real.parents))
+
+
+def refuse_existing(*paths: str | Path) -> None:
+    """Refuse existing files whose content differs in each run, before the command computes anything.
+
+    Raises
+    ------
+    InputError
+        One of these files exists, and the command may not replace this file.
+    """
+    for path in paths:
+        if not may_replace(path):
+            raise refusal(path)
+
+
+def refusal(path: str | Path) -> InputError:
+    """Return the error for a file that must not be replaced."""
+    return InputError(f"{path}: exists with other content. Name another file, or replace it with --force.")
+
+
+@contextmanager
+def together() -> Iterator[None]:
+    """Rename all files that are written in this context at its end; if the context fails, rename no file."""
+    waiting: list[_New] = []
+    before = _WAITING.set(waiting)
+    try:
+        yield
+        placed = [new for new in waiting if _is_wanted(new)]
+        for new in placed:
+            os.replace(new.file, new.target)
+            own(new.target)
+    finally:
+        _WAITING.reset(before)
+        for new in waiting:
+            new.file.unlink(missing_ok=True)
+
+
+def place(file: Path, target: Path, shown: str | Path, apart: re.Pattern[bytes] | None = None) -> None:
+    """Rename a written file to its final name, at once or at the end of `together`; remove an unchanged file.
+
+    Parameters
+    ----------
+    file, target : Path
+        Written file and final name, in the same folder.
+    shown : path
+        The target as the user names it.
+    apart : pattern, optional
+        Pattern of parts that are ignored in a comparison of contents, such as the run time of a fit.
+
+    Raises
+    ------
+    InputError
+        The target has other content, and the command may not replace the target.
+    """
+    new, waiting = _New(file, target, str(shown), apart), _WAITING.get()
+    if waiting is not None:
+        waiting.append(new)
+    elif _is_wanted(new):
+        os.replace(file, target)
+        own(target)
+    else:
+        file.unlink()
+
+
+def _is_wanted(new: _New) -> bool:
+    if may_replace(new.target):
+        return True
+    if not _same(new.file, new.target, new.apart):
+        raise refusal(new.shown)
+    return False
+
+
+def _same(a: Path, b: Path, apart: re.Pattern[bytes] | None) -> bool:
+    if apart is not None:
+        return apart.sub(b"", a.read_bytes()) == apart.sub(b"", b.read_bytes())
+    if a.stat().st_size != b.stat().st_size:
+        return False
+    with a.open("rb") as first, b.open("rb") as second:
+        while chunk := first.read(_CHUNK):
+            if chunk != second.read(_CHUNK):
+                return False
+    return True
+
+
+def _real(path: str | Path) -> Path:
+    return Path(os.path.realpath(path))
+
 
 MOST_BYTES = 256 * 2**20
 _MOST_FAULTS = 20  # of a file, told in one line
 _LINE = re.compile(r"at line (\d+)")  # in a message of tomllib
-_ARRAY = re.compile(r"\[\n((?: *(?:[-+.\w]+|\"[^\"\\\\\n]*\"),\n)+) *\]")  # of numbers or names, as tomli_w writes it
+_WIDE = 120  # of a line: a table or an array of tables that fits stands on one
+_BARE = re.compile(r"[A-Za-z0-9_-]+\Z")  # a key without quotes
 
 M = TypeVar("M", bound=pydantic.BaseModel)
 Key = tuple[str | int, ...]
@@ -77,7 +219,7 @@ def written(path: str | Path, apart: re.Pattern[bytes] | None = None) -> Iterato
     ----------
     path : str or Path
     apart : pattern, optional
-        Pattern of parts that are ignored in a comparison, see `hystfmu.base.replacing`.
+        Pattern of parts that are ignored in a comparison, see `hystfmu.base.files`.
 
     Raises
     ------
@@ -288,7 +430,57 @@ def write_toml(
         The file cannot be written, or `load_toml` would refuse a key or a text.
     """
     _check_printable(data, path)
-    lines = "".join(f"# {line}\n" for line in heading.splitlines())
-    # tomli_w writes an array as one item a line: pages of weights.  Trap: only its strings hold no line ends
-    text = _ARRAY.sub(lambda m: f"[{', '.join(item.strip()[:-1] for item in m[1].splitlines())}]", tomli_w.dumps(data))
-    write_bytes(path, (lines + text).encode(), apart)
+    lines = [*(f"# {line}" for line in heading.splitlines()), *_toml(data)]
+    write_bytes(path, "".join(f"{line}\n" for line in lines).encode(), apart)
+
+
+def _toml(table: dict[str, Any], place: str = "") -> Iterator[str]:
+    """Yield the lines of a table. Values, arrays and short tables take one line each; a long table takes its own part.
+
+    Trap: a value behind ``[place.key]`` would belong to that table. So values come first, and a table behind a long one
+    is a long one too: the tables keep their order.
+    """
+    parts: list[tuple[str, Any]] = []
+    for key, value in table.items():
+        line = f"{_key(key)} = {_inline(value)}"
+        tables = isinstance(value, list) and value and all(isinstance(v, dict) for v in value)
+        if isinstance(value, dict):
+            short = bool(place) and not any(isinstance(v, dict) for v in value.values()) and len(line) <= _WIDE
+        else:
+            short = not tables or max(len(_inline(v)) for v in value) <= _WIDE - 5
+        if not short or (parts and (tables or isinstance(value, dict))):
+            parts.append((f"{place}{_key(key)}", value))
+        elif len(line) > _WIDE and isinstance(value, list) and any(isinstance(v, list | dict) for v in value):
+            yield from (f"{_key(key)} = [", *_packed(value), "]")
+        else:
+            yield line
+    for name, value in parts:
+        for part in [value] if isinstance(value, dict) else value:
+            lines = [*_toml(part, f"{name}.")]
+            if not isinstance(value, dict) or not lines or lines[0]:  # a table of tables alone needs no header
+                yield from ("", f"[{name}]" if isinstance(value, dict) else f"[[{name}]]")
+            yield from lines
+
+
+def _packed(items: list[Any]) -> Iterator[str]:
+    """Yield lines with as many items of an array as fit."""
+    line = ""
+    for text in (f"{_inline(v)}," for v in items):
+        if line and len(line) + 1 + len(text) > _WIDE:
+            yield line
+            line = ""
+        line = f"{line} {text}" if line else f"    {text}"
+    yield line
+
+
+def _inline(value: Any) -> str:
+    if isinstance(value, dict):
+        items = ", ".join(f"{_key(k)} = {_inline(v)}" for k, v in value.items())
+        return f"{{ {items} }}" if items else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_inline, value))}]"
+    return tomli_w.dumps({"v": value}).removeprefix("v = ").removesuffix("\n")
+
+
+def _key(key: str) -> str:
+    return key if _BARE.match(key) else _inline(key)

@@ -18,8 +18,7 @@ from typing import Any
 
 from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_bytes, write_text
-from hystfmu.base.replacing import may_replace, own, refuse_existing
+from hystfmu.base.files import may_replace, own, read_bytes, refuse_existing, write_text
 
 RECORD = "steps.json"
 _FOLDER = "folder"  # in the record, beside the steps

@@ -12,7 +12,7 @@ from hystfmu.base.errors import InputError, extras
 from hystfmu.base.printable import printable
 from hystfmu.cli import design, fit, fmus, models, predict, results, run, scenarios, simulate, study
 from hystfmu.cli.options import BAD_INPUT, INTERRUPTED, Command
-from hystfmu.report.verbosity import echo
+from hystfmu.report.terminal import echo
 
 __all__ = ["main"]
 

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.replacing import together
+from hystfmu.base.files import together
 from hystfmu.cli import places
 from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
-from hystfmu.report.verbosity import echo, say, wrong
+from hystfmu.report.terminal import echo, say, wrong
 
 if TYPE_CHECKING:
     from hystfmu.face.scenario import Scenario
@@ -97,7 +97,7 @@ def repetitive(
              hystfmu design repetitive scenarios/stage/irc -o scan --frequency 100
     """
     from hystfmu.redesign import repetitive as design_repetitive
-    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import progress
 
     if period is not None and frequency is not None:
         raise InputError("--period and --frequency state the same. Got both.")
@@ -176,7 +176,7 @@ def _structure(name: str, text: str) -> None:
         scenario: str, out: str, ms: float | None, bandwidth: float | None, percent: float, as_json: bool
     ) -> None:
         from hystfmu.redesign import controller
-        from hystfmu.report.progress import progress
+        from hystfmu.report.terminal import progress
 
         (source,) = places.found([scenario])
         into = _folder(out, source)

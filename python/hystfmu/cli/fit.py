@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.replacing import may_replace, refusal, together
+from hystfmu.base.files import may_replace, refusal, together
 from hystfmu.cli.columns import Columns, data_options
 from hystfmu.cli.options import FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option
-from hystfmu.report.verbosity import detail, echo, say, tell
+from hystfmu.report.terminal import detail, echo, say, tell
 
 if TYPE_CHECKING:
     from hystfmu.data import Dataset
@@ -123,8 +123,7 @@ def fit(
     from hystfmu.face.interval import free_run, interval_text, known, parts, table_of, with_interval
     from hystfmu.face.page import evidence_lines, free_table
     from hystfmu.identify.catalogue import method
-    from hystfmu.report.progress import progress
-    from hystfmu.report.terminal import table
+    from hystfmu.report.terminal import progress, table
 
     options = assignments(settings)
     method(key)  # a misspelt kind is told before a missing file

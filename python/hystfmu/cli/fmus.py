@@ -21,7 +21,7 @@ from hystfmu.cli.options import (
     json_option,
     unconfined_option,
 )
-from hystfmu.report.verbosity import VERBOSE, echo, level, say
+from hystfmu.report.terminal import VERBOSE, echo, level, say
 
 if TYPE_CHECKING:
     import hystfmu as hy
@@ -243,8 +243,7 @@ def validate(fmu: str, seconds: float, unconfined: bool, as_json: bool) -> None:
     Example: hystfmu validate piezo.fmu
     """
     import hystfmu as hy
-    from hystfmu.report.progress import progress
-    from hystfmu.report.terminal import table
+    from hystfmu.report.terminal import progress, table
 
     with progress("checking") as report:
         problems = hy.validate(fmu, seconds, not unconfined, report)

@@ -7,7 +7,7 @@ from typing import Literal
 import click
 
 from hystfmu.cli.options import FILE, OUTPUT_FILE, Command, assignments, json_option
-from hystfmu.report.verbosity import echo, say, tell
+from hystfmu.report.terminal import echo, say, tell
 
 
 @click.command(cls=Command)
@@ -78,7 +78,7 @@ def inverse(
              hystfmu inverse piezo.model.toml --method adaptive -o adaptive.toml
     """
     import hystfmu as hy
-    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import progress
 
     with progress("inverting") as report:
         made = hy.Model.load(model).inverse(method, seed, report, **assignments(settings))

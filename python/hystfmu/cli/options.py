@@ -9,8 +9,8 @@ import click
 from click.shell_completion import CompletionItem
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.replacing import keeping
-from hystfmu.report.verbosity import NORMAL, QUIET, VERBOSE, level, set_level
+from hystfmu.base.files import keeping
+from hystfmu.report.terminal import NORMAL, QUIET, VERBOSE, level, set_level
 
 if TYPE_CHECKING:
     _Text = click.ParamType[str]

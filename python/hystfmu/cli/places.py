@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hystfmu.base.errors import InputError, meant, meant_file
-from hystfmu.report.verbosity import echo
+from hystfmu.report.terminal import echo
 
 
 def found(paths: Sequence[str]) -> list[Path]:

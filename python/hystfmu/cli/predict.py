@@ -10,7 +10,7 @@ import click
 
 from hystfmu.cli.columns import Columns, data_options
 from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, Command, json_option
-from hystfmu.report.verbosity import echo, say
+from hystfmu.report.terminal import echo, say
 
 
 @click.command(cls=Command)

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hystfmu.base.replacing import refuse_existing
+from hystfmu.base.files import refuse_existing
 from hystfmu.cli.columns import Columns, data_options
 from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
-from hystfmu.report.verbosity import detail, echo, say, verdict, wrong
+from hystfmu.report.terminal import detail, echo, say, verdict, wrong
 
 if TYPE_CHECKING:
     from hystfmu.scenario import Result
@@ -63,7 +63,7 @@ def reproduce(
     """
     from hystfmu.base.errors import InputError
     from hystfmu.base.files import write_text
-    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import progress
 
     of = _papers(papers)
     for name in names if data is None else ():  # without names, the table itself says that its data is missing
@@ -188,8 +188,7 @@ def start(
              hystfmu start stage.csv --reference triangle:100 --bandwidth 80
     """
     from hystfmu.base.files import load_toml
-    from hystfmu.report.progress import progress
-    from hystfmu.report.terminal import table
+    from hystfmu.report.terminal import progress, table
     from hystfmu.start.page import race_table, reference_table
     from hystfmu.start.requirements import Requirements
     from hystfmu.start.run import start as make

@@ -10,7 +10,7 @@ from typing import Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.replacing import refuse_existing
+from hystfmu.base.files import refuse_existing
 from hystfmu.cli import places
 from hystfmu.cli.options import (
     FAILED,
@@ -23,7 +23,7 @@ from hystfmu.cli.options import (
     json_option,
     unconfined_option,
 )
-from hystfmu.report.verbosity import detail, echo, say, wrong
+from hystfmu.report.terminal import detail, echo, say, wrong
 
 
 @click.command(cls=Command)
@@ -116,7 +116,7 @@ def run(
             f"{alone}: The scenario must be a folder. 'hystfmu simulate {alone}' runs an FMU or an archive."
         )
     import hystfmu as hy
-    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import progress
     from hystfmu.scenario import Change
     from hystfmu.scenario.report.machine import write_junit
     from hystfmu.scenario.report.terminal import changes, every_metric, verdicts

@@ -11,7 +11,7 @@ import click
 from hystfmu.base.errors import InputError
 from hystfmu.cli import places
 from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, Command, json_option
-from hystfmu.report.verbosity import VERBOSE, echo, level, say, wrong
+from hystfmu.report.terminal import VERBOSE, echo, level, say, wrong
 
 
 @click.command(cls=Command)
@@ -49,7 +49,7 @@ def margins(
     \b
     Example: hystfmu margins scenarios/pid scenarios/pid_observer
     """
-    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import progress
     from hystfmu.scenario.loop.table import margin_table
 
     if everything == bool(scenarios):

@@ -10,7 +10,7 @@ import click
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, Command, assignments, json_option, unconfined_option
-from hystfmu.report.verbosity import echo, say
+from hystfmu.report.terminal import echo, say
 
 
 class _Of(click.Option):
@@ -122,7 +122,7 @@ def simulate(
     Example: hystfmu simulate loop.ssp -o out.csv
              hystfmu simulate pump.fmu --input in.csv --set k=2 -o out.csv
     """
-    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import progress
 
     kind = file.rpartition(".")[2].lower()
     if kind not in ("fmu", "ssp"):

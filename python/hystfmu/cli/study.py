@@ -9,7 +9,7 @@ import click
 
 from hystfmu.cli import places
 from hystfmu.cli.options import FILE, OUTPUT_FOLDER, Command, json_option, unconfined_option
-from hystfmu.report.verbosity import VERBOSE, echo, level, say
+from hystfmu.report.terminal import VERBOSE, echo, level, say
 
 
 @click.command(cls=Command, interrupted="finished rows are kept; to go on with the others:")
@@ -55,7 +55,7 @@ def study(
              hystfmu study scenarios/pid/draws.study.toml -o out --retry failed
     """
     import hystfmu as hy
-    from hystfmu.report.progress import counter
+    from hystfmu.report.terminal import counter
     from hystfmu.studies.report import spreads
 
     (file,) = places.found([study])

@@ -16,10 +16,9 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.printable import printable
-from hystfmu.data.covariates import Covariates
-from hystfmu.data.csv_file import write_csv
-from hystfmu.data.record_rows import (
+from hystfmu.data.columns import (
     LEAST_ROWS,
+    Covariates,
     check_finite,
     check_one_step,
     check_time,
@@ -27,8 +26,9 @@ from hystfmu.data.record_rows import (
     row_of,
     starts_of,
     train_rows,
+    write_csv,
 )
-from hystfmu.data.resampling import resample
+from hystfmu.data.reversals import resample
 
 if TYPE_CHECKING:
     import pandas

@@ -24,9 +24,7 @@ from hystfmu.model.accuracy import held_out_table
 from hystfmu.report import terminal
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Line, Plot
-from hystfmu.report.progress import progress
-from hystfmu.report.terminal import table
-from hystfmu.report.verbosity import echo, say, wrong
+from hystfmu.report.terminal import echo, progress, say, table, wrong
 from hystfmu.scenario import run
 from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.report.terminal import verdicts

@@ -22,7 +22,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.design.linear import linearise
 from hystfmu.design.plants import Plant
 from hystfmu.graph import Graph, Node
-from hystfmu.graph.columns import discretised
+from hystfmu.graph.recursion import discretised
 from hystfmu.model import Model
 
 

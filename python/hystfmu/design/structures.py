@@ -22,7 +22,7 @@ import numpy as np
 from hystfmu.design.loop_shaping import robust_filters
 from hystfmu.design.plants import Complex, Plant
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.graph.columns import discretised
+from hystfmu.graph.recursion import discretised
 
 Values = Mapping[str, float]
 Speed = Callable[[float], tuple[Complex, Complex | None]]

@@ -28,8 +28,7 @@ from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.model import M, Model, run_along
 from hystfmu.model.accuracy import Interval, errors, interval, rms
-from hystfmu.report.digits import figure_of
-from hystfmu.report.page import Table
+from hystfmu.report.page import Table, figure_of
 
 LEAST = 4  # rows with a varying output that an error needs
 

@@ -152,8 +152,8 @@ class Model(hystfmu.model.Model):
         >>> model.score(other)["rms_percent"] < 2.0
         True
         """
+        from hystfmu.data.columns import train_rows
         from hystfmu.data.reader.reading import dataset_of
-        from hystfmu.data.record_rows import train_rows
         from hystfmu.model import run_along
         from hystfmu.model.accuracy import errors
 

@@ -17,9 +17,8 @@ from hystfmu.inverse import invert
 from hystfmu.model import Model
 from hystfmu.model.coverage import span_of
 from hystfmu.model.explored import explored
-from hystfmu.report.digits import percent
 from hystfmu.report.explorer import Explorer
-from hystfmu.report.page import Section, Table, hero, page, section
+from hystfmu.report.page import Section, Table, hero, page, percent, section
 from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 
 MOST_SHOWN, MOST_FREE = 12, 24  # parameters, and free parameters, in print(model)

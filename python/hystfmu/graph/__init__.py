@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from hystfmu.graph.graph import Graph
-from hystfmu.graph.node import Node, Value
-from hystfmu.graph.ports import ContinuousState, Input, Output, Port
+from hystfmu.graph.node import ContinuousState, Input, Node, Output, Port, Value
 
 __all__ = ["ContinuousState", "Graph", "Input", "Node", "Output", "Port", "Value"]

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 from hystfmu.base.arrays import Array
 from hystfmu.base.calls import checked
 from hystfmu.core.library import BlockType, block_types
-from hystfmu.graph.graph import Graph, Node
-from hystfmu.graph.node import shown
+from hystfmu.graph.graph import Graph
+from hystfmu.graph.node import Node, shown
 
 
 @checked

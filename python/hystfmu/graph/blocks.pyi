@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 
 from hystfmu.base.arrays import Array
 from hystfmu.core.library import BlockType
-from hystfmu.graph.graph import Graph, Node
+from hystfmu.graph.graph import Graph
+from hystfmu.graph.node import Node
 
 class Block:
     """A single block; calling it runs it over input rows from a fresh start."""

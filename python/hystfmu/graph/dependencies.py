@@ -17,8 +17,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.graph.node import Node
-from hystfmu.graph.ports import Port
+from hystfmu.graph.node import Node, Port
 
 Link = tuple[int, int, int, int, int]
 """A wire: node, place, source or -1, place, size."""

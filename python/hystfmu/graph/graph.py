@@ -1,12 +1,17 @@
-"""A graph of blocks as data: nodes in evaluation order, wires, inputs, outputs.
+"""A graph of blocks as data: nodes in evaluation order, wires, inputs, outputs; its block file and its steps.
 
 Endpoints have the form of Modelica, and indices are counted from 1. `"u"` is an input of the graph. `"net.u[2]"` is the
-second element of the variable `u` of the node `net`. `"net.u"` is the whole variable.
+second element of the variable `u` of the node `net`. `"net.u"` is the whole variable. The block file
+(`resources/block.bin`) is the graph serialised for the core; `fmu_build/README.md` has the format.
 """
 
 from __future__ import annotations
 
+import binascii
+import hashlib
+import math
 import re
+import struct
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,12 +19,70 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
-from hystfmu.core.executor import Executor
+from hystfmu.core.executor import ContinuousExecutor, Executor
 from hystfmu.core.library import Var
-from hystfmu.graph.block_file import block_file, token_of
 from hystfmu.graph.dependencies import dependencies, evaluation_order
-from hystfmu.graph.node import Node, Value
-from hystfmu.graph.ports import ContinuousState, Input, Output, Port, element_names
+from hystfmu.graph.node import ContinuousState, Input, Node, Output, Port, Value, element_names
+
+MAGIC, VERSION = b"HYSTFMU\n", 2
+_TOKEN = 40
+
+
+def block_file(
+    step: float, nodes: Sequence[Node], links: Sequence[tuple[int, int, int, int, int]], ports: Sequence[Port]
+) -> bytes:
+    """Serialise a graph.
+
+    Parameters
+    ----------
+    step : float
+        Sample period (s); 0 if the graph states none.
+    nodes : sequence of Node
+        Blocks in evaluation order.
+    links : sequence of (node, place, source or -1, place, size)
+        Wires, sorted by node.
+    ports : sequence of Port
+        Ports in the order of their value references.
+
+    Returns
+    -------
+    bytes
+    """
+    kinds = {"param": 0, "fixed": 1, "input": 3, "output": 5}
+
+    def name(s: str) -> bytes:
+        b = s.encode("ascii")
+        return struct.pack("<I", len(b)) + b
+
+    out = [struct.pack("<dI", step, len(nodes))]
+    for n in nodes:
+        p = n.parameters()
+        dims = [n.dims[d.name] for d in n.block.dims]
+        out += [name(n.name), name(n.type), struct.pack(f"<I{len(dims)}I", len(dims), *dims)]
+        out += [struct.pack("<I", p.size), p.astype("<f8").tobytes()]
+    starts = [s for p in ports if p.kind == "input" for s in p.start]
+    out.append(struct.pack(f"<I{len(starts)}d", len(starts), *starts))
+    out.append(struct.pack("<I", len(links)))
+    out += [struct.pack("<5i", *link) for link in links]
+    out.append(struct.pack("<I", len(ports)))
+    for port in ports:
+        var = nodes[port.node].block.vars.index(port.var)
+        out += [
+            name(port.name),
+            struct.pack("<5I", kinds[port.kind], port.node, var, port.place, port.size),
+        ]
+    body = b"".join(out)
+    digest = hashlib.sha256(body).hexdigest()
+    token = f"{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}".encode()
+    checked = token.ljust(_TOKEN, b"\0") + body
+    length = len(MAGIC) + 12 + len(checked)
+    return MAGIC + struct.pack("<III", VERSION, length, binascii.crc32(checked)) + checked
+
+
+def token_of(file: bytes) -> str:
+    """Return the token of a block file, a hash of the bytes that follow it."""
+    return file[len(MAGIC) + 12 :][:_TOKEN].rstrip(b"\0").decode()
+
 
 __all__ = ["ContinuousState", "Graph", "Input", "Node", "Output", "Port", "Value"]
 
@@ -318,3 +381,80 @@ class Graph:
             raise InputError(f"The input must be finite in every row. Got {rows[row, k]} in row {row}.")
         y = self.executor().run(rows, self.n_outputs, h, t0)
         return y[:, 0] if y.shape[1] == 1 else y
+
+
+def is_hysteretic(graph: Graph) -> bool:
+    """Return whether a block updates its memory at every completed step of a solver."""
+    return any(n.block.rate == "hysteretic" for n in graph.nodes)
+
+
+def is_sampled(graph: Graph) -> bool:
+    """Return whether a block advances at sample times only."""
+    return any(n.block.rate == "sampled" for n in graph.nodes)
+
+
+def needs_step(graph: Graph) -> bool:
+    """Return whether the model depends on the length of its steps.
+
+    The model depends on this length if it has a sampled block. It also does if the source of a memory changes only at
+    steps, because the graph depends on time, or reads outputs of the last step in a loop.
+    """
+    timed = any(n.block.of("time") for n in graph.nodes)
+    looped = any(source >= to and place != graph.nodes[to].block.trial - 1 for to, place, source, *_ in graph.links)
+    return is_sampled(graph) or ((timed or looped) and any(n.block.rate != "function" for n in graph.nodes))
+
+
+DEFAULT_STEP = 1e-3  # s, without a step of the graph and dynamics
+MOST_SAMPLES = 1_000_000  # in one step, as in an FMU
+_PER_PERIOD = 20  # steps per period or, for a real pole, per 2 pi time constants
+
+
+def sample_time(graph: Graph) -> float | None:
+    """Return the sample time (s); every communication step must be a multiple of it. None if any step is valid.
+
+    A sampled block in a graph without a step takes a sample at each communication point.
+    """
+    return graph.step if graph.step > 0 and needs_step(graph) else None
+
+
+def samples_in(period: float, t: float, h: float) -> int:
+    """Return the number of samples, `period` (s) apart, in a step of `h` (s) that begins at `t` (s).
+
+    Raises
+    ------
+    InputError
+        The step is not a multiple of the period. The tolerance is a thousandth of the period plus rounding errors of
+        the times.
+    """
+    n = math.floor(h / period + 0.5)
+    off, slack = abs(h - n * period), 1e-3 * period + 16 * np.finfo(float).eps * abs(t + h)
+    if not (1 <= n <= MOST_SAMPLES and off <= slack and off < 0.5 * period):
+        raise InputError(
+            f"The step must be a multiple (1 to {MOST_SAMPLES}) of the sample time {period!r} s of the model. "
+            f"Got {h!r} s instead."
+        )
+    return n
+
+
+def suitable_step(graph: Graph) -> float:
+    """Return the step (s) of the default experiment: the step of the graph, or a step for its fastest pole."""
+    if graph.step > 0:
+        return graph.step
+    pole = _fastest_pole(graph)
+    if not (pole > 0 and math.isfinite(pole)):
+        return DEFAULT_STEP
+    step = 2 * math.pi / pole / _PER_PERIOD
+    decade = 10.0 ** math.floor(math.log10(step))
+    return float(f"{max(m for m in (1, 2, 5) if m * decade <= step * (1 + 1e-9)) * decade:.0e}")
+
+
+def _fastest_pole(graph: Graph) -> float:
+    """Return the largest modulus (1/s) of the poles at the start of the graph; 0 without continuous states."""
+    n = len(graph.continuous_states)
+    if not n:
+        return 0.0
+    executor = ContinuousExecutor(graph.to_bytes())
+    executor.start(0.0)
+    executor.evaluate(0.0)
+    columns = [executor.tangent(np.zeros(graph.n_inputs), seed, graph.n_outputs)[1] for seed in np.eye(n)]
+    return float(np.abs(np.linalg.eigvals(np.column_stack(columns))).max())

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 import pydantic
 from pydantic import Field
 
-from hystfmu.graph.graph import Graph, Input, Node, Output
+from hystfmu.graph.graph import Graph
+from hystfmu.graph.node import Input, Node, Output
 
 STRICT = pydantic.ConfigDict(extra="forbid", strict=True, frozen=True)
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=64)]
@@ -70,16 +71,15 @@ class GraphTable(pydantic.BaseModel):
 
 
 def graph_tables(g: Graph) -> dict[str, Any]:
-    """Return a graph as TOML tables, with all values."""
-    return {
-        "wires": [list(w) for w in g.wires],
-        "inputs": [
-            {"name": i.name, "to": list(i.to), "unit": i.unit, "start": float(i.start), "text": i.text}
-            for i in g.inputs
-        ],
-        "outputs": [{"name": o.name, "source": o.source, "unit": o.unit, "text": o.text} for o in g.outputs],
-        "blocks": [{"name": n.name, "type": n.type, "dims": dict(n.dims), "values": _values(n)} for n in g.nodes],
-    }
+    """Return a graph as TOML tables, with all values; empty texts and units of measure are left out."""
+    inputs = [
+        {"name": i.name, "to": list(i.to), "unit": i.unit, "start": float(i.start), "text": i.text} for i in g.inputs
+    ]
+    outputs = [{"name": o.name, "source": o.source, "unit": o.unit, "text": o.text} for o in g.outputs]
+    blocks = [{"name": n.name, "type": n.type, "dims": dict(n.dims), "values": _values(n)} for n in g.nodes]
+    ports: dict[str, list[dict[str, Any]]] = {"inputs": inputs, "outputs": outputs}
+    told = {key: [{k: v for k, v in port.items() if v != ""} for port in found] for key, found in ports.items()}
+    return {"wires": [list(w) for w in g.wires], **told, "blocks": blocks}
 
 
 def _values(n: Node) -> dict[str, Any]:

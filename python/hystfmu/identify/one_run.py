@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
-from hystfmu.data.covariates import Covariates
+from hystfmu.data.columns import Covariates
 
 CYCLES, DECAY = 12, 0.4  # of the oscillation; its last cycle has 1 % of the first
 ROWS = (40, 200)  # in a cycle

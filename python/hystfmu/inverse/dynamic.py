@@ -32,7 +32,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Node
-from hystfmu.graph.columns import discretised
+from hystfmu.graph.recursion import discretised
 from hystfmu.inverse.ports import assembled, over_range
 from hystfmu.model import M, Model, with_starts
 

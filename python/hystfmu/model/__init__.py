@@ -113,7 +113,9 @@ class Model:
         data: dict[str, Any] = {"format": FORMAT, "key": self.key, "text": self.text}
         if self.step is not None:
             data["step"] = float(self.step)
-        data.update(fit=self.fit, provenance=self.provenance, **graph_tables(self.graph))
+        tables = graph_tables(self.graph)
+        blocks = tables.pop("blocks")  # last, long as they are
+        data |= {**tables, "fit": self.fit, "provenance": self.provenance, "blocks": blocks}
         write_toml(path, data, f"HystFMU model '{self.key}': blocks in evaluation order.", _TIME)
 
     @classmethod

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Port
-from hystfmu.graph.ports import element_names
+from hystfmu.graph.node import element_names
 from hystfmu.model import Model
 from hystfmu.model.coverage import COVARIATES, KEY, span_of
 from hystfmu.report.explorer import Driven, Explored, Memory, Slider

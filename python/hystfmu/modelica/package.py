@@ -9,8 +9,7 @@ from pathlib import Path
 
 from hystfmu.base import __version__
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_bytes
-from hystfmu.base.replacing import may_replace, own, refusal
+from hystfmu.base.files import may_replace, own, read_bytes, refusal
 from hystfmu.fmu.write.documentation import history
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit

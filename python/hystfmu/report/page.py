@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import functools
+import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -11,7 +13,41 @@ from typing import Protocol
 
 from hystfmu.base.printable import escape
 from hystfmu.report.explorer import Explorer
-from hystfmu.report.policy import policy
+
+
+def policy(styles: Sequence[str], scripts: Sequence[str] = (), core: bool = False) -> str:
+    """Return the <meta> element that states the policy. It must be in front of every style and script.
+
+    Parameters
+    ----------
+    styles, scripts : sequence of str
+        Complete text between the tags of each <style> and <script> element, including line ends.
+    core : bool
+        Whether the page compiles WebAssembly.
+    """
+    allowed = [*map(_hash, scripts), *(["'wasm-unsafe-eval'"] if core else [])]
+    rules = ["default-src 'none'", f"style-src {' '.join(map(_hash, styles))}"]
+    rules += [f"script-src {' '.join(allowed)}"] if allowed else []
+    rules += ["base-uri 'none'", "form-action 'none'"]
+    return f'<meta http-equiv="Content-Security-Policy" content="{"; ".join(rules)}">'
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+FLOOR = 0.001  # percent
+
+
+def percent(value: float) -> str:
+    """Return an error in percent."""
+    return f"< {FLOOR}" if abs(value) < FLOOR else f"{value:.3g}"
+
+
+def figure_of(value: float, kind: str) -> str:
+    """Return the value of a metric of this kind."""
+    return percent(value) if kind.endswith("_percent") else f"{value:.3g}"
+
 
 NUMBER, ANSWER = ' class="num"', ' class="answer"'
 FOLDED = "Tables"

@@ -1,24 +1,25 @@
 """A line plot as inline SVG, with round ticks and a legend.  The style sheet of the page sets the colours.
 
 A notebook shows a `Plot`, or a `Figure` of several plots. `save` writes HTML or SVG; with matplotlib it also writes PNG
-or PDF. `matplotlib` returns a figure of matplotlib.
+or PDF. `matplotlib` returns a figure of matplotlib, for papers, for slides, and for changes by the user.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError, extras
+from hystfmu.base.files import write_bytes, write_text
 from hystfmu.base.printable import escape
-from hystfmu.report.axis import axis, decades, sparse, tick, width, width_of
-from hystfmu.report.by_matplotlib import SUFFIXES, figure, save_figure
-from hystfmu.report.curve import dots, path, thin
-from hystfmu.report.drawing import drawing, save
+from hystfmu.report.axis import axis, decades, dots, path, sparse, thin, tick, width, width_of
+from hystfmu.report.page import policy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as MatplotlibFigure
@@ -30,6 +31,17 @@ T = TypeVar("T", float, Array)
 COLOURS = 5  # of the style sheet
 MOST_POINTS = 250  # per line; longer lines are thinned
 LOOP_POINTS = 5000  # of a loop with many reversals
+ACROSS, TITLE = 2, 24  # diagrams in a row; height of a title
+INCHES, DOTS_PER_INCH = (5.0, 3.4), 150  # of a diagram of matplotlib
+_STYLE = (
+    ".hystfmu{background:#fff;font-family:system-ui,sans-serif}.hystfmu .grid{stroke:#d9e0e6;fill:none}"
+    ".hystfmu .frame{stroke:#5d6b78;fill:none}.hystfmu .tick{fill:#5d6b78;font-size:11px}"
+    ".hystfmu .title{fill:#1b2733;font-size:13px}"
+    ".hystfmu .line{vector-effect:non-scaling-stroke;fill:none;stroke-width:1.4;stroke-linejoin:round}"
+    ".hystfmu .c0{stroke:#0b63b5}.hystfmu .c1{stroke:#c24a17}.hystfmu .c2{stroke:#2a7f45}.hystfmu .c3{stroke:#8a3fa0}"
+    ".hystfmu .c4{stroke:#8a6500}.hystfmu .dots{stroke-width:4;stroke-linecap:round}"
+    ".hystfmu .shade{stroke:none;fill:#5d6b78;fill-opacity:.18}"
+)
 
 
 @dataclass(frozen=True)
@@ -150,8 +162,20 @@ class Figure:
         return f"Figure({', '.join(repr(p.title) for p in self.plots)})"
 
     def _repr_html_(self) -> str:
-        """Return HTML for a notebook."""
-        return drawing([(p.title, p.svg()) for p in self.plots], WIDTH, HEIGHT)
+        """Return HTML for a notebook: one <svg> element with style that contains the diagrams."""
+        columns = min(ACROSS, max(len(self.plots), 1))
+        whole = columns * WIDTH, -(-len(self.plots) // columns) * (HEIGHT + TITLE)
+        parts = [
+            f'<svg class="hystfmu" xmlns="http://www.w3.org/2000/svg" width="{whole[0]}" height="{whole[1]}" '
+            f'viewBox="0 0 {whole[0]} {whole[1]}"><style>{_STYLE}</style>'
+        ]
+        for k, p in enumerate(self.plots):
+            x, y = k % columns * WIDTH, k // columns * (HEIGHT + TITLE)
+            parts.append(f'<text class="title" x="{x + 8}" y="{y + 16}">{escape(p.title)}</text>')
+            parts.append(
+                p.svg().replace("<svg ", f'<svg x="{x}" y="{y + TITLE}" width="{WIDTH}" height="{HEIGHT}" ', 1)
+            )
+        return "".join([*parts, "</svg>"])
 
     def save(self, path: str | Path) -> Path:
         """Write the diagrams to `path`: ``*.html`` or ``*.svg``; with matplotlib also ``*.png`` or ``*.pdf``.
@@ -161,9 +185,22 @@ class Figure:
         InputError
             The suffix is another one, the file cannot be written, or matplotlib is needed and not installed.
         """
-        if Path(path).suffix in SUFFIXES:
-            return save_figure(self.plots, Path(path))
-        return save(path, self.plots[0].title if self.plots else "HystFMU", self._repr_html_())
+        path = Path(path)
+        if path.suffix in (".png", ".pdf"):
+            content = BytesIO()  # after an error no incomplete file remains
+            self.matplotlib().savefig(content, format=path.suffix[1:], dpi=DOTS_PER_INCH)
+            write_bytes(path, content.getvalue())
+        elif path.suffix == ".svg":
+            write_text(path, self._repr_html_() + "\n")
+        elif path.suffix == ".html":
+            title = escape(self.plots[0].title if self.plots else "HystFMU")
+            head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">{policy([_STYLE])}'
+            write_text(path, f"{head}<title>{title}</title></head><body>\n{self._repr_html_()}\n</body></html>\n")
+        else:
+            raise InputError(
+                f"{path}: The file of a plot must end in .html, .svg, .png or .pdf. Got {path.suffix!r} instead."
+            )
+        return path
 
     def matplotlib(self) -> MatplotlibFigure:
         """Return the diagrams, with all rows of their data, as a figure of matplotlib.
@@ -180,7 +217,29 @@ class Figure:
         >>> [axes.get_xlabel() for axes in figure.axes]
         ['u (V)']
         """
-        return figure(self.plots)
+        with extras("a figure of matplotlib"):
+            from matplotlib.figure import Figure  # not pyplot: no window, and nothing that lives on
+        across = min(ACROSS, max(len(self.plots), 1))
+        down = -(-len(self.plots) // across) or 1
+        made = Figure((INCHES[0] * across, INCHES[1] * down), layout="constrained")
+        for k, p in enumerate(self.plots):
+            axes = made.add_subplot(down, across, k + 1)
+            for line in p.lines:
+                if line.shade:
+                    axes.fill(line.x, line.y, color="gray", alpha=0.2, linewidth=0, label=_plain(line.name))
+                else:
+                    axes.plot(line.x, line.y, "." if line.dots else "-", linewidth=1.2, label=_plain(line.name))
+            axes.set(title=_plain(p.title), xlabel=_plain(p.x_label), ylabel=_plain(p.y_label))
+            axes.set_xscale("log" if p.log_x else "linear")
+            axes.grid(alpha=0.3)
+            if len(p.lines) > 1:
+                axes.legend(fontsize="small")
+        return made
+
+
+def _plain(text: str) -> str:
+    """Return text that matplotlib shows unchanged. An unescaped dollar would begin a formula."""
+    return text.replace("$", r"\$")
 
 
 def _kind(k: int, line: Line) -> str:

@@ -14,10 +14,10 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import MOST_BYTES, check_target
 from hystfmu.base.printable import printable
-from hystfmu.data.csv_file import write_csv
-from hystfmu.data.reader.headings import TIME
+from hystfmu.data.columns import write_csv
 from hystfmu.data.reader.reading import table_in
 from hystfmu.data.reader.roles import NAMES
+from hystfmu.data.reader.table import TIME
 from hystfmu.fmu.foreign.instance import REAL, Ended, Finding
 from hystfmu.fmu.foreign.simulated import Simulated
 from hystfmu.scenario.engine.simulation import Run, child, one_line

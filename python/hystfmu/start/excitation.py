@@ -23,7 +23,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.data.csv_file import write_csv
+from hystfmu.data.columns import write_csv
 from hystfmu.data.signals import ramps
 from hystfmu.model import Model
 from hystfmu.start.information import information

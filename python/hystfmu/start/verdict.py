@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.base.files import write_text
-from hystfmu.report import digits
+from hystfmu.report import page
 from hystfmu.start.closed_loop import ClosedLoop
 
 SCHEMA: dict[str, Any] = {
@@ -105,7 +105,7 @@ def sentence(told: dict[str, Any]) -> str:
 
 def percent(value: float | None) -> str:
     """Return an error in percent with three digits as text; for None the text "not known"."""
-    return "not known" if value is None else digits.percent(value)
+    return "not known" if value is None else page.percent(value)
 
 
 def write_verdict(folder: Path, told: dict[str, Any]) -> Path:

@@ -13,9 +13,8 @@ from scipy.special import bdtr
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_text
 from hystfmu.base.printable import escape
-from hystfmu.report.bars import Bar, Bars
+from hystfmu.report.diagrams import Bar, Bars, Parallel
 from hystfmu.report.page import Section, Table, figures, page, section, table
-from hystfmu.report.parallel import Parallel
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.outcome.baseline import Change
 from hystfmu.scenario.system.measures import label

@@ -14,9 +14,8 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.printable import escape
-from hystfmu.report.bars import Bar, Bars
+from hystfmu.report.diagrams import Bar, Bars, Coordinate, Parallel
 from hystfmu.report.page import Table, table
-from hystfmu.report.parallel import Coordinate, Parallel
 from hystfmu.report.plot import Figure, Line, Plot
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.effects import Effects

@@ -33,10 +33,9 @@ from dataclasses import replace
 from itertools import islice
 from typing import Any
 
-from hystfmu.base.child import late, limit_memory, tell_unconfined
+from hystfmu.base.child import PipedChild, late, limit_memory, tell_unconfined
 from hystfmu.base.confine import Box, confine
 from hystfmu.base.errors import InputError
-from hystfmu.base.piped_child import PipedChild
 from hystfmu.scenario.engine.simulation import Run, box_of, one_line
 from hystfmu.scenario.system.system import System
 from hystfmu.scenario.system.unit_graph import with_files

@@ -23,8 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.base.errors import InputError, extras
-from hystfmu.base.files import check_target, read_bytes, write_bytes
-from hystfmu.base.replacing import own, refuse_existing
+from hystfmu.base.files import check_target, own, read_bytes, refuse_existing, write_bytes
 from hystfmu.studies.folder_lock import close_locked, open_locked
 
 PART_ROWS = 20_000

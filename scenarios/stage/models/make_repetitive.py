@@ -80,7 +80,7 @@ def main(names: list[str]) -> None:
     """Write the files."""
     for name in names:
         found = design(name)
-        q, l = (np.array2string(v, separator=", ", max_line_width=116, threshold=1000) for v in (found.q, found.l))  # noqa: E741
+        q, l = ([float(f"{v:.8e}") for v in taps] for taps in (found.q, found.l))  # noqa: E741
         taps = {"n_q": N_Q, "n_l": N_L, "gain": GAIN, "cutoff": CUTOFF, "q": q, "l": l}
         text = HEAD.format(name=name, left=max(found.contraction), low=SLOPES[0], high=SLOPES[-1])
         text += UNIT.format(where="", n=round(RATE / 100), active=1, **taps)

@@ -20,7 +20,7 @@ from click.testing import CliRunner, Result
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.identify import METHODS, options
-from hystfmu.report.progress import Bar, span
+from hystfmu.report.terminal import Bar, span
 
 pty = pytest.importorskip("pty", reason="this system has no pseudo-terminal")
 BAR = re.compile(r"(\w[\w ]*)  \[#*-*\] +(\d+) %")

@@ -21,7 +21,7 @@ import hystfmu as hy
 from hystfmu.core.library import block_types
 from hystfmu.fmu import export_fmu
 from hystfmu.fmu.check.foreign_library import ForeignFmu
-from hystfmu.fmu.check.life_trials import leaks
+from hystfmu.fmu.check.trials import leaks
 from hystfmu.graph import Graph, Node
 
 ROOT = Path(__file__).parents[3]

@@ -17,7 +17,7 @@ from fmu_master import loop, single
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
-from hystfmu.fmu.archive.unpack import archive_problems
+from hystfmu.fmu.archive import archive_problems
 from hystfmu.model import Model
 
 XML = "modelDescription.xml"

@@ -36,7 +36,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph
-from hystfmu.graph.sample_time import sample_time
+from hystfmu.graph.graph import sample_time
 from hystfmu.identify import METHODS
 from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_loop, write_ssp
@@ -165,7 +165,7 @@ def problems(fmu: Path) -> float:
 
 
 def gap(got: Array, want: Array) -> float:
-    """The largest difference as a share of the span; 0 only for the same bits."""
+    """The largest difference as a share of the span; 0 only for bit-identical arrays."""
     if got.shape == want.shape and got.tobytes() == want.tobytes():
         return 0.0
     return float(np.abs(got - want).max() / (np.ptp(want) or 1.0)) or 5e-324
@@ -297,18 +297,18 @@ def limits(folder: Path, work: Path) -> list[str]:
             continue
         told = []
         try:
-            told.append(f"fmpy runs it to x = {fmpy.simulate_fmu(str(fmu), stop_time=1.0, step_size=0.1)['x'][-1]:.9g}")
+            told.append(f"fmpy computes x = {fmpy.simulate_fmu(str(fmu), stop_time=1.0, step_size=0.1)['x'][-1]:.9g}")
         except Exception as e:
-            told.append(f"fmpy does not run it ({str(e)[:60]})")
+            told.append(f"fmpy reports an error ({str(e)[:60]})")
         loaded = CosimLocalSlave(fmu_path=str(fmu), instance_name="i").ptr()
-        told.append("libcosim loads it" if loaded else "libcosim does not load it")
+        told.append("libcosim can load the FMU" if loaded else "libcosim cannot load the FMU")
         copy = work / f"{place}.fmu"
         copy.write_bytes(fmu.read_bytes())
         try:
             x = by_ecos(copy, [], ["x"], 1e-3, np.zeros((1000, 0)))[-1, 0]
             clock = by_ecos(copy, [], [], 1e-4, np.zeros((1000, 0)))[:, 0]
             off = np.abs(clock - np.arange(1, 1001) * 1e-4).max()
-            told.append(f"ecos runs it to x = {x:.9g}; its clock adds up its steps and is {off:.0e} s off within 0.1 s")
+            told.append(f"ecos computes x = {x:.9g}, and its time has an error of {off:.0e} s after 0.1 s")
         except Failure as e:
             told.append(f"ecos: {e}")
         found.append(f"Dahlquist, FMI {version}: {'; '.join(told)}.")
@@ -317,11 +317,11 @@ def limits(folder: Path, work: Path) -> list[str]:
         (work / fmu.name).write_bytes(fmu.read_bytes())
         rows, off = first_rows(work)
         found.append(
-            "Feedthrough, FMI 2.0, as a component of an SSP archive behind a constant 1: fmpy has "
-            f"{rows[0]:g} after the first step and {rows[1]:g} after the second, because it passes 0 to every "
-            "connected input in the first step. Therefore a loop of several components starts differently in fmpy if "
-            "it has initial values other than 0. The loops of this table are not affected, because each is a single "
-            f"component. The clock of fmpy also adds up its steps and is {off:.0e} s off within 0.1 s."
+            "Feedthrough, FMI 2.0: the FMU is a component of an SSP archive, and its input is a constant 1. In fmpy "
+            f"the output is {rows[0]:g} after the first step and {rows[1]:g} after the second step, because fmpy sets "
+            "every connected input to 0 in the first step. Therefore a loop of several components starts differently "
+            "in fmpy if its initial values are not 0. The loops of this table are not affected, because each loop is a "
+            f"single component. The time of fmpy is also a sum of steps and has an error of {off:.0e} s after 0.1 s."
         )
         try:
             by_ecos(work / fmu.name, [], ["Float64_continuous_output"], 1e-3, np.zeros((1, 0)))
@@ -398,9 +398,10 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
         "# Importers",
         wrapped(
             """`make importers` runs every kind of model and every shipped loop in importers of other projects, and
-            writes this page. A cell is the largest difference as a share of the span. Kinds are compared with
-            `predict`, loops with the reference in the archive. "bits" means that there is no difference. The exit
-            status is 1 if a cell exceeds its bound."""
+            writes this page. A cell is the largest difference, relative to the span. The results of a model are
+            compared with those of `hystfmu predict`, and the results of a loop with the reference in its archive.
+            The entry "bits" means that the results are bit-identical. The exit status is 1 if a cell exceeds its
+            bound."""
         ),
         "## Kinds of model",
         wrapped(
@@ -410,31 +411,33 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
         "\n".join(
             wrapped(line, "  ")
             for line in (
-                """- "uneven": a run with half, long and short steps. If the model has a sample time, the steps have two
-                or three samples. The steps also contain a rounding error of the clock (5.7e-15 s). Before each step,
-                the FMU must refuse a step of 0. The result is compared with the Python unit.""",
-                """- "ME": Model Exchange by Euler's method with events. Kinds with continuous states run by CVode with
-                a held input, because fmpy changes inputs only between steps of CVode.""",
-                """- "container": a container of fmu-manipulation-toolbox. "fmutool" is the checker of this toolbox.""",
+                """- The column "uneven" is a run with half, long and short steps. If the model has a sample time, a
+                step has two or three samples. The times also contain a rounding error (5.7e-15 s). Before each step,
+                the FMU must return an error for a step of 0. The result is compared with that of the Python unit.""",
+                """- The columns "ME" use Model Exchange with Euler's method and events. Kinds with continuous states
+                use the solver CVode and a constant input, because fmpy changes inputs only between steps of CVode.""",
+                """- The columns "container" use a container of fmu-manipulation-toolbox. "fmutool" is the checker of
+                this toolbox.""",
             )
         ),
         wrapped(
-            f"""libcosim counts nanoseconds and ecos sums its steps. Therefore their steps differ from 1 ms by rounding
-            errors. The bound of a cell is {ROUNDED:g}. For ME it is {SOLVED:g}, because CVode and Newmark's method
-            solve the oscillators differently."""
+            f"""libcosim represents the time in nanoseconds, and ecos computes it as the sum of its steps. Therefore
+            their steps differ from 1 ms by rounding errors. The bound of a cell is {ROUNDED:g}. For Model Exchange it
+            is {SOLVED:g}, because CVode and Newmark's method solve the oscillators differently."""
         ),
         kinds,
         "## Loops",
         wrapped(
-            f"""The table has the first 1000 rows of the first case of every scenario. `hystfmu ssp` writes the scenario
-            as an SSP archive, which three importers read, and as one FMU. "own order" is the largest difference between
-            the archive and the scenario itself, as `hystfmu ssp` prints it. The causes of this difference are events
-            within a step and `ripple`, which other importers do not support. fmpy and ecos sum their steps. The units
-            remove the rounding error of this sum, which a quantiser behind a source would turn into whole levels. The
+            f"""The table compares the first 1000 rows of the first case of every scenario. `hystfmu ssp` writes the
+            scenario as an SSP archive, which three importers simulate, and as one FMU. The column "own order" is the
+            largest difference between the archive and the scenario itself, as `hystfmu ssp` prints it. The causes of
+            this difference are events within a step and the key `ripple`, which other importers do not support. fmpy
+            and ecos compute the time as the sum of their steps. The units remove the rounding error of this sum.
+            Otherwise, a quantiser behind a source would turn the rounding error into a difference of whole levels. The
             bound of a cell is {ROUNDED:g}."""
         ),
         loops,
-        "## What importers cannot do with Reference FMUs either",
+        "## Limitations of importers, shown with Reference FMUs",
         "\n".join(
             textwrap.fill(f"- {t}", 120, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
             for t in told

@@ -31,7 +31,7 @@ from hystfmu import Dataset, Model, fit
 from hystfmu.base.errors import InputError
 from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
-from hystfmu.graph.sample_time import sample_time
+from hystfmu.graph.graph import sample_time
 from hystfmu.inverse import inverse
 from hystfmu.scenario import Cases
 from hystfmu.scenario.engine.simulation import simulate

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -140,76 +138,22 @@ def error(hidden, decay=None, seed=0):
     return half**2 * np.mean((net(x[VALIDATION]) - y[VALIDATION]) ** 2)
 
 
-@pytest.mark.parametrize("decay", [None, 0.01])
-def test_few_small_networks_are_trained_here(monkeypatch, decay):
-    monkeypatch.setattr(sweep, "_start", lambda: pytest.fail("no process is needed"))
+@pytest.mark.parametrize(("decay", "seed"), [(None, 0), (0.01, 0), (None, 4)])
+def test_every_size_has_the_error_of_its_own_network(decay, seed):
     told = []
-    found = sweep.hidden_sweep(X, Y, FITTED, VALIDATION, (2, 1, 3), {**CHOSEN, "decay": decay}, progress=told.append)
-    assert list(found) == [2, 1, 3]
-    assert found == pytest.approx({n: error(n, decay) for n in (1, 2, 3)})
-    assert told == pytest.approx([14 / 44, 25 / 44, 1.0])  # a size costs 10 + n^2
-    again = sweep.hidden_sweep(X, Y, FITTED, VALIDATION, (7,), CHOSEN, 4)  # 59
-    assert again == pytest.approx({7: error(7, seed=4)})
+    chosen = {**CHOSEN, "decay": decay}
+    found = sweep.hidden_sweep(X, Y, FITTED, VALIDATION, (2, 1, 3, 8), chosen, seed, told.append)
+    assert list(found) == [2, 1, 3, 8]
+    assert found == pytest.approx({n: error(n, decay, seed) for n in (1, 2, 3, 8)})
+    assert told == sorted(told)
+    assert len(told) == 4
+    assert told[-1] == 1.0
 
 
-class Process:
-    """A process that runs `_work` when its input is closed."""
-
-    started: ClassVar[list] = []
-
-    def __init__(self, fails=False):
-        self.fails, self.returncode = fails, 1 if fails else 0
-        self.stdin, self.stderr = io.BytesIO(), io.BytesIO(b"first\nlast word\n" if fails else b"")
-        self.stdin.close = self.run
-        self.stdout = []
-        self.started.append(self)
-
-    def run(self):
-        self.task = sweep._Task.read(io.BytesIO(self.stdin.getvalue()))
-        if not self.fails:
-            self.stdout = [f"{n} {self.task.score(n)!r}\n".encode() for n in self.task.counts]
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *exception):
-        return None
-
-
-def test_more_are_shared_by_two_processes_the_longest_first(monkeypatch):
-    Process.started = []
-    monkeypatch.setattr(sweep, "_start", Process)
-    found = sweep.hidden_sweep(X, Y, FITTED, VALIDATION, (1, 2, 3, 4), CHOSEN, 2)  # 11 + 14 + 19 + 26 = 70
-    assert found == pytest.approx({n: error(n, seed=2) for n in (1, 2, 3, 4)})
-    assert list(found) == [1, 2, 3, 4]
-    assert sorted(p.task.counts for p in Process.started) == [(3, 1), (4, 2)]
-    task = Process.started[0].task
-    assert task.options == {
-        "activation": "tanh",
-        "starts": 1,
-        "iterations": 5,
-        "decay": task.options["decay"],
-        "seed": 2,
-    }
-    Process.started = []
-    sweep.hidden_sweep(X, Y, FITTED, VALIDATION, (8,), CHOSEN)
-    assert [p.task.counts for p in Process.started] == [(8,)]
-
-
-def test_a_process_that_fails_says_its_last_line(monkeypatch):
-    monkeypatch.setattr(sweep, "_start", lambda: Process(fails=True))
-    with pytest.raises(RuntimeError, match=r"training networks of \[8\] neurons: \['last word'\]"):
-        sweep.hidden_sweep(X, Y, FITTED, VALIDATION, (8,), CHOSEN)
-
-
-def test_a_process_prints_a_line_for_every_size(capsys):
-    (x, _), (y, _) = scaled(X), scaled(Y)
-    options = {"activation": "tanh", "starts": 1, "iterations": 3, "decay": 1e-6, "seed": 0}
-    task = sweep._Task((x[FITTED], y[FITTED]), (x[VALIDATION], y[VALIDATION]), "lbfgs", options, ())
-    content = io.BytesIO()
-    task.write((2, 1), content)
-    content.seek(0)
-    sweep._work(content)
-    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
-    assert [(int(n), float(e)) for n, e in lines] == [(n, task.score(n)) for n in (2, 1)]
-    assert {f"{k}_NUM_THREADS": "1" for k in ("OMP", "OPENBLAS", "MKL")} == sweep.ONE_THREAD
+def test_the_progress_weights_a_size_by_its_cost():
+    told = []
+    sweep.hidden_sweep(X, Y, FITTED, VALIDATION, (3,), CHOSEN, progress=told.append)
+    assert told == [1.0]
+    told.clear()
+    sweep.hidden_sweep(X, Y, FITTED, VALIDATION, (1, 8), CHOSEN, progress=told.append)
+    assert told[0] in (pytest.approx(11 / 85), pytest.approx(74 / 85))  # a size costs 10 + n^2

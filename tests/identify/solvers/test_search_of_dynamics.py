@@ -14,8 +14,9 @@ from hystfmu import Dataset, InputError, fit
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.estimate import dynamics
+from hystfmu.identify.estimate import search as estimator
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, search, uncertainty, unknown
-from hystfmu.identify.estimate.search import standard_errors
+from hystfmu.identify.estimate.search import Differences, standard_errors
 from hystfmu.identify.features import bent_sum, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
 from hystfmu.identify.features.plays import behind_dead_band, dead_band, with_dead_band
@@ -41,7 +42,7 @@ def refined(monkeypatch):
         cost = 10.0 - len(asked)
         return OptimizeResult(x=np.array(p) + 0.01 * len(asked), cost=cost)
 
-    monkeypatch.setattr(dynamics, "least_squares", least_squares)
+    monkeypatch.setattr(estimator, "least_squares", least_squares)
     return asked
 
 
@@ -49,19 +50,19 @@ def test_the_best_two_of_a_grid_are_refined(refined):
     told = []
     found = search(point_error, DATA, OPTIONS, told.append)
     grid = np.linspace(HI[0], LO[0], 11)  # less than four decades
-    inside = lambda p: np.clip(p, LO + 1e-9 * (HI - LO), HI - 1e-9 * (HI - LO))  # noqa: E731
-    starts = [inside([f, np.log(0.7), d]) for f in grid for d in (0.0, 2.0)]
+    starts = [np.clip([f, np.log(0.7), d], LO + 1e-10, HI - 1e-10) for f in grid for d in (0.0, 2.0)]
     errors = [np.sum((point_error(Dynamics.at(p, H)) / 199 / np.sqrt(200)) ** 2) for p in starts]
     first, second = np.argsort(errors)[:2]
     assert refined[0][0] == pytest.approx(starts[first])
     assert refined[1][0] == pytest.approx(starts[second])
     assert found.point(H) == pytest.approx(starts[second] + 0.02)  # of less cost
-    assert told == pytest.approx([0.3 * k / 11 for k in range(1, 12)] + [0.65, 1.0])
+    assert told == pytest.approx([0.3 * k / 22 for k in range(1, 23)] + [0.65, 1.0])
     for p, e, J, (lo, hi), words in refined:
         assert (lo.tolist(), hi.tolist()) == (LO.tolist(), HI.tolist())
         assert e == pytest.approx(point_error(Dynamics.at(p, H)) / 199 / np.sqrt(200))
         assert pytest.approx(np.diag([1.0, 2.0, 3.0]), abs=1e-6) == J
-        assert {k: v for k, v in words.items() if k != "x_scale"} == {"ftol": 1e-10, "xtol": 1e-9, "max_nfev": 40}
+        limits = {"ftol": 1e-9, "xtol": 1e-9, "gtol": 1e-9, "max_nfev": 40}
+        assert {k: v for k, v in words.items() if k != "x_scale"} == limits
         assert words["x_scale"].tolist() == [1, 1, 1]
 
 
@@ -104,7 +105,8 @@ def test_each_point_is_filtered_once():
 @pytest.mark.parametrize(("at", "sign"), [(HI[2] - 2e-5, 1), (HI[2] - 0.5e-5, -1)])
 def test_a_difference_stays_inside_the_bounds(at, sign):
     seen = []
-    dynamics._jacobian(lambda p: (seen.append(np.array(p)), p)[1], np.array([1.0, 1.0, at]), HI)
+    of = Differences(lambda p: (seen.append(np.array(p)), p)[1], LO, HI, np.ones(3))
+    assert of.jacobian(np.array([1.0, 1.0, at])) == pytest.approx(np.eye(3), abs=1e-9)
     steps = np.array(seen[1:]) - seen[0]
     assert np.diag(steps) == pytest.approx([1e-5, 1e-5, sign * 1e-5], rel=1e-6)
 

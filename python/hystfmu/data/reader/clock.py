@@ -16,8 +16,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.data.reader.headings import TIME
-from hystfmu.data.reader.table import Column, Stamps, Table
+from hystfmu.data.reader.table import TIME, Column, Stamps, Table
 
 _DATE = r"(\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4})[T,; ]\s*"
 _CLOCK = r"(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d*)?)"

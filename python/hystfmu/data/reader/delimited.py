@@ -1,18 +1,219 @@
-"""Text files of rows and columns as a `Table`: limited decompression, encodings, line ends, columns."""
+"""Text files of rows and columns as a `Table`: limited decompression, encodings, line ends, columns, numbers.
+
+An error names line and column of the first cell that is not a number.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
 import re
 import zlib
+from collections.abc import Iterator, Sequence
+from decimal import Decimal, InvalidOperation
+from functools import partial
 from pathlib import Path
 
+import numpy as np
+
+from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes
-from hystfmu.data.reader.cells import COMMA, POINT, shown
-from hystfmu.data.reader.headings import is_unit, spelling, step_in, units_in
-from hystfmu.data.reader.layout import layout_of
-from hystfmu.data.reader.rows import Rows
-from hystfmu.data.reader.table import Column, Table
+from hystfmu.data.columns import line_of
+from hystfmu.data.reader.clock import stamps
+from hystfmu.data.reader.layout import (
+    COMMA,
+    POINT,
+    Layout,
+    column_sign,
+    decimal_sign,
+    is_comment,
+    layout_of,
+    plain,
+    shown,
+    split,
+)
+from hystfmu.data.reader.table import Column, Stamps, Table, is_unit, spelling, step_in, units_in
+
+_NO_ROW = re.compile(r"^[ \t]*(?:$|#|%|//|!)", re.MULTILINE)
+_EDGES = re.compile(r"^[ \t]+|[ \t]+$", re.MULTILINE)
+_BLANKS = re.compile(r"[ \t]+")
+_CELL = "\x1f"  # no text file has this character here
+
+
+class Rows:
+    """The rows of numbers of a text file.
+
+    Parameters
+    ----------
+    text : str
+        The file.
+    layout : Layout
+        Layout of the file.
+    titles : list of str
+        Names of the columns, for messages.
+    path : path
+        The file, for messages.
+    decimal : str, optional
+        Decimal sign; None finds it.
+
+    Raises
+    ------
+    InputError
+        A quoted cell does not end in its line, or a comma may be a decimal sign or a thousands separator.
+    """
+
+    def __init__(self, text: str, layout: Layout, titles: list[str], path: str | Path, decimal: str | None) -> None:
+        self._layout, self._titles, self._path = layout, titles, path
+        self._body = text[layout.first.start :].rstrip("\n")
+        first = layout.first.number
+        self.lines: Sequence[int] = range(first, first + self._body.count("\n") + 1)
+        self.skipped = False
+        if _NO_ROW.search(self._body):
+            numbered = [
+                (n, s)
+                for n, s in zip(self.lines, self._body.split("\n"), strict=True)
+                if s.strip() and not is_comment(s)
+            ]
+            self.skipped = any(map(is_comment, self._body.split("\n")))
+            self.lines, self._body = [n for n, _ in numbered], "\n".join(s for _, s in numbered)
+        self.quoted = '"' in self._body
+        self.separator = "\t" if layout.separator is None else layout.separator
+        if self.quoted:
+            self._body, self.separator = self._without_quotes(), _CELL
+        elif layout.separator is None:
+            self._body = _BLANKS.sub("\t", _EDGES.sub("", self._body))
+        self.decimal = decimal or self._sign()
+
+    def _without_quotes(self) -> str:
+        rows = []
+        for n, line in zip(self.lines, self._body.split("\n"), strict=True):
+            try:
+                rows.append(_CELL.join(split(line, self._layout.separator)))
+            except csv.Error:
+                raise InputError(
+                    f"{self._path}: line {n}: A quoted cell must end in its line. Got {line[:60]!r} instead."
+                ) from None
+        return "\n".join(rows)
+
+    def _sign(self) -> str | None:
+        """Return the decimal sign of the file; None if it must be found for each column."""
+        if self.separator == COMMA:
+            return POINT
+        sign = decimal_sign(self._body)
+        if sign is None and POINT not in self._body and (found := re.search(r"\d+,\d+", self._body)):
+            raise self._unclear(self.lines[self._body.count("\n", 0, found.start())], found[0])
+        return sign
+
+    def _unclear(self, line: int, cell: str) -> InputError:
+        return InputError(
+            f"{self._path}: line {line}: The decimal sign must be clear. Got {cell[:40]!r}, a decimal number or one "
+            "with parted thousands: say which with --decimal , or --decimal ."
+        )
+
+    def words(self, k: int) -> list[str]:
+        """Return the cells of column `k` as text."""
+        return [line.split(self.separator)[k].strip() for line in self._body.split("\n")]
+
+    def digits(self, k: int) -> Array:
+        """Return the value of one count in the last printed digit of column `k`."""
+        sign = self.decimal or POINT
+        mantissas = (plain(c, sign).lower().partition("e")[::2] for c in self.words(k))
+        return np.array([10.0 ** (int(e or 0) - len(m.partition(".")[2])) for m, e in mantissas])
+
+    def since(self, k: int) -> Array:
+        """Return column `k` minus its first value, computed from the printed digits."""
+        cells = self.words(k)
+        sign = self.decimal or column_sign("\n".join(cells)) or POINT
+        try:
+            exact = [Decimal(plain(c, sign)) for c in cells]
+        except InvalidOperation:
+            self._raise_first_bad([k])
+            raise
+        return np.array([float(v - exact[0]) for v in exact])
+
+    def stamps(self, k: int) -> Stamps:
+        """Return the times of column `k`, clocks."""
+        return stamps(self.words(k), partial(line_of, str(self._path), self.lines))
+
+    def numbers(self, order: Sequence[int]) -> Array:
+        """Return the columns `order` as numbers, shape (n, len(order)).
+
+        Raises
+        ------
+        InputError
+            One line with file, line, column and value.
+        """
+        self._check_widths()
+        body = self._body
+        if COMMA in body and self.separator != COMMA:
+            if self.decimal != COMMA or POINT in body:
+                return np.column_stack([self._converted(k) for k in order])
+            body = body.replace(COMMA, POINT)
+        try:
+            return np.loadtxt(io.StringIO(body), delimiter=self.separator, usecols=order, ndmin=2, comments=None)
+        except ValueError:
+            pass
+        self._raise_first_bad(order)
+        raise InputError(f"{self._path}: The rows must hold numbers. Got text that cannot be read.")
+
+    def _check_widths(self) -> None:
+        width, n = self._layout.width, len(self.lines)
+        if self._body.count(self.separator) == n * (width - 1) and self._body.count("\n") == n - 1:
+            counts: Iterator[int] = (line.count(self.separator) for line in self._body.split("\n"))
+            if all(c == width - 1 for c in counts):
+                return
+        head = self._layout.named
+        for n, line in zip(self.lines, self._body.split("\n"), strict=True):
+            cells = line.split(self.separator)
+            if len(cells) == width:
+                continue
+            hint, shown_line = "", line.replace(_CELL, " ")[:60]
+            if cells[-1].strip() == "" and len(cells) == width + 1:
+                hint = f" It ends with {shown(self._layout.separator)}, other lines do not."
+            elif self.separator == COMMA and len(cells) > width:
+                hint = " Numbers need a decimal point: is this a decimal comma?"
+            where = f", as line {head}" if head else ""
+            raise InputError(
+                f"{self._path}: line {n}: The line must have {width} cells{where}. "
+                f"Got {len(cells)} cells in {shown_line!r}.{hint}"
+            )
+
+    def _converted(self, k: int) -> Array:
+        """Convert a column that contains commas and points."""
+        cells = self.words(k)
+        sign = self.decimal or column_sign("\n".join(cells))
+        if sign is None:
+            unclear = ((n, c) for n, c in zip(self.lines, cells, strict=True) if COMMA in c or POINT in c)
+            raise self._unclear(*next(unclear))
+        values = [_number(plain(c, sign)) for c in cells]
+        for n, cell, value in zip(self.lines, cells, values, strict=True):
+            if value is None:
+                raise InputError(self._bad(n, k, cell))
+        return np.array(values, dtype=np.float64)
+
+    def _raise_first_bad(self, order: Sequence[int]) -> None:
+        for n, line in zip(self.lines, self._body.split("\n"), strict=True):
+            cells = line.split(self.separator)
+            for k in order:
+                cell = cells[k].strip()
+                if _number(plain(cell, self.decimal or POINT)) is None:
+                    raise InputError(self._bad(n, k, cell))
+
+    def _bad(self, line: int, k: int, cell: str) -> str:
+        hint = ""
+        if re.match(r"\d{1,4}[-./:]\d{1,2}", cell):
+            hint = " A date needs a clock, 10:15:00.125: give the sample rate in Hz (--rate)."
+        where = f"{self._path}: line {line}"
+        return f"{where}: The {self._titles[k]} column must hold numbers. Got {cell[:40]!r} instead.{hint}"
+
+
+def _number(text: str) -> float | None:
+    try:
+        return None if "_" in text else float(text)
+    except ValueError:
+        return None
+
 
 GZIP = b"\x1f\x8b"
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")

@@ -19,8 +19,7 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.data.reader.arrays import Named, table_of
-from hystfmu.data.reader.headings import stated_step
-from hystfmu.data.reader.table import Table
+from hystfmu.data.reader.table import Table, stated_step
 
 HEADER, TAG = 128, 8
 MATRIX, COMPRESSED = 14, 15  # types of elements

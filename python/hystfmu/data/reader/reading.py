@@ -14,19 +14,25 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
-from hystfmu.data.covariates import Covariates, identifier
+from hystfmu.data.columns import (
+    LEAST_ROWS,
+    Covariates,
+    check_finite,
+    check_time,
+    identifier,
+    line_of,
+    row_of,
+    train_rows,
+)
 from hystfmu.data.dataset import Dataset
-from hystfmu.data.reader.arrays import NAME, Frame, frame, is_frame
+from hystfmu.data.reader.arrays import NAME, Frame, confined, format_of, frame, is_frame
 from hystfmu.data.reader.clock import Clock, clock_of
-from hystfmu.data.reader.confined import confined, format_of
 from hystfmu.data.reader.delimited import content_of, delimited
-from hystfmu.data.reader.headings import split_name
 from hystfmu.data.reader.matlab import is_matlab, matlab
 from hystfmu.data.reader.roles import Roles, chosen
-from hystfmu.data.reader.table import Table
-from hystfmu.data.record_rows import LEAST_ROWS, check_finite, check_time, line_of, row_of, train_rows
-from hystfmu.data.resampling import resample as resampled
-from hystfmu.data.resampling import unevenness
+from hystfmu.data.reader.table import Table, split_name
+from hystfmu.data.reversals import resample as resampled
+from hystfmu.data.reversals import unevenness
 
 MOST_BYTES = 256 * 2**20
 MOST_TITLE = 80  # characters of a heading that a model keeps

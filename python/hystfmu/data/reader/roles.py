@@ -7,9 +7,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from hystfmu.base.errors import InputError
-from hystfmu.data.covariates import identifier
-from hystfmu.data.reader.headings import DRIVES, LENGTHS, TIME
-from hystfmu.data.reader.table import Column, Table
+from hystfmu.data.columns import identifier
+from hystfmu.data.reader.table import DRIVES, LENGTHS, TIME, Column, Table
 
 NAMES = {  # in small letters, best first
     "time": (

@@ -8,9 +8,9 @@ import re
 import tempfile
 import time
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +19,99 @@ from hystfmu.base.child import Child, read_result
 from hystfmu.base.confine import Box
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check_source
-from hystfmu.fmu.archive.unpack import archive_problems, unpack, xml_problems
-from hystfmu.fmu.check.findings import MOST_CHECKS, Check, Findings, Place, checks_of
+from hystfmu.base.printable import printable
+from hystfmu.fmu.archive import archive_problems, unpack, xml_problems
 from hystfmu.fmu.check.foreign_library import STEPS
+
+MOST_CHECKS, MOST_WORDS = 40, 200
+
+
+@dataclass(frozen=True)
+class Check:
+    """One property that was checked.
+
+    Attributes
+    ----------
+    name : str
+        The property.
+    tried : str
+        Extent of the check, such as ``3 instances, 250 steps``; empty if the check does not apply to the FMU.
+    problems : int
+        Number of problems.
+    seconds : float
+        Duration (s).
+    """
+
+    name: str
+    tried: str
+    problems: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Place:
+    """Start point of a child process after a check has ended another child process.
+
+    Attributes
+    ----------
+    first : int
+        Number of the check.
+    steps : int
+        Number of steps that the FMU makes.
+    failed : sequence of str
+        Names of the checks that could not be completed; other checks may need their success.
+    """
+
+    first: int
+    steps: int
+    failed: Sequence[str]
+
+    @classmethod
+    def of(cls, notes: Any) -> Place:
+        """Return the start point in the notes of a child process; the FMU may have changed the notes.
+
+        Raises
+        ------
+        TypeError, ValueError, KeyError
+            Something else is written there.
+        """
+        failed = [str(name)[:MOST_WORDS] for name in notes["failed"][:MOST_CHECKS]]
+        return cls(int(notes["first"]), int(notes["steps"]), failed)
+
+
+class Findings(list[str]):
+    """Problems, one line each, with the `checks` that were made.
+
+    Parameters
+    ----------
+    problems : sequence of str
+    checks : sequence of Check
+        Checks in their order; the last check may have ended the process.
+    """
+
+    def __init__(self, problems: Sequence[str] = (), checks: Sequence[Check] = ()) -> None:
+        super().__init__(map(printable, problems))  # they name what an FMU calls its variables
+        self.checks = tuple(checks)
+
+
+def checks_of(notes: Any) -> list[Check]:
+    """Return the checks in the notes of a child process; the FMU may have changed the notes.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        Something else is written there.
+    """
+    return [
+        Check(
+            printable(str(c["name"])[:MOST_WORDS]),
+            printable(str(c["tried"])[:MOST_WORDS]),
+            int(c["problems"]),
+            float(c["seconds"]),
+        )
+        for c in notes[:MOST_CHECKS]
+    ]
+
 
 MOST_NOTES = 2**24  # bytes of the findings
 MOST_START = 60.0  # s: until a child begins to check; no code of the FMU runs before
@@ -114,8 +204,8 @@ def validate(
     repeatability, side effects of get and set, reset, saved states, NULL pointers and two instances. They also check
     lengths of steps, dependencies, directional derivatives, memory leaks, repeated loading, and folders with spaces and
     non-ASCII letters. The trials of `hystfmu.fmu.check.exchange_trials` run the FMU in Model Exchange. They check
-    repeatability, events, the order of states, effects of rejected steps, dependencies and directional derivatives. The
-    trials of `hystfmu.fmu.check.scheduled_trials` activate the partitions of Scheduled Execution.
+    repeatability, events, the order of states, effects of rejected steps, dependencies and directional derivatives. In
+    Scheduled Execution they activate the partitions.
 
     If an FMU ends its simulation by itself, a run is as long as the FMU allows. Except for the inspection of the
     archive, all checks run in child processes with limits of time and memory, without network, and with write access to

@@ -20,10 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.base.child import limit_memory
-from hystfmu.fmu.check.exchange_trials import EXCHANGE_TRIALS
-from hystfmu.fmu.check.findings import Place
+from hystfmu.fmu.check.check import Place
+from hystfmu.fmu.check.exchange_trials import EXCHANGE_TRIALS, SCHEDULED_TRIALS
 from hystfmu.fmu.check.foreign_library import MADE, ForeignFmu, Trial
-from hystfmu.fmu.check.scheduled_trials import SCHEDULED_TRIALS
 from hystfmu.fmu.check.trials import STEPPED, TRIALS
 from hystfmu.fmu.foreign.instance import CARRIED, TALLY, Finding, interface_of, version
 

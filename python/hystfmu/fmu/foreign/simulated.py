@@ -1,13 +1,247 @@
-"""A common numeric interface (set, step, get) to FMUs of any version, interface and variable types."""
+"""Simulate an FMU of any origin: one numeric interface (set, step, get); Model Exchange with steps that locate events.
+
+The steps are adaptive Runge-Kutta 5(4).  The local error of an integrator step is at most 1e-8 of a state plus 1e-11 of
+its nominal value (Dormand & Prince 1980, scipy's RK45).  State events are located to the rounding of the time, on the
+dense output.
+"""
 
 from __future__ import annotations
 
+import ctypes as C
+import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hystfmu.fmu.foreign.exchange import Continuous, Integrator
-from hystfmu.fmu.foreign.instance import Ended, Instance, carried
+import numpy as np
+
+from hystfmu.fmu.foreign.instance import Ended, Finding, Instance, carried
+
+_MOST_UPDATES = 100  # iterations of an event
+_NAMES = {
+    1: ("getDerivatives", "eventUpdate", "getNominalContinuousStates"),
+    2: ("getDerivatives", "newDiscreteStates", "getNominalsOfContinuousStates"),
+    3: ("getContinuousStateDerivatives", "updateDiscreteStates", "getNominalsOfContinuousStates"),
+}
+
+
+class Continuous:
+    """An instance that leaves Initialization Mode and enters Continuous-Time Mode.
+
+    Parameters
+    ----------
+    made : Instance
+        Instance in Initialization Mode.
+    n, signs : int
+        Numbers of continuous states and of event indicators in the model description. In FMI 3.0 the binary states
+        these numbers, because structural parameters change them.
+
+    Attributes
+    ----------
+    next : float
+        Time of the next time event (s); infinite if no event is announced.
+    ended : bool
+        Whether the FMU has ended the simulation.
+    """
+
+    def __init__(self, made: Instance, n: int, signs: int) -> None:
+        self.made, self.next, self.ended = made, math.inf, False
+        self._rates, self._update_name, self._nominals = _NAMES[made.version]
+        told = made.begin()
+        self.n, self.signs = n, signs
+        if made.version == 3:
+            self.n = int(made.call("counting the continuous states", "getNumberOfContinuousStates"))
+            self.signs = int(made.call("counting the event indicators", "getNumberOfEventIndicators"))
+        self._update(told)
+
+    def _vector(self, name: str, n: int) -> list[float]:
+        values = (C.c_double * n)()
+        if n:
+            self.made.call(f"calling {name}", name, values, n)
+        return list(values)
+
+    def _update(self, told: tuple[bool, bool, bool, bool, bool, float] | None = None) -> None:
+        """Update the discrete states until the event iteration ends, and enter Continuous-Time Mode."""
+        first = self.made.version == 1
+        for _ in range(_MOST_UPDATES):
+            if told is None:
+                told = self.made.call("updating the discrete states", self._update_name)
+            if first:
+                converged, _, _, self.ended, defined, at = told
+                again = not converged
+            else:
+                again, self.ended, _, _, defined, at = told
+            if self.ended or not again:
+                break
+            told = None
+        else:
+            raise Finding(f"the event iteration does not end: {_MOST_UPDATES} updates each ask for another one")
+        self.next = at if defined else math.inf
+        if not first and not self.ended:
+            self.made.call("entering Continuous-Time Mode", "enterContinuousTimeMode")
+
+    def states(self) -> list[float]:
+        """Return the continuous states."""
+        return self._vector("getContinuousStates", self.n)
+
+    def nominals(self) -> list[float]:
+        """Return the nominal values of the continuous states."""
+        return self._vector(self._nominals, self.n)
+
+    def indicators(self) -> list[float]:
+        """Return the event indicators."""
+        return self._vector("getEventIndicators", self.signs)
+
+    def derivatives(self) -> list[float]:
+        """Return the derivatives of the continuous states."""
+        return self._vector(self._rates, self.n)
+
+    def put(self, t: float, x: list[float]) -> None:
+        """Set the time (s) and the continuous states."""
+        self.made.call(f"setting the time {t:g} s", "setTime", t)
+        if self.n:
+            self.made.call("setting the continuous states", "setContinuousStates", (C.c_double * self.n)(*x), self.n)
+
+    def completed(self) -> bool:
+        """Accept the step that ends at the present time; return whether the FMU asks for Event Mode."""
+        if self.made.version == 1:
+            return bool(self.made.call("accepting a step", "completedIntegratorStep"))
+        asked, ended = self.made.call("accepting a step", "completedIntegratorStep")
+        self.ended = self.ended or ended
+        return bool(asked)
+
+    def event(self, put: Callable[[], None] | None = None) -> None:
+        """Handle an event at the present time; `put` sets discrete inputs in Event Mode."""
+        if self.made.version > 1:
+            self.made.call("entering Event Mode", "enterEventMode")
+        if put is not None:
+            put()
+        self._update()
+
+
+RELATIVE, ABSOLUTE = 1e-8, 1e-11
+_MOST_EVENTS = 10_000  # in one step
+_LOOKS = 4  # points of an integrator step at which the event indicators are read
+
+
+def _point(dense: Any, solver: Any, t: float) -> list[float]:
+    """Return the states at t in the last step of a solver; at the end of the step, exactly the solver's states."""
+    x: list[float] = (solver.y if t == solver.t else dense(t)).tolist()
+    return x
+
+
+class Integrator:
+    """Integrator that advances an FMU from its start in steps of any length; inputs are held during a step.
+
+    Parameters
+    ----------
+    unit : Continuous
+    t : float
+        Start time (s).
+    """
+
+    def __init__(self, unit: Continuous, t: float) -> None:
+        self._unit, self._t = unit, t
+        self._x, self._z = unit.states(), unit.indicators()
+        self._limit = [ABSOLUTE * (n if math.isfinite(n) and n > 0 else 1.0) for n in unit.nominals()]
+        self._first: float | None = None
+
+    def inputs(self, put: Callable[[], None]) -> None:
+        """Set inputs that jump, in Event Mode as the standard requires."""
+        self._event(put)
+
+    def _event(self, put: Callable[[], None] | None = None) -> None:
+        self._unit.event(put)
+        self._ended()
+        self._x, self._z = self._unit.states(), self._unit.indicators()
+
+    def _ended(self) -> None:
+        if self._unit.ended:
+            raise Ended(f"the FMU ends the simulation at {self._t:g} s")
+
+    def advance(self, end: float) -> None:
+        """Integrate to the time `end` (s), including events at this time."""
+        close = 4 * np.spacing(max(abs(self._t), abs(end)))
+        for _ in range(_MOST_EVENTS):
+            if self._unit.next <= self._t + close:
+                self._event()
+                if self._unit.next <= self._t:
+                    raise Finding(f"the next time event is announced for {self._unit.next:g} s, which has passed")
+                continue
+            if self._t >= end - close:
+                return
+            limit = end if self._unit.next >= end - close else self._unit.next
+            asked = self._integrate(limit)
+            self._ended()
+            if asked:
+                self._event()
+        raise Finding(f"more than {_MOST_EVENTS} events before {end:g} s")
+
+    def _integrate(self, limit: float) -> bool:
+        """Integrate to `limit` or the first event; return whether there is an event."""
+        if not self._x:
+            return self._accept(self._t, limit, lambda t: [])
+        from scipy.integrate import RK45
+
+        first = None if self._first is None else min(self._first, limit - self._t)
+        atol: Any = np.array(self._limit)
+        solver: Any = RK45(self._rates, self._t, np.array(self._x), limit, rtol=RELATIVE, atol=atol, first_step=first)
+        while solver.status == "running":
+            before = float(solver.t)
+            message = solver.step()
+            if solver.status == "failed":
+                raise Finding(f"the integration fails at {before:g} s: {message}")
+            self._first = float(solver.h_abs)
+            if self._accept(before, float(solver.t), partial(_point, solver.dense_output(), solver)):
+                return True
+        return False
+
+    def _rates(self, t: float, x: Any) -> Any:
+        self._unit.put(t, x.tolist())
+        return np.array(self._unit.derivatives())
+
+    def _accept(self, before: float, now: float, at: Callable[[float], list[float]]) -> bool:
+        """Accept a step, or its part up to the first sign change of an indicator; return whether events follow."""
+        crossed = False
+        left, looks = before, _LOOKS if self._z else 1
+        for k in range(looks):
+            right = now if k == looks - 1 else before + (now - before) * (k + 1) / looks
+            if self._changed(right, at):
+                now, crossed = self._located(left, right, at), True
+                break
+            left = right
+        self._x, self._t = at(now), now
+        self._unit.put(now, self._x)
+        asked = self._unit.completed()
+        if not (crossed or asked):
+            self._z = self._unit.indicators()
+        return crossed or asked
+
+    def _changed(self, t: float, at: Callable[[float], list[float]]) -> bool:
+        if not self._z:
+            return False
+        self._unit.put(t, at(t))
+        return any((a > 0) != (b > 0) for a, b in zip(self._z, self._unit.indicators(), strict=True))
+
+    def _located(self, left: float, right: float, at: Callable[[float], list[float]]) -> float:
+        """Return the time just after the first sign change."""
+        while right - left > 2 * np.spacing(abs(right)):
+            middle = (left + right) / 2
+            if self._changed(middle, at):
+                right = middle
+            else:
+                left = middle
+        return right
+
+    def save(self) -> tuple[Any, ...]:
+        """Return the state of the integrator, without the state of the FMU."""
+        return self._t, list(self._x), list(self._z), self._unit.next, self._first
+
+    def restore(self, saved: tuple[Any, ...]) -> None:
+        """Return to a saved point; the state of the FMU must be restored first."""
+        self._t, x, z, self._unit.next, self._first = saved
+        self._x, self._z = list(x), list(z)
 
 
 class Simulated:

@@ -14,7 +14,7 @@ from hystfmu.base.printable import escape
 from hystfmu.fmu.write.description import Fmi
 from hystfmu.fmu.write.reference import FOLDER, Reference
 from hystfmu.graph import Graph, Port
-from hystfmu.graph.sample_time import sample_time
+from hystfmu.graph.graph import sample_time
 from hystfmu.model import Model
 from hystfmu.model.explored import HUGE
 from hystfmu.report.explorer import Explorer

@@ -10,14 +10,12 @@ from typing import Literal
 from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_bytes
-from hystfmu.fmu.archive.writing import Deflated, zip_file
-from hystfmu.fmu.write.about import description_of, facts_of, name_of
-from hystfmu.fmu.write.description import Fmi, model_description
+from hystfmu.fmu.archive import Deflated, zip_file
+from hystfmu.fmu.write.description import Fmi, description_of, facts_of, model_description, name_of
 from hystfmu.fmu.write.documentation import documentation
 from hystfmu.fmu.write.platforms import binaries
-from hystfmu.fmu.write.reference import Reference
+from hystfmu.fmu.write.reference import Reference, png, svg, terminals_and_icons
 from hystfmu.fmu.write.sources import build_description, source_file
-from hystfmu.fmu.write.terminals import png, svg, terminals_and_icons
 from hystfmu.graph import Graph
 from hystfmu.model import Model
 from hystfmu.report.explorer import Explorer

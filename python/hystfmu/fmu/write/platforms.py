@@ -12,7 +12,7 @@ from typing import Literal
 
 from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
-from hystfmu.fmu.archive.writing import Deflated
+from hystfmu.fmu.archive import Deflated
 from hystfmu.fmu.write.description import Fmi
 
 

@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 from hystfmu.base import PACKAGE
 from hystfmu.core.library import RawError, library
-from hystfmu.fmu.archive.writing import xml_file
+from hystfmu.fmu.archive import xml_file
 from hystfmu.fmu.write.description import Fmi
 from hystfmu.graph import Graph, Port
 

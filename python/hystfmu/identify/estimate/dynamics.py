@@ -16,22 +16,21 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.graph.columns import discretised
+from hystfmu.graph.recursion import discretised
 from hystfmu.identify.catalogue import Option, Options
-from hystfmu.identify.estimate.search import standard_errors
+from hystfmu.identify.estimate.search import Differences, refined, standard_errors
 from hystfmu.identify.evidence import evidence
 from hystfmu.model import Model
 
 MOST_ROWS = 60_000  # of a record whose modes are sought before the fit
 TRIALS = 11  # initial values of f_n, over at most four decades
 MOST_EVALUATIONS = 40  # limit on evaluations of residuals and Jacobian per start
-DIFFERENCE = 1e-5  # step of the Jacobian in ln f_n, ln zeta and samples of delay
+TOLERANCE = 1e-9  # relative change that ends a search
 LEAST_REST = 1e-6  # a shorter fractional delay, in samples, is dropped
 KNOWN, KNOWN_PHASE = 0.02, 0.05  # limits: standard error of ln f_n and ln zeta; of the delay, as phase at f_n (rad)
 
@@ -141,54 +140,31 @@ def search(
     near: Dynamics | None = None,
 ) -> Dynamics:
     """Minimise the residuals by trust-region steps from `near`, or from the best two points of a grid of f_n."""
-    h = data.h
-    lo, hi = bounds(data, options)
-
-    def inside(p: Sequence[float] | Array) -> Array:
-        return np.clip(p, lo + 1e-9 * (hi - lo), hi - 1e-9 * (hi - lo))
-
+    h, (lo, hi) = data.h, bounds(data, options)
     scale = data.span * np.sqrt(data.train.stop - data.train.start)
 
-    last: tuple[Any, Array] = None, np.zeros(0)
-
-    def error(p: Array, beside: Beside) -> Array:  # a step and the derivatives at its end ask for the same point
-        nonlocal last
-        if last[0] != (key := (p.tobytes(), beside)):
-            last = key, np.asarray(residuals(Dynamics.at(p, h, beside)) / scale)
-        return last[1]
+    def problem(beside: Beside) -> Differences:
+        most, least = np.append(hi, np.ones(len(beside))), np.append(lo, -np.ones(len(beside)))
+        return Differences(lambda p: residuals(Dynamics.at(p, h, beside)) / scale, least, most, np.ones(len(most)))
 
     def refine(p: Array, beside: Beside) -> tuple[float, Dynamics]:
-        p = np.append(p, [share for *_, share in beside])
-        most = np.append(hi, np.ones(len(beside)))
-        least = np.append(lo, -np.ones(len(beside)))
-
-        def of(x: Array) -> Array:
-            return error(x, beside)
-
-        def jacobian(x: Array) -> Array:
-            return _jacobian(of, x, most)
-
-        limits, ones = (least, most), np.ones(len(p))
-        found = least_squares(of, p, jacobian, limits, x_scale=ones, ftol=1e-10, xtol=1e-9, max_nfev=MOST_EVALUATIONS)
-        return float(found.cost), Dynamics.at(found.x, h, beside)
+        start = np.append(p, [share for *_, share in beside])
+        found = refined(problem(beside), start, MOST_EVALUATIONS, TOLERANCE)
+        return found.cost, Dynamics.at(found.p, h, beside)
 
     if near is not None:
-        return refine(inside(near.point(h)), near.beside)[1]
+        return refine(near.point(h), near.beside)[1]
     grid = np.linspace(hi[0], max(lo[0], hi[0] + np.log(1e-4)), TRIALS)
-    trials: list[tuple[float, Array, Beside]] = []
-    for i, ln_f in enumerate(grid):
-        for delay in (0.0, 2.0):
-            p = inside([ln_f, np.log(0.7), delay])
-            e = error(p, ())
-            trials.append((float(e @ e), p, ()))
-        progress(0.3 * (i + 1) / len(grid))
-    for mode in _modes(data):  # a light resonance lies between two frequencies of the grid
-        p = inside(mode.point(h))
-        e = error(p, mode.beside)
-        trials.append((float(e @ e), p, mode.beside))
+    starts: list[tuple[Array, Beside]] = [(np.array([f, np.log(0.7), d]), ()) for f in grid for d in (0.0, 2.0)]
+    # a light resonance lies between two frequencies of the grid
+    starts += [(mode.point(h), mode.beside) for mode in _modes(data)]
+    inside, rated = problem(()).coordinates.inside, []
+    for i, (p, beside) in enumerate(starts):
+        rated.append(float(np.sum(problem(beside).residuals(inside(p)) ** 2)))
+        progress(0.3 * (i + 1) / len(starts))
     found = []
-    for i, (_, p, beside) in enumerate(sorted(trials, key=lambda t: t[0])[:2]):
-        found.append(refine(p, beside))
+    for i, k in enumerate(np.argsort(rated, kind="stable")[:2]):
+        found.append(refine(*starts[k]))
         progress(0.3 + 0.35 * (i + 1))
     return min(found, key=lambda f: f[0])[1]
 
@@ -207,19 +183,13 @@ def _modes(data: Dataset) -> list[Dynamics]:
     return found
 
 
-def _jacobian(error: Callable[[Array], Array], p: Array, hi: Array) -> Array:
-    here = error(p)
-    steps = DIFFERENCE * np.where(p + DIFFERENCE > hi, -1, 1)
-    return np.column_stack([(error(p + s * e) - here) / s for s, e in zip(steps, np.eye(len(p)), strict=True)])
-
-
 def uncertainty(residuals: Callable[[Dynamics], Array], g: Dynamics, data: Dataset, options: Options) -> Array:
     """Return the standard errors of ln f_n, ln zeta and the delay (samples), shape (3,), for the identified `g`."""
     lo, hi = bounds(data, options)
     p = g.point(data.h)
     free = (p > lo + 1e-6 * (hi - lo)) & (p < hi - 1e-6 * (hi - lo))
-    jacobian = _jacobian(lambda p: residuals(Dynamics.at(p, data.h, g.beside)), np.clip(p, lo, hi), hi)
-    return standard_errors(residuals(g), jacobian, free)
+    near = Differences(lambda p: residuals(Dynamics.at(p, data.h, g.beside)), lo, hi, np.ones(3))
+    return standard_errors(residuals(g), near.jacobian(np.clip(p, lo, hi)), free)
 
 
 def unknown(g: Dynamics, spread: Array, data: Dataset, options: Options) -> list[str]:

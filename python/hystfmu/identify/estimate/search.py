@@ -10,7 +10,7 @@ combination of the parameters in this direction.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from hystfmu.base.arrays import Array, Progress, silent
+from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective, OutOfTime
 
 EVALUATIONS = (30, 200)  # limit on evaluations of residuals and Jacobian: per start, for the best start
@@ -26,6 +27,7 @@ TOLERANCES = (1e-8, 1e-13)  # relative change of the cost and of the coordinates
 ENOUGH = 1e-4  # misfit, relative to the size of the residuals, below which no further start is tried
 NULL = 1e-5  # singular value, relative to the largest, of a direction without effect: above the error of differences
 PART = 0.05  # of such a direction: from here on a parameter takes part in it
+DIFFERENCE = 1e-5  # step of a finite difference, relative to the scale of a coordinate
 WIDE = 0.25  # standard error, relative to the room between the bounds, of a parameter that is as good as unknown
 
 
@@ -43,8 +45,39 @@ class Found:
         return float(np.sqrt(2 * self.cost))
 
 
+class Differences:
+    """Objective of any residuals: a function of the coordinates p (n,), with its Jacobian by finite differences.
+
+    The steps have the size `step` times the scale of a coordinate, and stay inside the bounds. A search asks for the
+    residuals of a point and then for their derivatives there, so the last residuals are kept.
+    """
+
+    def __init__(
+        self, residuals: Callable[[Array], Array], lo: Array, hi: Array, scale: Array, step: float = DIFFERENCE
+    ) -> None:
+        self.coordinates, self._of, self._step = Coordinates(lo, hi, scale, lambda p: {}), residuals, step
+        self._last: tuple[bytes, Array] = b"", np.zeros(0)
+
+    def residuals(self, p: Array) -> Array:
+        """Return the residuals at a point."""
+        if self._last[0] != (key := p.tobytes()):
+            self._last = key, self._of(p)
+        return self._last[1]
+
+    def jacobian(self, p: Array) -> Array:
+        """Return the derivatives of the residuals (rows, n)."""
+        here, c = self.residuals(p), self.coordinates
+        steps = self._step * c.scale
+        steps = np.where(p + steps > c.hi, -steps, steps)
+        return np.column_stack([(self._of(p + d) - here) / d[k] for k, d in enumerate(np.diag(steps))])
+
+
 def refined(
-    objective: Objective, p: Array, evaluations: int, tolerance: float = TOLERANCES[1], by_jacobian: bool = False
+    objective: Objective | Differences,
+    p: Array,
+    evaluations: int,
+    tolerance: float = TOLERANCES[1],
+    by_jacobian: bool = False,
 ) -> Found:
     """Minimise the misfit from a point p (n,) by trust-region steps.
 

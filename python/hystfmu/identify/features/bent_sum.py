@@ -28,7 +28,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
-from hystfmu.graph.columns import parallel_lags
+from hystfmu.graph.recursion import parallel_lags
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 
 LEVELS = ("none", "offset", "gain", "bend")

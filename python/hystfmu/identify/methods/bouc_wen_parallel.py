@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.optimize import least_squares
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
@@ -24,6 +23,7 @@ from hystfmu.data.reversals import reversals
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import OPENS, Built, Candidate, Memory, Option, Options
 from hystfmu.identify.cuts import fitted_and_held
+from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.features.bent_sum import lagged
@@ -38,6 +38,7 @@ LAGS = 6
 BETTER = 0.95  # ratio of validation errors below which a part is kept
 STARTS = ((0.5, 0.5, 1.5), (0.1, 0.2, 1.0), (2.0, 0.2, 1.0))  # z_max, gamma share, n
 EVALUATIONS = (20, 100)  # limit on evaluations of residuals and Jacobian: of a trial, of the last fit
+TOLERANCE = 1e-8  # relative change that ends a search
 SMALL = 1e-9  # relative size of directions of the columns that are left out
 MOST_ROWS = 6000  # more rows are thinned evenly, behind an operator that runs along all
 
@@ -95,12 +96,8 @@ class _Fitting:
             e = self.project(replace(parts, p=p), rows)[0]
             return np.asarray(e / (self.data.span * np.sqrt(len(e))))
 
-        room = 1e-9 * (self.hi - self.lo)
-        first = np.clip(parts.p, self.lo + room, self.hi - room)
-        found = least_squares(
-            misfit, first, bounds=(self.lo, self.hi), x_scale=self.scale, ftol=1e-8, max_nfev=evaluations
-        )
-        return replace(parts, p=np.asarray(found.x))
+        found = refined(Differences(misfit, self.lo, self.hi, self.scale), parts.p, evaluations, TOLERANCE)
+        return replace(parts, p=found.p)
 
     def tried(self, parts: Parts) -> tuple[float, Parts]:
         """Fit a structure outside the validation blocks; return its error in them."""

@@ -39,7 +39,6 @@ MANY = 2**17  # rows
 MEAN = 16 * np.finfo(float).eps  # rounding of a column that is a mean of two others, relative to the largest entry
 EXACT = 1e-13  # largest |b - A x| / |b| of an exact solution; 1e-14 is usual
 DEPENDENT = 1e-12  # distance of a dependent row from the span of the others, relative to the largest row
-CHUNK = 64  # rows per chunk
 ROUNDS = 20  # limit on rounds that set negative weights to 0
 MOST_PUSHED = 0.2  # of all columns: with more weights at 0, a working set of columns is faster
 
@@ -154,7 +153,8 @@ def positive_solution(A: Array, b: Array) -> Array | None:
     The columns must have about equal length.
     """
     A, b = _mixed(np.column_stack([A, b]))
-    Q, L, rows = row_space(A)
+    Q, L = row_space(A)
+    rows = slice(0, len(L))
     x = Q @ solve_triangular(L, b[rows], lower=True)
     x += Q @ solve_triangular(L, (b - A @ x)[rows], lower=True)
     limit = EXACT * float(np.linalg.norm(b))
@@ -176,36 +176,17 @@ def _mixed(rows: Array) -> tuple[Array, Array]:
     return mixed[:, :-1], mixed[:, -1]
 
 
-def row_space(A: Array) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Factor the row space of a mixed matrix A (n, p): A[rows] = L Q'.
+def row_space(A: Array) -> tuple[Array, Array]:
+    """Factor the row space of a mixed matrix A (n, p): the first k rows are L Q', and the others depend on them.
 
-    Gram-Schmidt is applied to chunks of rows. It is applied twice, because a single pass loses orthogonality if rows
-    are nearly dependent. A pivoted QR inside each chunk gives the rank; a chunk without a new direction ends the loop.
-    LAPACK's pivoted QR of A takes four times as long. Q (p, k) is orthonormal, and L (k, k) is a lower triangle. All
-    other rows depend on the k rows.
+    Q (p, k) is orthonormal, and L (k, k) is a lower triangle. Mixed rows need no pivots: the first row that depends on
+    those before it tells the rank k. LAPACK's pivoted QR takes four times as long.
     """
-    n, p = A.shape
-    Q, L = np.empty((p, min(n, p)), order="F"), np.zeros((min(n, p), min(n, p)), order="F")
-    rows: list[int] = []
+    Q, R = qr(A.T, mode="economic", check_finite=False)
     least = DEPENDENT * float(np.sqrt(np.einsum("ij,ij->i", A, A).max(initial=0.0)))
-    for start in range(0, n, CHUNK):
-        k = len(rows)
-        done, chunk = Q[:, :k], A[start : start + CHUNK].T
-        inside = done.T @ chunk
-        left = chunk - done @ inside
-        again = done.T @ left
-        left -= done @ again
-        q, r, order = qr(left, mode="economic", pivoting=True)
-        more = min(int(np.count_nonzero(np.abs(np.diag(r)) > least)), Q.shape[1] - k)
-        if more == 0:
-            break
-        # the remainder of a row may be tiny; its direction then has a component inside the span again
-        Q[:, k : k + more], turn = np.linalg.qr(q[:, :more] - done @ (done.T @ q[:, :more]))
-        L[k : k + more, :k] = (inside + again)[:, order[:more]].T
-        L[k : k + more, k : k + more] = (turn @ r[:more, :more]).T
-        rows += (start + order[:more]).tolist()
-    k = len(rows)
-    return Q[:, :k], L[:k, :k], np.array(rows, dtype=np.intp)
+    small = np.abs(np.diag(R)) <= least
+    k = int(np.argmax(small)) if small.any() else len(small)
+    return np.asarray(Q[:, :k]), np.asarray(R[:k, :k].T)
 
 
 def _pushed(Q: Array, x: Array) -> Array | None:

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Literal
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import write_bytes
-from hystfmu.base.replacing import together
+from hystfmu.base.files import together, write_bytes
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.scenario.deploy.sides import ControlSide, boundary, control_side, is_noise, is_source, types

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal, Protocol
 
-from hystfmu.graph.ports import Port
+from hystfmu.graph.node import Port
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.foreign import ForeignPort
 from hystfmu.scenario.system.system import Link, Part, System

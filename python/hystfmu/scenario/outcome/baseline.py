@@ -16,9 +16,8 @@ import pydantic
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import MOST_BYTES, read_toml, write_text
-from hystfmu.base.replacing import own
-from hystfmu.data.csv_file import read_header
+from hystfmu.base.files import MOST_BYTES, own, read_toml, write_text
+from hystfmu.data.columns import read_header
 from hystfmu.scenario.outcome.trace import Excerpt, Trace
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.spec import TubeSpec

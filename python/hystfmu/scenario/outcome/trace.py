@@ -17,7 +17,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import written
-from hystfmu.data.csv_file import csv_head, csv_rows
+from hystfmu.data.columns import csv_head, csv_rows
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.spec import MetricSpec
 from hystfmu.scenario.system.system import SHORTEST_CHUNK, Rows, System, signals

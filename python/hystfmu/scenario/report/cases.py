@@ -10,9 +10,8 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.printable import escape
-from hystfmu.report.curve import path
-from hystfmu.report.digits import figure_of
-from hystfmu.report.page import figure
+from hystfmu.report.axis import path
+from hystfmu.report.page import figure, figure_of
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.outcome.baseline import CHANGED
 from hystfmu.scenario.outcome.result import CaseResult, Verdict

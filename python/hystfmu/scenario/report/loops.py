@@ -12,7 +12,7 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph
-from hystfmu.graph.sample_time import is_hysteretic
+from hystfmu.graph.graph import is_hysteretic
 from hystfmu.model.explored import explored_graph
 from hystfmu.report.explorer import Explored, Explorer
 from hystfmu.report.page import Section, Table

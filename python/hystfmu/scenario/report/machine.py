@@ -11,7 +11,7 @@ import numpy as np
 
 from hystfmu.base import __version__
 from hystfmu.base.files import write_bytes
-from hystfmu.fmu.archive.writing import xml_file
+from hystfmu.fmu.archive import xml_file
 from hystfmu.report.page import Section
 from hystfmu.scenario.outcome.result import CaseResult
 from hystfmu.scenario.report.loops import delay_budget

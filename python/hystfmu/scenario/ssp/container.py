@@ -19,8 +19,7 @@ from typing import Any, Literal
 from hystfmu.base import PACKAGE, __version__
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes
-from hystfmu.fmu.archive.unpack import MOST_UNPACKED
-from hystfmu.fmu.archive.writing import xml_file, zip_file
+from hystfmu.fmu.archive import MOST_UNPACKED, xml_file, zip_file
 from hystfmu.fmu.foreign.instance import Finding, carried
 from hystfmu.fmu.write.platforms import binaries, host
 from hystfmu.scenario.engine.member import slots

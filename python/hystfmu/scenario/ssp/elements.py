@@ -13,7 +13,7 @@ from collections.abc import Callable, Container, Mapping
 from typing import Any
 
 from hystfmu.base.errors import InputError
-from hystfmu.fmu.archive.writing import xml_file
+from hystfmu.fmu.archive import xml_file
 from hystfmu.fmu.foreign.instance import REAL, Finding, carried
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import Part

@@ -21,7 +21,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.fmu.archive.cache import unpacked
+from hystfmu.fmu.archive import unpacked
 from hystfmu.scenario.ssp.elements import SSD, SSV, connections
 from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE
 from hystfmu.scenario.system.case import Case

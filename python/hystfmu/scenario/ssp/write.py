@@ -18,9 +18,8 @@ from typing import Literal
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_bytes
-from hystfmu.data.csv_file import csv_text
-from hystfmu.fmu.archive.unpack import MOST_UNPACKED
-from hystfmu.fmu.archive.writing import xml_file
+from hystfmu.data.columns import csv_text
+from hystfmu.fmu.archive import MOST_UNPACKED, xml_file
 from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph
 from hystfmu.scenario.engine.simulation import simulate

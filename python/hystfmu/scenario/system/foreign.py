@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hystfmu.base.errors import InputError
-from hystfmu.fmu.archive.cache import unpacked
+from hystfmu.fmu.archive import unpacked
 from hystfmu.fmu.foreign.description import check_binary, read_description
 from hystfmu.fmu.foreign.instance import CARRIED, REAL, Finding, carried, numbers, version
-from hystfmu.graph.ports import element_names
+from hystfmu.graph.node import element_names
 
 MOST_PORTS = 100_000
 _DIRECT = {"Real", "Float64"}  # an array of them is set and read where it stands

@@ -17,7 +17,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph
-from hystfmu.graph.sample_time import is_sampled
+from hystfmu.graph.graph import is_sampled
 from hystfmu.scenario.system.case import Case, split_end
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.unit_graph import (

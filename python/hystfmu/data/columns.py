@@ -1,0 +1,345 @@
+"""Columns of a record: checks of values and time steps, names of rows for messages, covariates, CSV text.
+
+Covariates are measured inputs in addition to the driving input u, such as load or temperature.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import read_bytes, write_text
+from hystfmu.base.printable import printable
+
+
+def read_header(path: str | Path, most: int) -> tuple[list[str], str, str]:
+    """Read the column names, the separator, and the text of the rows.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, has more than `most` bytes, is not UTF-8 text, or its first line names no columns.
+    """
+    try:
+        text = read_bytes(path, most).decode("utf-8-sig")
+    except UnicodeDecodeError as e:
+        raise InputError(f"{path}: The file must be UTF-8 text. Got an invalid byte at offset {e.start}.") from None
+    if "\0" in text:
+        raise InputError(f"{path}: The file must be UTF-8 text. Got a zero byte at offset {text.index(chr(0))}.")
+    head, _, body = text.partition("\n")
+    if not head.strip():
+        raise InputError(f"{path}: line 1: The first line must name the columns. Got an empty line instead.")
+    separator = next((s for s in ("\t", ";", ",") if s in head), ",")
+    try:
+        return [c.strip() for c in next(csv.reader([head.rstrip("\r")], delimiter=separator))], separator, body
+    except csv.Error:  # a carriage return inside the line, a name of more than 128 kB
+        raise InputError(
+            f"{path}: line 1: The first line must name the columns. Got {head.strip()[:60]!r} instead."
+        ) from None
+
+
+def csv_rows(columns: Iterable[Array]) -> str:
+    """Format columns of equal length as lines; every number reads back to the same bits."""
+    text = io.StringIO()
+    for row in zip(*(np.asarray(c, dtype=np.float64).tolist() for c in columns), strict=True):
+        text.write(",".join(map(repr, row)) + "\n")
+    return text.getvalue()
+
+
+def csv_head(names: Iterable[str]) -> str:
+    """Format the first line; a name of a foreign FMU may contain commas, quotes or line ends."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(map(printable, names))
+    return text.getvalue()
+
+
+def csv_text(columns: dict[str, Array]) -> str:
+    """Format columns of equal length as CSV text with a first line of names."""
+    return csv_head(columns) + csv_rows(columns.values())
+
+
+def write_csv(path: str | Path, columns: dict[str, Array]) -> None:
+    """Write columns to the CSV file `path`, atomically."""
+    write_text(path, csv_text(columns))
+
+
+LEAST_ROWS = 4
+SAME_STEP = 1e-3  # relative difference of the steps of records; rounded times make it
+_RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
+
+
+def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "data") -> slice:
+    """Convert training rows, e.g. "first:end", to a slice whose first row and end lie inside 0..n.
+
+    Raises
+    ------
+    InputError
+        The form is wrong, or the rows are fewer than 4 or outside the data.
+    """
+    if train is None:
+        return slice(0, n)
+    shown: object = train
+    if isinstance(train, str):
+        m = _RANGE.match(train)
+        if not m:
+            raise InputError(f"{where}: The train rows must read first:end, e.g. 2000:4200. Got {train!r} instead.")
+        first, end = (int(m[1]) if m[1] else 0), (int(m[2]) if m[2] else n)
+    elif isinstance(train, slice):
+        shown = f"{train.start}:{train.stop}"
+        if any(k is not None and not isinstance(k, (int, np.integer)) for k in (train.start, train.stop)):
+            raise InputError(f"{where}: The train rows must be integers. Got {shown} instead.")
+        if train.step not in (None, 1):
+            raise InputError(f"{where}: The train rows must be consecutive. Got step {train.step} instead.")
+        first = 0 if train.start is None else int(train.start)
+        end = n if train.stop is None else int(train.stop)
+    else:
+        if len(train) != 2:
+            raise InputError(f"{where}: The train rows must be two, first and end. Got {len(train)} instead.")
+        first, end = (int(k) for k in train)
+    if not 0 <= first < end <= n or end - first < LEAST_ROWS:
+        raise InputError(
+            f"{where}: The train rows must be at least {LEAST_ROWS} rows inside 0:{n}. Got {shown} instead."
+        )
+    return slice(first, end)
+
+
+def starts_of(starts: Sequence[int], n: int, where: str) -> tuple[int, ...]:
+    """Check the first rows of records."""
+    found = tuple(int(s) for s in starts)
+    if found[:1] != (0,) or any(b - a < LEAST_ROWS for a, b in zip(found, (*found[1:], n), strict=True)):
+        raise InputError(
+            f"{where}: The starts of records must be rows from 0 on, at least {LEAST_ROWS} apart, before {n}. "
+            f"Got {found} instead."
+        )
+    return found
+
+
+def check_one_step(t: Array, records: Sequence[slice], where: str) -> None:
+    """Check that all records have the same step."""
+    steps = [float(t[r][-1] - t[r][0]) / (r.stop - r.start - 1) for r in records]
+    for k, step in enumerate(steps):
+        if abs(step - steps[0]) > SAME_STEP * steps[0]:
+            raise InputError(
+                f"{where}: The records must have one step. Got {step:.6g} s in record {k + 1} after "
+                f"{steps[0]:.6g} s in the first: resample them (--resample HZ)."
+            )
+
+
+def row_of(where: str, row: int, first: int = 0) -> str:
+    """Name a row for a message; the row belongs to a part that begins at row `first`."""
+    return f"{where}: row {first + row}"
+
+
+def line_of(where: str, lines: Sequence[int], row: int) -> str:
+    """Name a row of a file for a message, as an editor counts lines."""
+    return f"{where}: line {lines[row]}"
+
+
+def check_finite(column: Array, name: str, place: Callable[[int], str]) -> None:
+    """Check that the values (n,) of a column are finite."""
+    bad = ~np.isfinite(column)
+    if bad.any():
+        n = int(np.argmax(bad))
+        raise InputError(f"{place(n)}: The {name!r} column must hold finite numbers. Got {column[n]} instead.")
+
+
+STEP_TOLERANCE = 1e-6  # relative to the step
+
+
+def check_increasing(t: Array, place: Callable[[int], str]) -> None:
+    """Check that the times (n,) increase.
+
+    Parameters
+    ----------
+    t : array, shape (n,)
+        Times (s).
+    place : function
+        Name of a row, for messages.
+
+    Raises
+    ------
+    InputError
+        The time of a row is not after the time of the row before.
+    """
+    back = np.diff(t) <= 0
+    if back.any():
+        n = int(np.argmax(back)) + 1
+        hint = " Stamps that are too coarse need the sample rate in Hz (--rate)." if t[n] == t[n - 1] else ""
+        raise InputError(f"{place(n)}: The time must increase. Got {t[n]:.12g} after {t[n - 1]:.12g} instead.{hint}")
+
+
+def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array] | None) -> Array:
+    """Check that the time has equal steps; replace rounded printed times by the uniform grid.
+
+    Steps may differ by 1e-6 of the step. Printed times may differ from the uniform grid by half a count of the last
+    digit, if this count is at most a quarter of the step. Coarser digits could hide a missing sample.
+
+    Parameters
+    ----------
+    t : array, shape (n,)
+        Times (s).
+    place : function
+        Name of a row, for messages.
+    digits : function, optional
+        Returns the value (s) of one count in the last printed digit of each time. It is called only if it is needed.
+
+    Returns
+    -------
+    array, shape (n,)
+        The times, or the uniform grid from which the times were rounded.
+
+    Raises
+    ------
+    InputError
+        Times do not increase, or have unequal steps.
+    """
+    check_increasing(t, place)
+    h = float(t[-1] - t[0]) / (len(t) - 1)
+    error: Array = np.abs(np.diff(t) - h)
+    if (error <= STEP_TOLERANCE * h + 4 * np.spacing(np.abs(t).max())).all():
+        return t
+    if digits:
+        unit = digits()
+        grid: Array = t[0] + h * np.arange(len(t))
+        slack = STEP_TOLERANCE * h + 0.5 * unit + 0.5 * max(unit[0], unit[-1])
+        if unit.max() <= h / 4 and (np.abs(t - grid) <= slack).all():
+            return grid
+    n = int(np.argmax(error)) + 1
+    raise InputError(
+        f"{place(n)}: The time must increase in equal steps (to 1e-6 of the step, or to the digits printed). "
+        f"Got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s: resample on request (--resample)."
+    )
+
+
+TAKEN = ("t", "u", "y", "time")  # names of other signals
+_LABEL = re.compile(r"\s*(.*?)\s*(?:\[([^\[\]]*)\]\s*)?")
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+@dataclass(frozen=True, eq=False)
+class Covariates:
+    """Columns of covariates, with names and units of measure.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Names of the inputs of a model; identifiers.
+    units : tuple of str
+        Units of measure; empty if none is stated.
+    values : array, shape (n, m)
+        One column for each covariate.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Array
+
+    def __bool__(self) -> bool:
+        return bool(self.names)
+
+    def __iter__(self) -> Iterator[tuple[str, str, Array]]:
+        """Iterate over name, unit of measure and values (n,)."""
+        return iter(zip(self.names, self.units, self.values.T, strict=True))
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names with their units of measure, ``T [degC]``."""
+        return tuple(f"{name} [{unit}]" if unit else name for name, unit in zip(self.names, self.units, strict=True))
+
+    @property
+    def ranges(self) -> dict[str, list[float]]:
+        """Least and largest value of each covariate."""
+        return {name: [float(v.min()), float(v.max())] for name, _, v in self}
+
+    @classmethod
+    def none(cls, n: int) -> Covariates:
+        """Return the covariates of data of `n` rows that have none."""
+        return cls((), (), np.zeros((n, 0)))
+
+    @classmethod
+    def of(cls, given: Mapping[str, ArrayLike], n: int, where: str, place: Callable[[int], str]) -> Covariates:
+        """Check columns by their labels, ``T`` or ``T [degC]``.
+
+        Parameters
+        ----------
+        given : mapping of str to array, shape (n,)
+        n : int
+            Rows of the data.
+        where : str
+            Name of the data, for messages.
+        place : function
+            Name of a row, for messages.
+
+        Raises
+        ------
+        InputError
+            A name is not an identifier, is already used or occurs twice, the number of rows is wrong, or a value is not
+            finite.
+        """
+        names: list[str] = []
+        units: list[str] = []
+        columns: list[Array] = []
+        for label, values in given.items():
+            name, unit = split(label)
+            if not _IDENTIFIER.fullmatch(name) or name in (*TAKEN, *names):
+                raise InputError(
+                    f"{where}: The name of a covariate must be letters, digits and low lines, begin with a letter, and "
+                    f"differ from {', '.join((*TAKEN, *names))}. Got {label!r} instead."
+                )
+            try:
+                column = np.array(values, dtype=np.float64)
+            except (TypeError, ValueError):
+                raise InputError(f"{where}: The covariate {name!r} must hold numbers. Got {values!r:.60}.") from None
+            if column.shape != (n,):
+                raise InputError(
+                    f"{where}: The covariate {name!r} must have {n} rows. Got shape {column.shape} instead."
+                )
+            if not np.isfinite(column).all():
+                row = int(np.argmin(np.isfinite(column)))
+                raise InputError(f"{place(row)}: The covariate {name!r} must be finite. Got {column[row]} instead.")
+            names.append(name)
+            units.append(printable(unit))
+            columns.append(column)
+        stacked = np.column_stack(columns) if columns else np.zeros((n, 0))
+        stacked.flags.writeable = False
+        return cls(tuple(names), tuple(units), stacked)
+
+    def rows(self, which: slice) -> Covariates:
+        """Return the selected rows."""
+        return Covariates(self.names, self.units, self.values[which])
+
+    def at(self, new: Array, t: Array) -> Covariates:
+        """Interpolate from the times t (n,) to the times `new` (m,)."""
+        columns = [np.interp(new, t, v) for _, _, v in self]
+        return Covariates(self.names, self.units, np.column_stack([*columns, np.zeros((len(new), 0))]))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Covariates]) -> Covariates:
+        """Concatenate the rows of records with the same covariates."""
+        return cls(parts[0].names, parts[0].units, np.vstack([part.values for part in parts]))
+
+
+def split(label: str) -> tuple[str, str]:
+    """Split a label, ``T [degC]``, into name and unit of measure."""
+    m = _LABEL.fullmatch(label)
+    return (label, "") if m is None else (m[1], (m[2] or "").strip())
+
+
+def identifier(text: str, otherwise: str) -> str:
+    """Return a heading as an identifier; invalid characters become underscores.
+
+    If the heading does not start with a letter, return `otherwise`.
+    """
+    name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
+    if not _IDENTIFIER.fullmatch(name):
+        return otherwise
+    return f"{name}_" if name in TAKEN else name
