@@ -45,12 +45,14 @@ def fit(
     data : Dataset or data frame
         Data of the fit. The simulation of the model starts at row 0; the fit uses the residuals on `data.train`.
     key : str, Graph, block of `hystfmu.blocks` or Path
-        Kind of model (``hystfmu fit --models`` lists all kinds), or a graph of blocks with free parameters. A path
-        names a file with graph and free parameters, as for ``hystfmu fit --graph``. For a single block, the input is
-        scaled to [-1, 1], and the output of the model is a weighted sum of the outputs of the block. ``"auto"`` tests
-        the data for return-point memory and rate dependence. It discards the kinds of model that cannot represent these
-        properties. It then selects the kind with the smallest error on validation blocks, which are cut between
-        reversals in all parts of the training rows.
+        Kind of model; "auto" selects one from the data.
+
+        ``hystfmu fit --models`` lists all kinds. A graph of blocks has free parameters. A path names a file with graph
+        and free parameters, as for ``hystfmu fit --graph``. For a single block, the input is scaled to [-1, 1], and the
+        output of the model is a weighted sum of the outputs of the block. ``"auto"`` tests the data for return-point
+        memory and rate dependence. It discards the kinds of model that cannot represent these properties. It then
+        selects the kind with the smallest error on validation blocks, which are cut between reversals in all parts of
+        the training rows.
     seed : int
         Seed of the random starts. The same seed gives the same model.
     progress : function, optional

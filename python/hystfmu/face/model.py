@@ -374,9 +374,9 @@ class Model(hystfmu.model.Model):
         Parameters
         ----------
         path : str or Path
-            The file, usually ``*.fmu``. After an error no incomplete file remains.
+            FMU to write, usually ``*.fmu``. After an error no incomplete file remains.
         fmi : {2, 3}
-            Version of the standard.
+            Version of the FMI standard.
         name : str, optional
             Model name, any text; by default the record and the key of the model. The model identifier is the first 60
             characters of the name. Each character that is not an ASCII letter or a digit becomes _.
