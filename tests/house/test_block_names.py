@@ -18,7 +18,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
     "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
     "identify/estimate/operator_dynamics.py": {EVERY: "build(): the chain of an operator and dynamics"},
-    "identify/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
+    "model/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
     "identify/estimate/dynamics.py": {
         "transfer_function": "nodes(): G0 with the rest of the delay",
         "delay": "nodes(): the whole samples of the delay",
@@ -44,9 +44,6 @@ ALLOWED: dict[str, dict[str, str]] = {
     },
     "identify/estimate/free.py": {"sum": "KEYS: what the elements of a free parameter make together"},
     "identify/estimate/graph_fit.py": dict.fromkeys(("scaling", "sum"), "around(): what a block alone stands between"),
-    "identify/streaming.py": dict.fromkeys(
-        ("scaling", "zhao_tan", "polynomial_narx"), "Stream: the chain that a polynomial_narx model consists of"
-    ),
     "inverse/adaptive.py": {
         "adaptive_inverse": "adaptive_inverse(): the block that it makes",
         **dict.fromkeys(("prandtl_ishlinskii", "scaling"), "_chain(): operator and scalings that it may consist of"),

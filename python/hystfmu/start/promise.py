@@ -19,7 +19,7 @@ from hystfmu.design.plants import PlantSet
 from hystfmu.design.race import Aim, Tuned
 from hystfmu.face.model import Model
 from hystfmu.identify.auto import REFUSED
-from hystfmu.identify.guards import at_bounds
+from hystfmu.model.guards import at_bounds
 from hystfmu.scenario import Results
 from hystfmu.start.device import Device
 from hystfmu.start.misfit import Misfit

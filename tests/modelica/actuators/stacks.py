@@ -23,7 +23,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "preisach": {"n": 8, "widths": 6, "means": 3, "rate": "yes"},
     "preisach, static": {"n": 8, "widths": 6, "means": 3, "rate": "no"},
     "krasnoselskii_pokrovskii": {"levels": 6},
-    "duhem": {},
+    "duhem": {"q": 1},  # of higher degrees the output falls after a reversal
     "play_bank_mlp": exported.OPTIONS["play_bank_mlp"],
     "zhao_tan_mlp": TRAINED,
     "constraint_factor_mlp": TRAINED,
@@ -44,6 +44,19 @@ def knee(weight: float = -5.0, beta: float = 2.0, gamma: float = 1.0, n: float =
     wires = [("input.y", "operator.u"), ("input.y", "readout.u[1]"), ("operator.z", "readout.u[2]")]
     ports = [Input("u", ("input.u",), unit="V")], [Output("y", "readout.y", unit="um")]
     return hy.Model("bouc_wen", Graph(nodes, wires, *ports), 1e-3, provenance={"span_u": [0.0, 100.0]})
+
+
+def slopes(rest: float = -1.0) -> hy.Model:
+    """A Duhem operator whose output rises on every branch, unless the falling one goes to a state above the rising."""
+    falling = {"a_fall": [-rest], "b_fall": [1.5], "c_fall": [-0.5]}
+    nodes = [
+        Node("input", "scaling", {"n": 1}, {"gain": [0.02], "offset": [-1.0]}),
+        Node("operator", "duhem", {"m": 0, "q": 1}, {"k": 0.5, **falling}),
+        Node("readout", "scaling", {"n": 1}, {"gain": [20.0], "offset": [20.0]}),
+    ]
+    ports = [Input("u", ("input.u",), unit="V")], [Output("y", "readout.y", unit="um")]
+    graph = Graph(nodes, [("input.y", "operator.u"), ("operator.y", "readout.u")], *ports)
+    return hy.Model("duhem", graph, 1e-3, provenance={"span_u": [0.0, 100.0]})
 
 
 @cache

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import simulate
 from click.testing import CliRunner
-from stacks import OPTIONS, SHEET, as_it_comes, demo, knee
+from stacks import OPTIONS, SHEET, as_it_comes, demo, knee, slopes
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
@@ -204,16 +204,19 @@ def test_a_model_without_volts_has_no_actuator(tmp_path: Path) -> None:
         model.export_modelica(tmp_path / "Plain", sheet=SHEET)
 
 
-def test_a_loop_that_falls_after_a_reversal_is_no_stack(tmp_path: Path) -> None:
-    """Its charge would fall while the voltage rises: 20 - 20 * 4/3 after a reversal."""
-    package = knee(-20.0).export_modelica(tmp_path / "Falls")
-    assert not (package / "Actuator.mo").exists()
-    with pytest.raises(InputError, match=r"must rise with the input on every branch. Got a slope of -6.67 after"):
-        knee(-20.0).export_modelica(tmp_path / "Falls", sheet=SHEET)
-    assert (
-        "redeclare HystFMU.Actuators.Hysteresis.BoucWen"
-        in (knee().export_modelica(tmp_path / "Rises") / "Actuator.mo").read_text()
-    )
+@pytest.mark.parametrize(
+    ("falls", "slope", "rises", "name"),
+    [(knee(-20.0), r"-6\.67", knee(), "BoucWen"), (slopes(3.0), r"-1\.71", slopes(), "Duhem")],
+)
+def test_a_loop_that_falls_after_a_reversal_is_no_stack(
+    falls: hy.Model, slope: str, rises: hy.Model, name: str, tmp_path: Path
+) -> None:
+    """Its charge would fall while the voltage rises: of the knee 20 - 20 * 4/3 after a reversal."""
+    assert not (falls.export_modelica(tmp_path / "Falls") / "Actuator.mo").exists()
+    with pytest.raises(InputError, match=f"must rise with the input on every branch. Got a slope of {slope} after"):
+        falls.export_modelica(tmp_path / "Falls", sheet=SHEET)
+    text = (rises.export_modelica(tmp_path / "Rises") / "Actuator.mo").read_text()
+    assert f"redeclare HystFMU.Actuators.Hysteresis.{name}" in text
 
 
 def test_a_lone_block_is_no_stack(tmp_path: Path) -> None:

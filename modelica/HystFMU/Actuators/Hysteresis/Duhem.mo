@@ -32,7 +32,7 @@ equation
 <p><b>Equation:</b> s = k x + w, dw/dx = sum_i x<sup>i</sup> (a_i + sum_j (b_ij w<sup>j</sup> + c_ij abs(w) w<sup>j-1</sup>)), with other weights for rising and for falling x.</p>
 <p><b>Heat:</b> the whole power, of either sign within a cycle; passivity is not shown, so that a closed cycle may give energy back, and the actuator warns.</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005; Coleman &amp; Hodgdon 1986.</p>
-<p><b>Limitations:</b> no return-point memory: minor loops need not close.</p>
+<p><b>Limitations:</b> the slope of s over x, k + dw/dx, must be greater than 0 on every branch: else the charge falls while the voltage rises, and the circuit jumps; no return-point memory: minor loops need not close.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.BaseClasses.Hysteresis\">Actuators.BaseClasses.Hysteresis</a>, <a href=\"modelica://HystFMU.Operators.Smooth.Duhem\">Operators.Smooth.Duhem</a>.</p>
 </html>"));
