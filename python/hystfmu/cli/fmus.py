@@ -170,7 +170,7 @@ def _controller(scenario: str, case: str | None, target: str | None, how: Mappin
     """Write the controller of a case, and print the units in it."""
     from hystfmu.report.terminal import table
     from hystfmu.scenario import Cases
-    from hystfmu.scenario.deploy.unit import write_controller, write_target
+    from hystfmu.scenario.deploy import write_controller, write_target
 
     if how["path"] is None and target is None:
         raise InputError("export --controller needs -o X.fmu, --c DIR, or both")
@@ -335,7 +335,7 @@ def simulate(
         else:
             say("\n".join(done.lines()))
         return
-    from hystfmu.scenario.ssp.run import run_ssp
+    from hystfmu.scenario.ssp.read import run_ssp
 
     with progress("simulating") as report:
         ran = run_ssp(file, engine, coupling, progress=report, **how)

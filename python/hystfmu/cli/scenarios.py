@@ -32,7 +32,7 @@ def found(paths: Sequence[str]) -> list[Path]:
     InputError
         A path does not exist; the error suggests similar names.
     """
-    from hystfmu.scenario.system.folders import here_or_shipped, shipped_names, shipped_scenarios
+    from hystfmu.scenario.system.spec import here_or_shipped, shipped_names, shipped_scenarios
 
     places = [here_or_shipped(p) for p in paths]
     for p, place in zip(paths, places, strict=True):
@@ -126,7 +126,7 @@ def run(
         )
     import hystfmu as hy
     from hystfmu.report.terminal import progress
-    from hystfmu.scenario.report.machine import write_junit
+    from hystfmu.scenario.report.page import write_junit
     from hystfmu.scenario.report.terminal import changes, every_metric, verdicts
 
     if all_of_them == bool(scenarios):
@@ -263,7 +263,7 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
     from hystfmu.scenario.report.compare import compare_reports
     from hystfmu.scenario.report.terminal import changes
     from hystfmu.studies.compare import compare_studies
-    from hystfmu.studies.facts import is_study
+    from hystfmu.studies.summary import is_study
 
     of_studies = is_study(before) or is_study(after)
     changed = (compare_studies if of_studies else compare_reports)(before, after, out)

@@ -29,7 +29,7 @@ from hystfmu.report.terminal import echo, progress, say, table, wrong
 from hystfmu.scenario import run
 from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.report.terminal import verdicts
-from hystfmu.scenario.system.folders import shipped_scenarios
+from hystfmu.scenario.system.spec import shipped_scenarios
 
 SHARE = 0.1  # of an error that one step of the integral takes away: far below what the delay of the loop allows
 CORNERS: dict[

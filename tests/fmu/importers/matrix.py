@@ -40,7 +40,7 @@ from hystfmu.graph.graph import sample_time
 from hystfmu.identify import METHODS
 from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_loop, write_ssp
-from hystfmu.scenario.system.folders import shipped_scenarios
+from hystfmu.scenario.system.spec import shipped_scenarios
 from hystfmu.unit import Unit
 
 ROOT = Path(__file__).parents[3]
