@@ -30,8 +30,8 @@ ALLOWED: dict[str, dict[str, str]] = {
         "noise": "from_dict(): the field of what a record shows",
     },
     "identify/evidence/spectra.py": {"noise": "cells_of(): the field of a cell"},
-    "face/evidence.py": {"creep": "static_output(): lags that pass the input at once, so that they count as static"},
-    "face/evidence_section.py": {"modes": "evidence_section(): the name of a line of the diagram"},
+    "face/fit.py": {"creep": "static_output(): lags that pass the input at once, so that they count as static"},
+    "face/page.py": {"modes": "evidence_section(): the name of a line of the diagram"},
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression, the dead band"},
     "identify/features/other_memory.py": dict.fromkeys(
         ("play_bank", "scaling"), "unseen(): plays that stand for a memory"
@@ -97,28 +97,23 @@ ALLOWED: dict[str, dict[str, str]] = {
     },
     "design/feedforward.py": {"transfer_function": "transfer_function(): the modes of a plant as one block"},
     "design/structures.py": {EVERY: "Structure.graph(): a controller names the blocks of its graph"},
-    "design/loop_shaping.py": {"transfer_function": "robust_filters(): sections of the controller"},
     "design/sector.py": {"scaling": "without_dynamics(): a gain in the place of dynamics"},
-    "design/sliding_bound.py": dict.fromkeys(("transfer_function", "sliding_mode", "sum"), "simulated(): its loop"),
     "data/synthetic.py": {"bouc_wen_oscillator": "oscillator(): the plant of the benchmark"},
-    "scenario/deploy/sides.py": {
+    "scenario/deploy.py": {
         **dict.fromkeys(("delay", "quantiser"), "LATE: computing time and converters"),
         **dict.fromkeys(("noise", "disturbance"), "NOISE: sources that a sensor or a plant reads"),
         "amplifier": "acts_on_plant(): the block of this hardware",
-    },
-    "scenario/deploy/unit.py": {
         "reference": "_lead(): the source that looks ahead",
-        "delay": "_late(): steps of computing time",
         "bumpless_transfer": "_with_handover(): the block that it inserts",
         "scaling": "_before_limits(): the block that limits",
     },
-    "scenario/system/measures.py": dict.fromkeys(
+    "scenario/outcome/metrics.py": dict.fromkeys(
         ("delay", "quantiser", "sum"), "PASSED_ON: the output has the unit of measure of the inputs"
     ),
     "start/page.py": {"reference": "reference_table(): head of a column"},
     "start/requirements.py": dict.fromkeys(("reference", "amplifier", "delay"), "Requirements: names of what is asked"),
     "start/loop.py": {EVERY: "loop_scenario(): a scenario names its units and their blocks"},
-    "start/drawn.py": {"scaling": "drawn(): the gain of a model without second-order dynamics"},
+    "start/run.py": {"scaling": "drawn(): the gain of a model without second-order dynamics"},
     "start/device.py": {
         "transfer_function": "at_rest(): the block of the dynamics",
         "delay": "plant_model(): the command that comes late",
@@ -126,9 +121,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         "scaling": "at_rest(), plant_model(): gains in the place of dynamics, and behind the device",
         "sum": "plant_model(): what the model misses",
     },
-    "demo/loop.py": dict.fromkeys(("noise", "pid"), "loop(): units of the scenario"),
-    "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
-    "face/defaults.py": {"reference": "the reference signal of a new scenario"},
+    "demo/__init__.py": dict.fromkeys(("noise", "pid"), "loop(): units of the scenario")
+    | dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
+    "face/table.py": {"reference": "the reference signal of a new scenario"},
     "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},
     "modelica/actuator": dict.fromkeys(
         (
@@ -196,22 +191,21 @@ ALLOWED: dict[str, dict[str, str]] = {
         **dict.fromkeys(("in_range", "delay", "transfer_function"), "_within(): whether commands kept their limits"),
         "sum": "with_repetitive(): adds its corrections to the command",
     },
-    "redesign/corners.py": {"noise": "aim(): noise of the sensor"},
-    "redesign/roles.py": {"reference": "the block whose signal repeats"},
+    "redesign/corners.py": {"noise": "aim(): noise of the sensor", "reference": "the block whose signal repeats"},
     "scenario/loop/plant.py": {
         "delay": "plant_side(): its steps count",
         "quantiser": "for_small_signals(): a gain for signals of many levels",
         "scaling": "a gain in the place of levels, of dynamics, of nothing; its offset is constant",
         "sum": "as_gain(): a gain in the place of a hysteresis; its offset is constant",
     },
-    "scenario/loop/simulated.py": {"delay": "_delayed(): a further delay"},
+    "scenario/loop/table.py": {"delay": "_delayed(): a further delay"},
     "scenario/loop/opening.py": {
         "scaling": "_break(): what units read behind a broken signal",
         "sliding_mode": "its gain depends on the amplitude",
         "super_twisting": "its gain depends on the amplitude",
     },
     "scenario/report/loops.py": {"delay": "delay_budget(): its samples count"},
-    "scenario/system/unit_graph.py": {
+    "scenario/system/case.py": {
         "delay": "sizes(): the block whose size may be set",
         "scaling": "delayed(): a connection in the place of no delay",
     },
