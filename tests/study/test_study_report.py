@@ -383,15 +383,6 @@ def draws(n, p, seed=1):
     return np.random.default_rng(seed).random((n, p))
 
 
-def test_indices_of_a_product_and_a_sum():
-    x = draws(400, 3)
-    y = np.column_stack([legendre(x[:, 0]) * legendre(x[:, 1]) + 2 * legendre(x[:, 0]), np.full(400, 3.0)])
-    found = figures.effects(x, y)
-    assert found.first == pytest.approx(np.array([[0.8, 0], [0, 0], [0, 0]]), abs=1e-9)
-    assert found.total == pytest.approx(np.array([[1.0, 0], [0.2, 0], [0, 0]]), abs=1e-9)
-    assert found.explained == pytest.approx([1.0, 0.0], abs=1e-9)
-
-
 def test_what_is_explained_is_the_leave_one_out_error():
     x, rng = draws(60, 1), np.random.default_rng(2)
     y = (x + 0.3 * rng.normal(size=(60, 1)))[:, 0]
@@ -436,9 +427,3 @@ def test_polynomials_of_up_to_64_levels_are_orthonormal_over_them(levels, exact)
     two = figures._orthonormal(np.array([0.0, 1.0, 1.0, 0.0]))
     assert two.shape == (4, 2)
     assert two.T @ two / 4 == pytest.approx(np.eye(2))
-
-
-def test_a_parameter_that_stays_needs_no_runs():
-    x = np.column_stack([np.linspace(0, 1, 6), np.full(6, 0.5), np.full(6, 0.1)])
-    found = figures.effects(x, legendre(x[:, :1]))
-    assert found.total[:, 0] == pytest.approx([1.0, 0, 0], abs=1e-9)

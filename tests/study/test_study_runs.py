@@ -13,9 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
-from scipy.stats import qmc
 
 from hystfmu import InputError
 from hystfmu.scenario import Run, build
@@ -104,20 +102,6 @@ def test_a_grid_may_have_ten_million_points() -> None:
     given.parameters = one
     with pytest.raises(InputError, match=r"s.toml: the grid must have at most 10000000 points"):
         sampling.sampler(given)
-
-
-@pytest.mark.parametrize("method", ["random", "sobol", "latin_hypercube"])
-def test_draws_are_those_of_their_generator(method: str) -> None:
-    if method == "random":
-        points = np.random.default_rng(11).random((6, 3))
-    elif method == "sobol":
-        points = qmc.Sobol(3, seed=11).random_base2(3)[:6]
-    else:
-        points = qmc.LatinHypercube(3, seed=11).random(6)
-    batch = drawn(method)
-    assert [v["a"] for v in batch] == pytest.approx(1 + 2 * points[:, 0])
-    assert [v["b"] for v in batch] == pytest.approx(0.5 * 4 ** points[:, 1])
-    assert [v["c"] for v in batch] == [7.0 if f < 0.5 else 5.0 for f in points[:, 2]]
 
 
 # ---- pool ------------------------------------------------------------------------------------------------------------

@@ -245,30 +245,6 @@ def elsewhere(folder: Path) -> str:
         return told.read()
 
 
-@pytest.mark.parametrize("damage", ["zero byte", "changed digit", "torn in the middle", "not UTF-8", "old without sum"])
-def test_damaged_lines_are_set_aside_and_run_again(damage: str, write: Any, tmp_path: Path) -> None:
-    path, folder = write(), tmp_path / "out"
-    whole = hy.study(path, folder, workers=1).table.read_bytes()
-    journal = folder / "journal.jsonl"
-    lines = journal.read_bytes().splitlines(keepends=True)
-    middle = lines[7]
-    at = middle.index(b'"last":') + 9  # in a value
-    lines[7] = {
-        "zero byte": middle[:at] + b"\0" + middle[at:],
-        "changed digit": middle[:at] + (b"1" if middle[at : at + 1] != b"1" else b"2") + middle[at + 1 :],
-        "torn in the middle": middle[:at],
-        "not UTF-8": middle[:at] + b"\xff" + middle[at:],
-        "old without sum": middle.partition(b"\t")[2],
-    }[damage]
-    torn = lines[7] + lines[8] if damage == "torn in the middle" else lines[7]
-    journal.write_bytes(b"".join(lines))
-    outcome = hy.study(path, folder, workers=1)
-    assert outcome.ran == (2 if damage == "torn in the middle" else 1)
-    assert outcome.table.read_bytes() == whole
-    assert (folder / "damaged.jsonl").read_bytes() == torn
-    assert hy.study(path, folder, workers=1).ran == 0
-
-
 @pytest.mark.parametrize("content", [b"", b"\0", b"[1"])
 @pytest.mark.parametrize("name", ["columns", "seed"])
 def test_columns_or_seed_damaged_with_their_copy_are_one_line(name: str, content: bytes, tmp_path: Path) -> None:
