@@ -1,7 +1,7 @@
-"""Named arrays of binary files and of data frames as a `Table`: arrays of equal length are its columns.
+"""Conversion of binary files and data frames to a `Table`. Arrays of equal length become its columns.
 
-Optional packages parse binary files, each in a confined process that returns plain numbers. No package of data frames
-is imported.
+Optional packages parse binary files. They run in a confined process, which returns only numbers and names. The code
+uses no package of data frames.
 """
 
 from __future__ import annotations
@@ -31,17 +31,18 @@ MOST_COLUMNS = 10_000
 
 @dataclass(frozen=True)
 class Named:
-    """An array in a file, not read yet.
+    """Description of an array in a file, whose values are not read yet.
 
     Parameters
     ----------
     name : str
-        Name of the array, with its group if there is one, ``run1/u``; empty for the only array of a file.
+        Name of the array, with its group if there is one, as in ``run1/u``. It is empty for the only array of a file.
     shape : tuple of int
+        Shape of the array.
     unit : str
-        Unit of measure that the file states, or empty.
+        Unit of measure that the file states, or an empty string.
     first : str
-        First time stamp of an array of times, whose numbers are seconds since this stamp; otherwise empty.
+        First time stamp of an array of times; its values are seconds since this stamp. Otherwise empty.
     """
 
     name: str
@@ -53,25 +54,26 @@ class Named:
 def table_of(
     path: str | Path, kind: str, arrays: Sequence[Named], read: Callable[[str], np.ndarray], most: int
 ) -> Table:
-    """Make a table of the arrays of a file.
+    """Return a table of the arrays of a file.
 
     Parameters
     ----------
     path : path
-        The file.
+        The file, for messages.
     kind : str
-        Format of the file, for the line with the assumptions; may be empty.
+        Name of the file format for the line with the assumptions, or an empty string.
     arrays : sequence of Named
-        Arrays of numbers. An array of one number may state the sample step; other arrays of one number are ignored.
+        Arrays of numbers. An array of one number may state the time step; other arrays of one number are ignored.
     read : function
-        Returns the values of an array by name.
+        Function that returns the values of the array with a given name.
     most : int
-        Largest size of all columns together, in bytes.
+        Maximum size of all columns together, in bytes.
 
     Raises
     ------
     InputError
-        No column, or too many columns; on reading, columns that are too large or of different lengths.
+        There is no column, or there are too many columns. Later, when the table reads values, columns are too large or
+        have different lengths.
     """
     sized = [(a, *_columns(a.shape)) for a in arrays]
     places = [_Place(a, n, i, k) for a, n, k in sized if n > 1 for i in range(k)]
@@ -86,14 +88,14 @@ def table_of(
         if a.shape in ((), (1,), (1, 1)) and stated_step(a.name, 1.0, a.unit):
             stated = stated_step(a.name, float(np.asarray(read(a.name)).reshape(-1)[0]), a.unit)
         step = step or stated
-        left += [] if stated or "@" in a.name else [a.name]  # no attributes
+        left += [] if stated or "@" in a.name else [a.name]  # names with @ are attributes
     assumed = (*([kind] if kind else []), *([f"left out {', '.join(left)[:80]}"] if left else []))
     return Table(str(path), columns, "", assumed, Arrays(path, places, read, most), None, step)
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Column `i` of an array with `k` columns and `n` rows."""
+    """Position of a table column in an array: column `i` of an array with `k` columns and `n` rows."""
 
     array: Named
     n: int
@@ -109,14 +111,14 @@ class _Place:
 
 
 class Arrays:
-    """The cells of a file of arrays, a `Source`.
+    """Cells of a file of arrays. The class implements the protocol `Source`.
 
     Parameters
     ----------
     path, read, most
-        As in `table_of`.
+        Arguments of `table_of`.
     places : sequence
-        The columns.
+        Positions of the columns in the arrays.
     """
 
     def __init__(
@@ -141,7 +143,7 @@ class Arrays:
         return (found if found.shape[0] == p.n else found.T).reshape(p.n, p.k)[:, p.i]
 
     def numbers(self, order: Sequence[int]) -> Array:
-        """Return the columns `order`, shape (n, len(order))."""
+        """Return the columns with the indices `order`, shape (n, len(order))."""
         lengths = {self._places[j].n for j in order}
         if len(lengths) > 1:
             names = ", ".join(f"{self._places[j].array.name} ({self._places[j].n})" for j in order)
@@ -149,7 +151,7 @@ class Arrays:
         return np.column_stack([self._values(j).astype(np.float64) for j in order])
 
     def digits(self, k: int) -> Array:
-        """Return the spacing of floating-point numbers at each value of column `k`."""
+        """Return, for each value of column `k`, the distance to the next floating-point number."""
         column = self._values(k)
         kind = np.float32 if column.dtype == np.float32 else np.float64
         counts: Array = np.spacing(np.abs(column).astype(kind)).astype(np.float64)
@@ -167,13 +169,13 @@ class Arrays:
         return since
 
     def stamps(self, k: int) -> Stamps:
-        """Return the times of column `k`, seconds since a stamp in nanoseconds."""
+        """Return the times of column `k` in s, relative to its first time stamp."""
         t = self._values(k).astype(np.float64)
         return Stamps(t, np.full(len(t), 1e-9), self._places[k].array.first)
 
 
 def _columns(shape: tuple[int, ...]) -> tuple[int, int]:
-    """Return rows and columns of an array; an array with up to three long rows is transposed."""
+    """Return the numbers of rows and columns of an array. An array of up to three long rows counts as transposed."""
     if len(shape) == 2 and shape[0] < LEAST_ROWS <= shape[1]:
         return shape[1], shape[0]
     if len(shape) in (1, 2):
@@ -185,18 +187,18 @@ NAME = "data frame"
 
 
 class DataFrame(Protocol):
-    """Protocol of a data frame of pandas or polars, or a table of pyarrow."""
+    """Common interface of a data frame of pandas or polars, and of a table of pyarrow."""
 
     @property
     def columns(self) -> Any:
-        """Names of the columns, or the columns."""
+        """Names of the columns, or the columns themselves for a table of pyarrow."""
 
     def __getitem__(self, key: Any, /) -> Any:
-        """Return a column."""
+        """Return the column with the name `key`."""
 
 
 Frame: TypeAlias = DataFrame | Mapping[str, ArrayLike] | NDArray[Any]
-"""Data with columns. The columns of an array (n, 3) without names are time, input and output."""
+"""Data in columns. The columns of an array (n, 3) are time, input and output."""
 
 
 Columns: TypeAlias = DataFrame | Mapping[str, ArrayLike]
@@ -204,23 +206,26 @@ Columns: TypeAlias = DataFrame | Mapping[str, ArrayLike]
 
 
 def is_frame(given: object) -> bool:
-    """Return whether `given` has columns."""
+    """Return whether `given` is a data frame, a mapping of arrays, or an array of columns."""
     return isinstance(given, (Mapping, np.ndarray)) or hasattr(given, "column_names") or hasattr(given, "columns")
 
 
 def frame(given: Any, most: int) -> Table:
-    """Read the columns of numbers and times; a pandas index other than row numbers is a column.
+    """Return a table of the columns with numbers or times. An index of pandas also becomes a column.
+
+    An index of row numbers is ignored.
 
     Parameters
     ----------
     given : data frame, mapping of str to array, or array
+        Data in columns.
     most : int
-        Largest size of a column in bytes.
+        Maximum size of a column in bytes.
 
     Raises
     ------
     InputError
-        No columns of numbers.
+        There are no columns of numbers, or two columns have the same name.
     """
     arrays: list[Named] = []
     values: dict[str, np.ndarray] = {}
@@ -255,17 +260,17 @@ def _frame_columns(given: Any) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _array(column: Any) -> np.ndarray:
-    """Return a column as an array; times with a zone are taken in UTC."""
+    """Return a column as an array. Times with a time zone are converted to UTC."""
     if getattr(getattr(column, "dtype", None), "tz", None) is not None:
         column = column.dt.tz_convert(None) if hasattr(column, "dt") else column.tz_convert(None)
     try:
         return np.asarray(column)
     except (TypeError, ValueError):
-        return np.empty(0, dtype=object)  # ragged: no numbers
+        return np.empty(0, dtype=object)  # rows of different lengths are not numbers
 
 
-SECONDS = 120.0  # time limit of the parser
-MOST_TOLD = 2**24  # bytes of names, units of measure and headings in its result
+SECONDS = 120.0  # s: time limit of the parser
+MOST_TOLD = 2**24  # maximum number of bytes of names, units of measure and headings in the result of the parser
 _HDF5, _ZIP = b"\x89HDF\r\n\x1a\n", b"PK\x03\x04"
 _MATLAB_BLOCK = 512  # bytes before the signature in a MAT file of version 7.3
 _OLD = b"\xd0\xcf\x11\xe0"
@@ -273,7 +278,7 @@ _OLD = b"\xd0\xcf\x11\xe0"
 
 @dataclass(frozen=True)
 class Format:
-    """A file format: its name, the function of `formats` that parses it, and the package that it needs."""
+    """A file format with the function of the module `formats` that parses it and the package that it needs."""
 
     name: str
     parser: str
@@ -292,21 +297,21 @@ _XLSX, _NPZ = Format("xlsx", "xlsx", "openpyxl"), Format("npz", "numpy_files", "
 
 
 class _Damaged(ValueError):
-    """Message of the parser, or a note that the parser gives no message."""
+    """The parser cannot read the file. The message is from the parser, or describes how the parser ended."""
 
 
 def format_of(content: bytes, path: str | Path) -> Format | None:
-    """Return the format of a binary file by its first bytes; None for other files.
+    """Return the format of a binary file, recognised by its first bytes; None for other files.
 
     Raises
     ------
     InputError
-        The file is a zip archive but neither a workbook nor a numpy file, or it is a workbook of Excel 97.
+        The file is a workbook of Excel 97, or a zip archive that is neither a workbook nor a file of numpy.
     """
     if content.startswith(_ZIP):
         if b"xl/workbook" in content:
             return _XLSX
-        if b".npy" in content[-2000:]:  # its directory is at the end
+        if b".npy" in content[-2000:]:  # a zip archive has its directory at the end
             return _NPZ
         raise InputError(
             f"{path}: The file must be text, a workbook or a file of arrays. Got a zip archive: unpack it."
@@ -321,24 +326,25 @@ def format_of(content: bytes, path: str | Path) -> Format | None:
 
 
 def confined(content: bytes, form: Format, path: str | Path, decimal: str | None, most: int) -> Table:
-    """Read a binary file.
+    """Return the table of a binary file, which a parser reads in a confined process.
 
     Parameters
     ----------
     content : bytes
-        The file.
+        Content of the file.
     form : Format
+        Format of the file.
     path : path
-        For messages.
+        The file, for messages.
     decimal : str, optional
-        Decimal sign of numbers in cells of text.
+        Decimal sign of numbers that are stored as text.
     most : int
-        Largest size of a column in bytes.
+        Maximum size of a column in bytes.
 
     Raises
     ------
     InputError
-        The file is damaged, has no arrays of numbers, or has columns that are too large.
+        The file is damaged, contains no arrays of numbers, or has columns that are too large.
     MissingExtra
         The package for the format is not installed.
     """
@@ -352,7 +358,7 @@ def confined(content: bytes, form: Format, path: str | Path, decimal: str | None
 
     def read(name: str) -> np.ndarray:
         try:
-            if name not in values:  # all together are too large
+            if name not in values:  # all arrays together exceed the limit
                 values.update(_parsed(content, form, most, name)[2])
             found = values[name]
             if isinstance(found, str):
@@ -370,20 +376,21 @@ def confined(content: bytes, form: Format, path: str | Path, decimal: str | None
 def _parsed(
     content: bytes, form: Format, most: int, asked: str = ""
 ) -> tuple[list[str], list[Named], dict[str, np.ndarray | str]]:
-    """Return the remark, all arrays, and the values of all arrays or of the requested array.
+    """Return the remarks of the parser, the descriptions of all arrays, and values by name.
 
-    In case of a failure, return a text with the reason.
+    The values are those of the array `asked`, or of all arrays. An array whose values cannot be read has a text with
+    the reason instead of values.
 
     Raises
     ------
     _Damaged
-        The parser refuses the file, crashes, does not end or gives an invalid result.
+        The parser refuses the file, crashes, does not end in time, or writes an invalid result.
     """
     program = str(Path(__file__).with_name("formats.py"))
     with tempfile.TemporaryDirectory(prefix="hystfmu-read-") as folder:
         source, result = Path(folder, "source"), Path(folder, "result")
         source.write_bytes(content)
-        with result.open("x+b") as out:  # read through this handle: whatever the parser puts in its place is not
+        with result.open("x+b") as out:  # the result is read through this handle, so the parser cannot replace the file
             parser = Child(
                 program, form.parser, *map(str, (source, result, most)), asked, box=Box.of(folder), told=False
             )
@@ -401,7 +408,7 @@ def _parsed(
 
 
 def _result(out: IO[bytes]) -> tuple[list[str], list[Named], dict[str, np.ndarray | str]]:
-    """Read the output of the parser, which may be truncated or manipulated."""
+    """Return the content of the result file of the parser, which may be truncated or manipulated."""
     try:
         told = json.loads(out.readline(MOST_TOLD))
         if "error" in told:
