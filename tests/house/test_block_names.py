@@ -29,8 +29,8 @@ ALLOWED: dict[str, dict[str, str]] = {
         "noise": "from_dict(): the field of what a record shows",
     },
     "identify/evidence/spectra.py": {"noise": "cells_of(): the field of a cell"},
-    "face/evidence.py": {"creep": "static_output(): lags that pass the input at once, so that they count as static"},
-    "face/evidence_section.py": {"modes": "evidence_section(): the name of a line of the diagram"},
+    "face/fit.py": {"creep": "static_output(): lags that pass the input at once, so that they count as static"},
+    "face/page.py": {"modes": "evidence_section(): the name of a line of the diagram"},
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression, the dead band"},
     "identify/features/other_memory.py": dict.fromkeys(
         ("play_bank", "scaling"), "unseen(): plays that stand for a memory"
@@ -119,9 +119,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         "scaling": "at_rest(), plant_model(): gains in the place of dynamics, and behind the device",
         "sum": "plant_model(): what the model misses",
     },
-    "demo/loop.py": dict.fromkeys(("noise", "pid"), "loop(): units of the scenario"),
-    "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
-    "face/defaults.py": {"reference": "the reference signal of a new scenario"},
+    "demo/__init__.py": dict.fromkeys(("noise", "pid"), "loop(): units of the scenario")
+    | dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
+    "face/table.py": {"reference": "the reference signal of a new scenario"},
     "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},
     "modelica/actuator": dict.fromkeys(
         (
