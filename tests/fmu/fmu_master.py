@@ -5,10 +5,12 @@ from __future__ import annotations
 import copy
 import ctypes as C
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+import pytest
 from fmpy import platform, platform_tuple, sharedLibraryExtension
 from numpy.typing import NDArray
 
@@ -17,6 +19,8 @@ from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
 
 Array = NDArray[np.float64]
+Make = Callable[..., Any]  # the fixture `make`
+only_fmi2, only_fmi3 = (pytest.mark.parametrize("fmi", [n], indirect=True) for n in (2, 3))
 OK, WARNING, DISCARD, ERROR = range(4)
 H = 1e-3
 BLOCKS = sorted(block_types())
@@ -87,6 +91,9 @@ def rows(graph: Graph, n: int = 300, seed: int = 3) -> Array:
         levels = rng.uniform(-1.5, 1.5, n // 10 + 2)
         columns.append(np.clip(np.interp(np.arange(n) / 10, np.arange(levels.size), levels), p.var.lo, p.var.hi))
     return np.column_stack([*columns, np.zeros((n, 0))])
+
+
+U = rows(single("prandtl_ishlinskii"))[:, 0]
 
 
 def unpack(fmu: Path, folder: Path) -> Path:

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import ctypes as C
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 from fmu_events import Events
-from fmu_master import BLOCKS, ERROR, OK, Array, H, mixed, rows, single
+from fmu_master import BLOCKS, ERROR, OK, Array, H, Make, mixed, only_fmi3, rows, single
 
 from hystfmu.graph import Graph, Input, Node, Output
-
-Make = Callable[..., Events]
-only_fmi3 = pytest.mark.parametrize("fmi", [3], indirect=True)
 
 
 def stepped(m: Events, u: Array, h: float = H) -> Array:

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 from fmu_events import EventInfo, Events
-from fmu_master import ERROR, OK, H, Master, mixed, single
+from fmu_master import ERROR, OK, H, Make, Master, mixed, single
 
 STATES = {
     "I": "Instantiated",
@@ -217,7 +217,7 @@ def _bring(m: Master, state: str) -> None:
 
 
 @pytest.mark.parametrize(("fmi", "interface", "state"), CASES, indirect=["fmi"])
-def test_matrix(make: Callable[..., Master], fmi: int, interface: str, state: str) -> None:
+def test_matrix(make: Make, fmi: int, interface: str, state: str) -> None:
     place = f"'{STATES[state]}' of {'Model Exchange' if interface == 'me' else 'Co-Simulation'}"
     for name, (simulation, exchange, call) in (FMI2 if fmi == 2 else FMI3).items():
         # sampled blocks have no derivatives in Co-Simulation
@@ -239,7 +239,7 @@ def test_matrix(make: Callable[..., Master], fmi: int, interface: str, state: st
 
 
 @pytest.mark.parametrize(("fmi", "interface", "state"), CASES, indirect=["fmi"])
-def test_absent(make: Callable[..., Master], fmi: int, interface: str, state: str) -> None:
+def test_absent(make: Make, fmi: int, interface: str, state: str) -> None:
     m = make(mixed(), interface)
     _bring(m, state)
     before = m.memory()
@@ -251,7 +251,7 @@ def test_absent(make: Callable[..., Master], fmi: int, interface: str, state: st
     assert m.memory() == before
 
 
-def test_tables_are_complete(make: Callable[..., Master], fmi: int) -> None:
+def test_tables_are_complete(make: Make, fmi: int) -> None:
     """Every exported function is in a table of this file."""
     m = make()
     life = ["Instantiate", "FreeInstance"]
@@ -263,7 +263,7 @@ def test_tables_are_complete(make: Callable[..., Master], fmi: int) -> None:
     assert {s.removeprefix(f"fmi{fmi}") for s in exported if s.startswith(f"fmi{fmi}")} == known
 
 
-def test_nothing_is_pending(make: Callable[..., Master]) -> None:
+def test_nothing_is_pending(make: Make) -> None:
     m = make()
     if m.fmi == 3:
         pytest.skip("FMI 3.0 has no status functions")
@@ -277,7 +277,7 @@ def test_nothing_is_pending(make: Callable[..., Master]) -> None:
     assert last.value == H
 
 
-def test_null_instance(make: Callable[..., Master], fmi: int) -> None:
+def test_null_instance(make: Make, fmi: int) -> None:
     m = make()
     c, m.c = m.c, C.c_void_p(None)
     for name in [*(ABSENT2 if fmi == 2 else ABSENT3), "Reset", "Terminate", "ExitInitializationMode"]:
@@ -287,7 +287,7 @@ def test_null_instance(make: Callable[..., Master], fmi: int) -> None:
     m.c = c
 
 
-def test_missing_interfaces(make: Callable[..., Master], folder: Path, fmi: int) -> None:
+def test_missing_interfaces(make: Make, folder: Path, fmi: int) -> None:
     """Scheduled Execution, and Model Exchange of sampled blocks without a sample period, are refused."""
     if fmi == 3:
         m = make()

@@ -11,15 +11,12 @@ import numpy as np
 import pytest
 from fmpy import read_model_description
 from fmu_events import Events
-from fmu_master import DISCARD, ERROR, OK, Array, H, Master, loop, mixed, rows, single
+from fmu_master import DISCARD, ERROR, OK, Array, H, Make, Master, loop, mixed, only_fmi2, only_fmi3, rows, single
 
 from hystfmu import InputError, Unit
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
 
-Make = Callable[..., Events]
-only_fmi2 = pytest.mark.parametrize("fmi", [2], indirect=True)
-only_fmi3 = pytest.mark.parametrize("fmi", [3], indirect=True)
 INTERFACES = [(2, "cs"), (3, "cs"), (3, "event")]
 each = pytest.mark.parametrize(("fmi", "interface"), INTERFACES, indirect=["fmi"], ids=lambda v: str(v))
 U = rows(mixed(), 60)

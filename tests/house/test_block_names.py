@@ -18,7 +18,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
     "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
     "identify/estimate/operator_dynamics.py": {EVERY: "build(): the chain of an operator and dynamics"},
-    "identify/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
+    "model/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
     "identify/estimate/dynamics.py": {
         "transfer_function": "nodes(): G0 with the rest of the delay",
         "delay": "nodes(): the whole samples of the delay",
@@ -44,9 +44,6 @@ ALLOWED: dict[str, dict[str, str]] = {
     },
     "identify/estimate/free.py": {"sum": "KEYS: what the elements of a free parameter make together"},
     "identify/estimate/graph_fit.py": dict.fromkeys(("scaling", "sum"), "around(): what a block alone stands between"),
-    "identify/streaming.py": dict.fromkeys(
-        ("scaling", "zhao_tan", "polynomial_narx"), "Stream: the chain that a polynomial_narx model consists of"
-    ),
     "inverse/adaptive.py": {
         "adaptive_inverse": "adaptive_inverse(): the block that it makes",
         **dict.fromkeys(("prandtl_ishlinskii", "scaling"), "_chain(): operator and scalings that it may consist of"),
@@ -98,28 +95,23 @@ ALLOWED: dict[str, dict[str, str]] = {
     },
     "design/feedforward.py": {"transfer_function": "transfer_function(): the modes of a plant as one block"},
     "design/structures.py": {EVERY: "Structure.graph(): a controller names the blocks of its graph"},
-    "design/loop_shaping.py": {"transfer_function": "robust_filters(): sections of the controller"},
     "design/sector.py": {"scaling": "without_dynamics(): a gain in the place of dynamics"},
-    "design/sliding_bound.py": dict.fromkeys(("transfer_function", "sliding_mode", "sum"), "simulated(): its loop"),
     "data/synthetic.py": {"bouc_wen_oscillator": "oscillator(): the plant of the benchmark"},
-    "scenario/deploy/sides.py": {
+    "scenario/deploy.py": {
         **dict.fromkeys(("delay", "quantiser"), "LATE: computing time and converters"),
         **dict.fromkeys(("noise", "disturbance"), "NOISE: sources that a sensor or a plant reads"),
         "amplifier": "acts_on_plant(): the block of this hardware",
-    },
-    "scenario/deploy/unit.py": {
         "reference": "_lead(): the source that looks ahead",
-        "delay": "_late(): steps of computing time",
         "bumpless_transfer": "_with_handover(): the block that it inserts",
         "scaling": "_before_limits(): the block that limits",
     },
-    "scenario/system/measures.py": dict.fromkeys(
+    "scenario/outcome/metrics.py": dict.fromkeys(
         ("delay", "quantiser", "sum"), "PASSED_ON: the output has the unit of measure of the inputs"
     ),
     "start/page.py": {"reference": "reference_table(): head of a column"},
     "start/requirements.py": dict.fromkeys(("reference", "amplifier", "delay"), "Requirements: names of what is asked"),
     "start/loop.py": {EVERY: "loop_scenario(): a scenario names its units and their blocks"},
-    "start/drawn.py": {"scaling": "drawn(): the gain of a model without second-order dynamics"},
+    "start/run.py": {"scaling": "drawn(): the gain of a model without second-order dynamics"},
     "start/device.py": {
         "transfer_function": "at_rest(): the block of the dynamics",
         "delay": "plant_model(): the command that comes late",
@@ -197,22 +189,21 @@ ALLOWED: dict[str, dict[str, str]] = {
         **dict.fromkeys(("in_range", "delay", "transfer_function"), "_within(): whether commands kept their limits"),
         "sum": "with_repetitive(): adds its corrections to the command",
     },
-    "redesign/corners.py": {"noise": "aim(): noise of the sensor"},
-    "redesign/roles.py": {"reference": "the block whose signal repeats"},
+    "redesign/corners.py": {"noise": "aim(): noise of the sensor", "reference": "the block whose signal repeats"},
     "scenario/loop/plant.py": {
         "delay": "plant_side(): its steps count",
         "quantiser": "for_small_signals(): a gain for signals of many levels",
         "scaling": "a gain in the place of levels, of dynamics, of nothing; its offset is constant",
         "sum": "as_gain(): a gain in the place of a hysteresis; its offset is constant",
     },
-    "scenario/loop/simulated.py": {"delay": "_delayed(): a further delay"},
+    "scenario/loop/table.py": {"delay": "_delayed(): a further delay"},
     "scenario/loop/opening.py": {
         "scaling": "_break(): what units read behind a broken signal",
         "sliding_mode": "its gain depends on the amplitude",
         "super_twisting": "its gain depends on the amplitude",
     },
     "scenario/report/loops.py": {"delay": "delay_budget(): its samples count"},
-    "scenario/system/unit_graph.py": {
+    "scenario/system/case.py": {
         "delay": "sizes(): the block whose size may be set",
         "scaling": "delayed(): a connection in the place of no delay",
     },

@@ -11,7 +11,7 @@ import pytest
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.data.reversals import turning_points
-from hystfmu.identify import entrants, fit, options
+from hystfmu.identify import auto, fit, options
 from hystfmu.identify.catalogue import candidates
 from hystfmu.identify.excitation.minor_loops import Excitation, examine, gaps
 from hystfmu.identify.race import AS_GOOD, EXACT, FOLDS, Race
@@ -41,7 +41,7 @@ def only(monkeypatch):
     """Let only some candidates compete."""
 
     def patch(*names):
-        monkeypatch.setattr(entrants, "candidates", lambda: {n: CANDIDATES[n] for n in names})
+        monkeypatch.setattr(auto, "candidates", lambda: {n: CANDIDATES[n] for n in names})
 
     return patch
 
@@ -140,7 +140,7 @@ def test_rate_dependence_needs_several_speeds(only):
 
 
 def left_out(found):
-    return entrants.left_out({n: c for n, (_, c) in CANDIDATES.items()}, found)
+    return auto.left_out({n: c for n, (_, c) in CANDIDATES.items()}, found)
 
 
 def seen(**changed):
@@ -163,9 +163,9 @@ def test_what_cannot_fit_is_left_out_with_its_reason():
 def test_every_kind_of_a_long_record_races_on_fewer_rows():
     every = [c for _, c in CANDIDATES.values()]
     for rows in (3000, 30_000, 800_000):
-        n = entrants.affordable(every, rows)
-        assert entrants.LEAST_ROWS <= n <= rows
-        assert sum(c.cost(n) * (entrants.HOPEFUL if c.tries(n) else 1) for c in every) <= entrants.BUDGET
+        n = auto.affordable(every, rows)
+        assert auto.LEAST_ROWS <= n <= rows
+        assert sum(c.cost(n) * (auto.HOPEFUL if c.tries(n) else 1) for c in every) <= auto.BUDGET
 
 
 def test_candidates_state_options_of_their_kinds():

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from hystfmu import Dataset, InputError, Model, fit, validate
 from hystfmu.cli import main
 from hystfmu.data.signals import training
-from hystfmu.identify import METHODS, entrants
+from hystfmu.identify import METHODS, auto
 from hystfmu.identify.catalogue import candidates, takes_covariates
 
 H = 1e-3
@@ -98,7 +98,7 @@ def test_the_actuator_finds_what_follows_each_covariate(actuator):
 def test_auto_takes_them_on_the_command_line_and_start_refuses_before_the_fit(tmp_path, monkeypatch):
     """The table of the candidates states inverses, which covariates once ended."""
     found = candidates()
-    monkeypatch.setattr(entrants, "candidates", lambda: {"polynomial_narx": found["polynomial_narx"]})
+    monkeypatch.setattr(auto, "candidates", lambda: {"polynomial_narx": found["polynomial_narx"]})
     data = record(1)
     csv, out = str(tmp_path / "d.csv"), str(tmp_path / "m.model.toml")
     data.to_csv(csv)

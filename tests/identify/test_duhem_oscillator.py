@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hystfmu import Dataset, Graph, InputError, Node
-from hystfmu.identify import entrants, fit
+from hystfmu.identify import auto, fit
 from hystfmu.identify.catalogue import candidates
 from hystfmu.identify.methods.duhem_oscillator import physical
 
@@ -110,7 +110,7 @@ def test_data_without_a_resonance_are_refused():
 def test_auto_takes_it_for_an_oscillator(monkeypatch):
     found = candidates()
     few = ("prandtl_ishlinskii", "polynomial_narx", "duhem_oscillator")
-    monkeypatch.setattr(entrants, "candidates", lambda: {key: found[key] for key in few})
+    monkeypatch.setattr(auto, "candidates", lambda: {key: found[key] for key in few})
     data = Dataset.from_signal(u := force(4), displacement(u, friction_law), H)
     assert fit(data, "auto").key == "duhem_oscillator"
 

@@ -9,12 +9,12 @@ from scipy.signal import cont2discrete, lfilter
 
 from hystfmu import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify import guards
 from hystfmu.identify.catalogue import Candidate
 from hystfmu.identify.cuts import validation_rows, without_outermost
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, polynomials, search, uncertainty, unknown
-from hystfmu.identify.excitation import closed_loop, dead_time, drift, minor_loops
+from hystfmu.identify.excitation import minor_loops, timing
 from hystfmu.identify.features.bent_sum import Following
+from hystfmu.model import guards
 
 H = 1e-3
 OPTIONS = {"hold": "foh", "delay_max": 10.0, "zeta_max": 5.0}
@@ -168,17 +168,17 @@ def test_the_width_of_a_loop():
 
 def test_the_mean_drift_of_residuals():
     n = 2000
-    total, error = drift.drift(4 + 3 * np.arange(n) / n)
+    total, error = guards.drift(4 + 3 * np.arange(n) / n)
     assert total == pytest.approx(3.0, rel=1e-9)
     assert error < 1e-9
     e = RNG.normal(size=n)
-    total, error = drift.drift(e)
+    total, error = guards.drift(e)
     assert error == pytest.approx(np.sqrt(12 / n), rel=0.5)  # of a straight line through white noise of variance 1
     assert abs(total) < 4 * error
-    assert drift.warnings(3 * np.arange(n) / n, 100.0)[0].startswith("the output drifts by +3 % of its span")
-    assert drift.warnings(-0.51 * np.arange(n) / n, 100.0)[0].startswith("the output drifts by -0.51 %")
-    assert drift.warnings(0.49 * np.arange(n) / n, 100.0) == []
-    assert drift.warnings(e, 1.0) == []
+    assert guards.drifts(3 * np.arange(n) / n, 100.0)[0].startswith("the output drifts by +3 % of its span")
+    assert guards.drifts(-0.51 * np.arange(n) / n, 100.0)[0].startswith("the output drifts by -0.51 %")
+    assert guards.drifts(0.49 * np.arange(n) / n, 100.0) == []
+    assert guards.drifts(e, 1.0) == []
 
 
 @pytest.mark.parametrize("late", [0, 2, 5])
@@ -187,14 +187,14 @@ def test_the_dead_time_of_a_lag_that_answers_late(late):
     y = lfilter([0.4], [1, -0.6], np.r_[[u[0]] * late, u][: len(u)] - u[0])
     data = Dataset.from_signal(u, y + 1e-4 * RNG.normal(size=len(u)), H, "steps")
     lag = late + 2
-    assert dead_time.dead_time(data, lag) == late
-    w, sigma = dead_time.answer(data, lag)
+    assert timing.dead_time(data.u, data.y, lag) == late
+    w, sigma = timing.answer(data.u, data.y, lag)
     assert len(w) == len(sigma) == 8 + lag + 8 + 1
     assert w[8 + late :][:4] == pytest.approx(0.4 * 0.6 ** np.arange(4), abs=5e-3)
     assert np.abs(w[: 8 + late]).max() < 5e-3
     smooth = Dataset.from_signal(np.sin(np.arange(900) / 30), np.sin(np.arange(900) / 30 - 0.1), H, "sine")
-    assert dead_time.dead_time(smooth, 3) is None
-    w, sigma = dead_time.answer(smooth, 100)  # too few rows for so many weights
+    assert timing.dead_time(smooth.u, smooth.y, 3) is None
+    w, sigma = timing.answer(smooth.u, smooth.y, 100)  # too few rows for so many weights
     assert w.tolist() == [0.0] * 117
     assert sigma.tolist() == [1.0] * 117
 
@@ -207,16 +207,16 @@ def test_the_input_of_a_closed_loop_follows_the_error(k):
     dv = 0.5 * own + 0.5 * np.r_[np.zeros(k), e[:-k]]  # the increments of the input follow the error k rows later
     u = np.cumsum(dv)
     y = 2 * u + e
-    later, earlier = closed_loop.correlation(Dataset.from_signal(u, y, H, "loop"))
+    later, earlier = timing.correlation(u, y, slice(0, len(u)))
     assert later > 20 * earlier
     assert later > 300
     assert earlier < 60
     free = Dataset.from_signal(np.cumsum(own), 2 * np.cumsum(own) + e, H, "open")
-    assert max(closed_loop.correlation(free)) < 60
-    assert closed_loop.warnings(free) == []
-    assert len(closed_loop.warnings(Dataset.from_signal(u, y, H, "loop"))) == 1
+    assert max(timing.correlation(free.u, free.y, free.train)) < 60
+    assert timing.feedback(free) == []
+    assert len(timing.feedback(Dataset.from_signal(u, y, H, "loop"))) == 1
     short = Dataset.from_signal(u[:60], y[:60], H, "short")
-    assert closed_loop.correlation(short) == (0.0, 0.0)
+    assert timing.correlation(short.u, short.y, short.train) == (0.0, 0.0)
 
 
 # ---- splits, guards, candidates -------------------------------------------------------------------------------------
@@ -252,7 +252,7 @@ def test_the_other_signal_stays_in_the_trained_range_and_reaches_its_ends():
     u = 3 + 2 * np.sin(np.arange(400) / 5)
     data = Dataset.from_signal(u, u, H, "sine")
     u = u[data.counted]
-    other = guards.other_signal(data)
+    other = guards.other_signal(data.u[data.counted], data.u[0])
     lo, hi = u.min(), u.max()
     assert other[:400].tolist() == pytest.approx([*[data.u[0]] * 100, *[hi] * 100, *[lo] * 100, *[(lo + hi) / 2] * 100])
     turns = other[400:]

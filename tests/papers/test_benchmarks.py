@@ -11,7 +11,7 @@ from hystfmu import Dataset, Graph, InputError, Model, Node
 from hystfmu.cli import main
 from hystfmu.data import signals, synthetic
 from hystfmu.data.reversals import turning_points
-from hystfmu.identify import entrants, fit
+from hystfmu.identify import auto, fit
 from hystfmu.identify.excitation.minor_loops import examine, gaps
 from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
 from hystfmu.identify.methods.narx_network import assemble, simulate
@@ -80,8 +80,8 @@ def test_what_cannot_identify_memory_is_said():
 
 
 def test_auto_prints_candidates_memory_and_warnings(tmp_path, monkeypatch):
-    found = entrants.candidates()
-    monkeypatch.setattr(entrants, "candidates", lambda: {key: found[key] for key in QUICK})
+    found = auto.candidates()
+    monkeypatch.setattr(auto, "candidates", lambda: {key: found[key] for key in QUICK})
     u = signals.decaying_sine(5, 0.1, samples=40)
     path = tmp_path / "sine.csv"
     Dataset.from_signal(u, plants.prandtl_ishlinskii(u), 1e-3).to_csv(path)
@@ -99,8 +99,8 @@ def test_auto_prints_candidates_memory_and_warnings(tmp_path, monkeypatch):
 
 
 def test_s3_bouc_wen_is_picked_and_holds_on_other_signals(monkeypatch):
-    found = entrants.candidates()
-    monkeypatch.setattr(entrants, "candidates", lambda: {key: found[key] for key in QUICK})
+    found = auto.candidates()
+    monkeypatch.setattr(auto, "candidates", lambda: {key: found[key] for key in QUICK})
     u = signals.training(60, 1)
     data = Dataset.from_signal(u, plants.bouc_wen(u))
     model = fit(data, "auto")

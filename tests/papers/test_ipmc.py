@@ -14,9 +14,9 @@ from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
 from hystfmu.identify.methods.polynomial_narx import basis, count, lagged, least_squares
 from hystfmu.identify.solvers.recursive import Recursive
-from hystfmu.identify.streaming import Stream
 from papers import ipmc_sensor
 from papers.statements.printed import PrintedRecursive, auxiliary
+from papers.streaming import Stream
 
 
 @pytest.fixture(scope="module")

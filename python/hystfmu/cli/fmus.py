@@ -198,7 +198,7 @@ def _controller(
     from hystfmu.cli import places
     from hystfmu.report.terminal import table
     from hystfmu.scenario import Cases
-    from hystfmu.scenario.deploy.unit import write_controller, write_target
+    from hystfmu.scenario.deploy import write_controller, write_target
 
     if out is None and target is None:
         raise InputError("export --controller needs -o X.fmu, --c DIR, or both")

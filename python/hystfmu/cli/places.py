@@ -19,7 +19,7 @@ def found(paths: Sequence[str]) -> list[Path]:
     InputError
         A path does not exist; the error suggests similar names.
     """
-    from hystfmu.scenario.system.folders import here_or_shipped, shipped_names, shipped_scenarios
+    from hystfmu.scenario.system.spec import here_or_shipped, shipped_names, shipped_scenarios
 
     places = [here_or_shipped(p) for p in paths]
     for p, place in zip(paths, places, strict=True):

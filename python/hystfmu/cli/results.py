@@ -18,7 +18,7 @@ from hystfmu.report.terminal import detail, echo, say, verdict, wrong
 
 if TYPE_CHECKING:
     from hystfmu.scenario import Result
-    from hystfmu.start.contender import Contender
+    from hystfmu.start.closed_loop import Contender
 
 _BEGUN = "finished steps are kept; to go on with the others:"
 
@@ -96,7 +96,7 @@ def reproduce(
 def _papers(folder: str | None) -> ModuleType:
     """Import the papers from `folder`, else from the current checkout, else from the checkout that runs."""
     from hystfmu.base.errors import InputError
-    from hystfmu.scenario.system.folders import here_or_shipped
+    from hystfmu.scenario.system.spec import here_or_shipped
 
     home = (here_or_shipped("scenarios/papers") if folder is None else Path(folder)).resolve()
     if home.name != "papers" or not (home / "__init__.py").is_file():
@@ -189,10 +189,9 @@ def start(
     """
     from hystfmu.base.files import load_toml
     from hystfmu.report.terminal import progress, table
-    from hystfmu.start.page import race_table, reference_table
+    from hystfmu.start.page import race_table, reference_table, sentence
     from hystfmu.start.requirements import Requirements
     from hystfmu.start.run import start as make
-    from hystfmu.start.verdict import sentence
 
     given = load_toml(Path(requirements)) if requirements is not None else {}
     wanted = Requirements.of(given | {k: v for k, v in asked.items() if v not in (None, ())})

@@ -118,7 +118,7 @@ def run(
     import hystfmu as hy
     from hystfmu.report.terminal import progress
     from hystfmu.scenario import Change
-    from hystfmu.scenario.report.machine import write_junit
+    from hystfmu.scenario.report.page import write_junit
     from hystfmu.scenario.report.terminal import changes, every_metric, verdicts
 
     if everything == bool(scenarios):

@@ -85,7 +85,7 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
     from hystfmu.scenario.report.compare import compare_reports
     from hystfmu.scenario.report.terminal import changes
     from hystfmu.studies.compare import compare_studies
-    from hystfmu.studies.facts import is_study
+    from hystfmu.studies.summary import is_study
 
     of_studies = is_study(before) or is_study(after)
     found = (compare_studies if of_studies else compare_reports)(before, after, out)

@@ -141,7 +141,7 @@ def simulate(
         else:
             say("\n".join(done.lines()))
         return
-    from hystfmu.scenario.ssp.run import run_ssp
+    from hystfmu.scenario.ssp.read import run_ssp
 
     with progress("simulating") as report:
         found = run_ssp(file, engine, coupling, step, stop, timeout, out, not unconfined, report, settings=values)

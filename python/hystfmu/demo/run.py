@@ -28,7 +28,7 @@ from hystfmu.report.terminal import echo, progress, say, table, wrong
 from hystfmu.scenario import run
 from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.report.terminal import verdicts
-from hystfmu.scenario.system.folders import shipped_scenarios
+from hystfmu.scenario.system.spec import shipped_scenarios
 
 KEYS: tuple[Kind, ...] = (  # the first is the model of the short demonstration: no other one errs less
     "actuator",

@@ -19,8 +19,7 @@ from hystfmu.face.saved import save
 from hystfmu.model import Model
 from hystfmu.scenario import Cases, Engine, Result, run
 from hystfmu.scenario.system.case import NAME, split_end
-from hystfmu.scenario.system.folders import inside
-from hystfmu.scenario.system.spec import MetricKind, ScenarioSpec, Scheme, UnitSpec
+from hystfmu.scenario.system.spec import MetricKind, ScenarioSpec, Scheme, UnitSpec, inside
 
 if TYPE_CHECKING:
     from hystfmu.scenario.loop.opened import OpenedLoop
@@ -498,7 +497,7 @@ class Scenario:
         >>> loop.export_controller("controller.fmu").name
         'controller.fmu'
         """
-        from hystfmu.scenario.deploy.unit import write_controller
+        from hystfmu.scenario.deploy import write_controller
 
         ready = self.ready().named(case)
         return write_controller(ready, path, fmi, name, platforms, source).path

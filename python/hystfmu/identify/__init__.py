@@ -15,16 +15,15 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.graph.blocks import Block
-from hystfmu.identify import auto, guards
-from hystfmu.identify.catalogue import AUTO, METHODS, description, options, resolve
-from hystfmu.identify.entrants import too_large
+from hystfmu.identify import auto
+from hystfmu.identify.catalogue import AUTO, METHODS, description, options, resolve, too_large
 from hystfmu.identify.estimate import graph_fit
 from hystfmu.identify.estimate.free import Spec, plain, read_graph
-from hystfmu.identify.excitation import closed_loop, sensor_lag
+from hystfmu.identify.excitation import timing
 from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.excitation.rest import places_memory, remembered, rest
 from hystfmu.identify.one import check, finished, fit_one
-from hystfmu.model import Model
+from hystfmu.model import Model, guards
 from hystfmu.model.accuracy import errors
 
 __all__ = ["GRAPH", "METHODS", "description", "errors", "fit", "fit_graph", "options"]
@@ -82,20 +81,12 @@ def fit(
     check(data)
     if why := too_large(len(data.t), key, given):
         raise InputError(f"{data.path or data.name}: {why}.")
-    if key != AUTO:
+    with threadpool_limits(1):  # also for the regressions on the record; see hystfmu.identify.one
+        if key == AUTO:
+            return _examined(auto.choose(data, seed, report, inverses, only_invertible), data)
         placed = "u0" in given or "start" in given or not places_memory(key)
         memory = {} if placed else remembered(key, rest(data), data)
         return _examined(fit_one(data, key, seed, report, {**memory, **given}), data)
-    started = time.perf_counter()
-    choice = auto.choose(data, seed, report, inverses, only_invertible)
-    model = fit_one(data, choice.method, seed, silent, choice.options)
-    while only_invertible and inverses is not None and (fault := inverses.fault(model)):
-        # the race saw fits to other rows
-        choice = choice.without(fault)
-        model = fit_one(data, choice.method, seed, silent, choice.options)
-    warned = [*choice.fit["warnings"], *model.fit.get("warnings", [])]
-    found = {**model.fit, **choice.fit, "warnings": warned, "seconds": round(time.perf_counter() - started, 4)}
-    return _examined(replace(model, fit=found, provenance={**model.provenance, **choice.provenance}), data)
 
 
 def fit_graph(
@@ -146,8 +137,8 @@ def fit_graph(
         graph, free = read_graph(graph)
     started, alone = time.perf_counter(), isinstance(graph, Block)
     if isinstance(graph, Block):
-        name, whole = graph.node.name, graph_fit.around(graph.node, data)
-        graph, usual = whole
+        name = graph.node.name
+        graph, usual = graph_fit.around(graph.node, data)
         given_free = usual if free is None else graph_fit.named(name, free)
     elif free is None:
         raise InputError("The free parameters of a graph must be named, e.g. free={'node.parameter': True}. Got none.")
@@ -155,16 +146,16 @@ def fit_graph(
         given_free = dict(free)
     with threadpool_limits(1):
         found = graph_fit.fit_graph(data, graph, given_free, chosen, seed, progress or silent, alone and free is None)
-    model = finished(data, GRAPH, graph_fit.TEXT, found, time.perf_counter() - started, chosen, seed)
-    told = {"free": {k: plain(v) for k, v in given_free.items() if k not in found[2].get("held", ())}}
-    return _examined(replace(model, provenance={**model.provenance, **told}), data)
+        model = finished(data, GRAPH, graph_fit.TEXT, found, time.perf_counter() - started, chosen, seed)
+        told = {"free": {k: plain(v) for k, v in given_free.items() if k not in found[2].get("held", ())}}
+        return _examined(replace(model, provenance={**model.provenance, **told}), data)
 
 
 def _examined(model: Model, data: Dataset) -> Model:
     """Add properties of the record: lag of the output, warnings about excitation, lag and closed-loop data."""
-    seen, (lagging, late) = examine(data.longest()), sensor_lag.told(data, model.fit["rms_percent"])
+    seen, (lagging, late) = examine(data.longest()), timing.told(data, model.fit["rms_percent"])
     static = [] if guards.follows_late(model.graph) else [*seen.coarse, *late]
-    warned = [*seen.warnings, *static, *closed_loop.warnings(data)]
+    warned = [*seen.warnings, *static, *timing.feedback(data)]
     found = {**model.fit, **lagging}
     if warned:
         found["warnings"] = [*model.fit.get("warnings", []), *warned]

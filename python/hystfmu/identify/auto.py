@@ -1,20 +1,11 @@
 """Choice of the kind of model: candidates compete on validation blocks inside the training rows, the cheapest first.
 
 The blocks are cut between reversals and are spread over the whole record. A single block at the end would test
-extrapolation if the record changes with time (a decaying sine, a staircase of minor loops). Each model is fitted to the
-rows outside the blocks and runs free over all rows. Its error is the error in the blocks, or the error on the whole
-record if that is larger. The error in the blocks uses only rows whose input lies in the range of u of the fitted rows.
-A block that alone reaches an end of the range is not held out, because without this block every kind must extrapolate.
+extrapolation if the record changes with time (a decaying sine, a staircase of minor loops). The blocks form disjoint
+folds. After each fold, losers are stopped (racing: Maron & Moore 1994; Birattari et al. 2002); `race` states errors and
+losers. A loser returns if the errors of the other kinds turn out to be uncertain.
 
-The blocks form disjoint folds. After each fold, losers are stopped (racing: Maron & Moore 1994; Birattari et al. 2002).
-A loser is a kind whose error, without the noise of the output, is `LOSER` times the least error. The spread between the
-fits of the folds is added to the error (root of the sum of squares). A loser returns if the errors of the other kinds
-turn out to be uncertain. A kind that is expensive to fit starts with a short trial fit with all its parts.
-
-Validation blocks do not test states of the memory that the record does not reach. Networks and kinds with local
-parameters have errors in these states. Therefore the share of these states among the states of other signals
-(`hystfmu.model.coverage`), times `OUTSIDE` % of the span, is added to the error (root of the sum of squares). Each
-model also runs on the input of the record with another initial memory. If the output then leaves the range of the
+Each model also runs on the input of the record with another initial memory. If the output then leaves the range of the
 record, a model whose output stays inside is preferred, unless that model is a loser. Of equally good kinds, one with an
 exact inverse is preferred, then the one with the fewest parameters. If the record is one oscillation, its blocks are
 similar; then all kinds except losers are equally good. If the best error without noise is above `REFUSED` %, the record
@@ -23,28 +14,37 @@ is refused (`refusal`).
 No kind is omitted because of its cost. If fits to the whole record would take too long, all kinds compete on a shorter
 part of the record (`hystfmu.identify.cuts`). If there are several records, they compete on the longest record. The
 chosen kind is then fitted to all rows. A kind does not compete if its memory contradicts the minor loops in the data.
-Rate-dependent kinds do not compete if the input has one speed. If the excitation is not informative enough to identify
-memory, the model has warnings.
+Rate-dependent kinds do not compete if the input has one speed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
-from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
 
-from hystfmu.base.arrays import Progress
+from hystfmu.base.arrays import Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.identify.catalogue import CLOSES, LAGS, LATE, OPENS, Option
+from hystfmu.identify.catalogue import (
+    CLOSES,
+    LAGS,
+    LATE,
+    OPENS,
+    Candidate,
+    Option,
+    candidates,
+    takes_covariates,
+    too_large,
+)
 from hystfmu.identify.cuts import shortened
-from hystfmu.identify.entrants import BUDGET, affordable, entrants
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.excitation.rest import remembered, rest
+from hystfmu.identify.one import fit_one
 from hystfmu.identify.race import EXACT, LOSER, Race, Trial
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
@@ -54,6 +54,11 @@ OPTIONS: tuple[Option, ...] = ()
 CLEARLY, FINE = 1.2, 0.1  # error ratio and error in % of the span: static models must exceed both to show a rate
 REFUSED = 5.0  # % of the span beside the noise: no model rather than a worse one
 EXACT_INVERSE = "exact"
+LARGE = 2.0  # % of the span: if minor loops stay open by more, no static return-point model can represent the data
+CLOSED = 0.05  # and by more than this, a memory that opens them may be the better one: the record decides
+BUDGET = 24.0  # s for all candidates; estimated, not timed: the load must not decide
+HOPEFUL = 0.3  # of the time of kinds with a trial fit: most of them end there
+LEAST_ROWS, FEWER = 2000, 0.9  # rows that race, however expensive all are; how much fewer are tried at a time
 SHORT = 0.2  # of the time of a full fit: a short trial fit
 
 
@@ -67,43 +72,26 @@ class Inverses(Protocol):
         """Return the reason why the model has no useful inverse; empty if it has one."""
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Result of the selection.
-
-    Parameters
-    ----------
-    method, options : str, dict
-        Kind of model and options to fit to all training rows.
-    fit : dict
-        Entries of `Model.fit`: ``memory`` (class of the minor loops), ``gap_percent``, ``loops``, ``rate`` (``seen``,
-        ``not seen``, which discards rate-dependent kinds, or ``one speed only``), ``warnings`` (list of str).
-    provenance : dict
-        Entries of `Model.provenance`. ``auto``: RMS error of every candidate on the validation blocks, in percent of
-        the span of y, the best candidate first. ``auto_blocks``: RMS errors on single blocks. ``auto_choice``: the
-        chosen candidate. ``auto_parameters``: number of parameters of each candidate. ``auto_inverse``: inverse of each
-        candidate. ``auto_left_out``: the kinds that were left out, with reasons. ``auto_not_tried``: names of the kinds
-        without any fit. ``auto_rows``: number of rows used for the choice, if it differs from the number of rows of the
-        record.
-    without : function
-        Takes a kind and the fault of its fit to all rows. Returns the choice without this kind; raises as `choose`.
-    """
-
-    method: str
-    options: dict[str, Any]
-    fit: dict[str, Any]
-    provenance: dict[str, Any]
-    without: Callable[[str], Choice]
-
-
 def choose(
     data: Dataset, seed: int, progress: Progress, inverses: Inverses | None = None, only_invertible: bool = False
-) -> Choice:
-    """Compare the candidates that suit the data, and choose one.
+) -> Model:
+    """Compare the candidates that suit the data, choose one, and fit it to all training rows.
 
     `inverses` states the inverse of a model. With `only_invertible`, only models with a useful inverse compete. The
     function raises InputError if no candidate can be fitted, none represents the data, or none has a useful inverse.
+
+    Returns
+    -------
+    Model
+        `fit` also contains ``memory`` (class of the minor loops), ``gap_percent``, ``loops`` and ``rate`` (``seen``,
+        ``not seen``, which discards rate-dependent kinds, or ``one speed only``). `provenance` also contains: ``auto``:
+        RMS error of every candidate on the validation blocks, in percent of the span of y, the best candidate first;
+        ``auto_blocks``: RMS errors on single blocks; ``auto_choice``: the chosen candidate; ``auto_parameters``: number
+        of parameters of each candidate; ``auto_inverse``: inverse of each candidate; ``auto_left_out``: the kinds that
+        were left out, with reasons; ``auto_not_tried``: names of the kinds without any fit; ``auto_rows``: number of
+        rows used for the choice, if it differs from the number of rows of the record.
     """
+    started = time.perf_counter()
     where = data.path or data.name
     seen = examine(data.longest())
     entered, reasons = entrants(data, seen)
@@ -127,7 +115,7 @@ def choose(
         race.first(name, key, candidate, partial(report, done / total, (done + costs[name]) / total))
         done += costs[name] * (1.0 if name in race.trials else SHORT)
     if not race.trials:
-        raise refusal(where, only_invertible, race, seen)
+        raise refusal(where, only_invertible, race, seen, {})
     while (late := race.late()) and not race.explained():
         spent = sum(costs[t.name] for t in late)
         if done + spent > BUDGET:
@@ -137,7 +125,6 @@ def choose(
         report(done / total)
     rate = _rate(race, seen)
     ranked = sorted(race.trials.values(), key=race.excess)
-    told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "rate": rate}
     why: dict[str, Any] = {"auto": {t.name: 100 * rms(t.errors) / raced.span for t in ranked}}
     why["auto_blocks"] = {t.name: [100 * e / raced.span for e in t.by_block] for t in ranked}
     why["auto_parameters"] = {t.name: t.parameters for t in ranked}
@@ -148,17 +135,53 @@ def choose(
     if raced is not data:
         why["auto_rows"] = raced.train.stop - raced.train.start
     u0 = race.rest if raced is data else rest(data)
-
-    def chosen(faults: dict[str, str]) -> Choice:
+    faults: dict[str, str] = {}
+    while True:
         best = _preferred(race, rate == "seen", inverses, only_invertible, faults)
         if isinstance(best, dict):
             raise refusal(where, only_invertible, race, seen, best)
-        options = {**remembered(best.key, u0, data), **best.candidate.options}
-        found = {**told, "warnings": _warnings(best, seen)}
-        because = {**why, "auto_choice": best.name}
-        return Choice(best.key, options, found, because, lambda fault: chosen({**faults, best.name: fault}))
+        model = fit_one(data, best.key, seed, silent, {**remembered(best.key, u0, data), **best.candidate.options})
+        fault = inverses.fault(model) if only_invertible and inverses is not None else ""
+        if not fault:
+            break
+        faults[best.name] = fault  # the race saw fits to other rows
+    told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "rate": rate}
+    told["warnings"] = [*_warnings(best, seen), *model.fit.get("warnings", [])]
+    told["seconds"] = round(time.perf_counter() - started, 4)
+    return replace(model, fit={**model.fit, **told}, provenance={**model.provenance, **why, "auto_choice": best.name})
 
-    return chosen({})
+
+def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
+    """Return the candidates that suit the data, each with its key, and the reasons against all other kinds."""
+    found = candidates()
+    reasons = left_out({n: c for n, (_, c) in found.items()}, seen)
+    if data.covariates:
+        reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not takes_covariates(key)}
+    reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(len(data.t), key, c.options))}
+    return {n: kc for n, kc in found.items() if n not in reasons}, reasons
+
+
+def affordable(entered: Sequence[Candidate], rows: int) -> int:
+    """Return the number of rows, up to `rows`, on which all candidates can be tried within the budget."""
+    n = rows
+    while n > LEAST_ROWS and sum(c.cost(n) * (HOPEFUL if c.tries(n) else 1.0) for c in entered) > BUDGET:
+        n = max(LEAST_ROWS, int(FEWER * n))
+    return n
+
+
+def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]:
+    """Return the candidates that contradict the data, with the reasons."""
+    reasons: dict[str, str] = {}
+    for name, candidate in found.items():
+        if candidate.memory in (OPENS, LATE) and seen.memory == NONE:
+            reasons[name] = "the output is a function of the input"
+        elif candidate.memory in (OPENS, LATE) and seen.memory == RETURN_POINT and seen.gap <= CLOSED:
+            reasons[name] = f"minor loops close (gap {seen.gap:.2g} % of the span of y)"
+        elif candidate.memory == CLOSES and seen.memory == OPEN_LOOPS and seen.gap > LARGE:
+            reasons[name] = f"minor loops stay open by {seen.gap:.2g} % of the span of y"
+        elif candidate.memory == LAGS and not seen.several_speeds:
+            reasons[name] = "the input has one speed only and is not informative about rate dependence"
+    return reasons
 
 
 class _Report:
@@ -177,7 +200,7 @@ def _preferred(
     rate: bool,
     inverses: Inverses | None,
     only_invertible: bool,
-    known: Mapping[str, str] = MappingProxyType({}),
+    known: Mapping[str, str],
 ) -> Trial | dict[str, str]:
     """Return the best candidate. Among equally good candidates, prefer an exact inverse, then fewer parameters.
 
@@ -228,14 +251,13 @@ def _warnings(best: Trial, seen: Excitation) -> list[str]:
     ]
 
 
-def refusal(
-    where: str, only_invertible: bool, race: Race, seen: Excitation, faults: Mapping[str, str] | None = None
-) -> InputError:
+def refusal(where: str, only_invertible: bool, race: Race, seen: Excitation, faults: Mapping[str, str]) -> InputError:
     """Return the error that refuses the record `where`; it lists the faults and the errors of the candidates."""
-    faults, also = faults or {}, " and have a useful inverse" if only_invertible else ""
+    also = " and have a useful inverse" if only_invertible else ""
     rule = f"A kind of model must follow the data to {REFUSED:g} % of the span{also}"
     ranked = sorted(race.trials.values(), key=race.excess)
-    errors = [f"{t.name} {race.excess(t):.3g} %" + _behind(faults.get(t.name)) for t in ranked]
+    behind = {name: f" ({fault.rstrip('.')})" for name, fault in faults.items()}
+    errors = [f"{t.name} {race.excess(t):.3g} %{behind.get(t.name, '')}" for t in ranked]
     got = f"errors on validation blocks of {', '.join(errors)}" if errors else "no fit"
     by_reason: dict[str, list[str]] = {}
     for name, reason in race.reasons.items():
@@ -246,7 +268,3 @@ def refusal(
         f"{where}: {rule}. Got {got}{f'; {others}' if others else ''}.{poor} The output depends on more than the past "
         "of this input, or no kind describes the device: measure its other inputs too, or name a kind to fit it anyway."
     )
-
-
-def _behind(fault: str | None) -> str:
-    return f" ({fault.rstrip('.')})" if fault else ""

@@ -1,15 +1,19 @@
 """Kinds of model by key: description, options, memory use, and entries for ``auto``.
 
 The kinds are the files of `methods`, and ``auto``. A module is loaded on first use. Each row of a table of options
-defines the check, the error message and the listing of one option.
+defines the check, the error message and the listing of one option. A fit may use at most half of the memory of the
+machine; the estimate uses the measured bytes per row of each kind.
 """
 
 from __future__ import annotations
 
 import importlib
+import os
 import pkgutil
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -24,6 +28,8 @@ Options = Mapping[str, Any]
 Built = tuple[Graph, int, dict[str, Any]]
 """A fitted graph, the number of its parameters, and further results such as ``warnings`` and ``bounded``."""
 CLOSES, OPENS, LAGS, LATE, ANY = "return-point", "open", "rate", "open, then rate", ""
+SHARE = 0.5  # of the memory: the system and other programs have the rest
+LEAST = 400.0  # bytes per row of any fit
 EXPENSIVE = 3.0  # s: a fit that takes longer, and has no quick options, is tried on a part of the rows first
 AUTO = "auto"
 METHODS: tuple[str, ...] = (*(module.name for module in pkgutil.iter_modules(methods.__path__)), AUTO)
@@ -199,3 +205,34 @@ def options(key: str) -> tuple[Option, ...]:
     """Return the options of the method `key`."""
     table: tuple[Option, ...] = method(key).OPTIONS
     return table
+
+
+def too_large(rows: int, key: str, given: Options) -> str:
+    """Return the reason why a fit to so many rows would take too much memory; empty if it would not.
+
+    ``"auto"`` means the kind that takes least memory. `given` contains options of the kind that differ from their
+    defaults.
+    """
+    have = _memory()
+    if have is None:
+        return ""
+    taken = Memory(LEAST) if key == AUTO else getattr(method(key), "MEMORY", Memory(LEAST))
+    default = next((float(o.default or 1.0) for o in options(key) if o.name == taken.option), 1.0)
+    need = rows * max(taken.grown(given, default), LEAST)
+    if need <= SHARE * have:
+        return ""
+    return (
+        f"A fit must take at most half of the memory, {SHARE * have / 2**30:.3g} GiB. Got {rows} rows, of which a fit "
+        f"of {key} takes about {need / 2**30:.3g} GiB: resample the record to a lower rate (--resample HZ), or fit "
+        "fewer rows"
+    )
+
+
+def _memory() -> float | None:
+    """Return the memory of the machine, or of the container if it has less (bytes); None where it is not known."""
+    found = []
+    with suppress(AttributeError, ValueError, OSError):  # not on Windows
+        found.append(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))
+    with suppress(OSError, ValueError):  # "max" without a limit
+        found.append(float(Path("/sys/fs/cgroup/memory.max").read_text()))
+    return min(found, default=None)

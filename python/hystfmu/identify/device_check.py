@@ -120,7 +120,8 @@ def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceC
         )
     span = span_of(model)
     if span is None:
-        raise InputError(f"The model to check with must state provenance.{KEY} = [least, largest]. Got {model.key}.")
+        got = model.provenance.get(KEY)
+        raise InputError(f"The model to check with must state provenance.{KEY} = [least, largest]. Got {got!r}.")
     counted = (data.u >= span[0]) & (data.u <= span[1])
     if counted.sum() < LEAST_ROWS:
         raise InputError(

@@ -2,7 +2,7 @@
 
 A kind of model is a module of `hystfmu.identify.methods` with a line ``TEXT``, a table ``OPTIONS`` and a function
 ``build(data, options, seed, progress)``. `build` returns the graph, the number of fitted parameters and, optionally, a
-dict of identified physical quantities, with ``warnings`` and ``bounded`` (`hystfmu.identify.guards`). This module does
+dict of identified physical quantities, with ``warnings`` and ``bounded`` (`hystfmu.model.guards`). This module does
 everything that is common to all kinds, including the dead band.
 """
 
@@ -16,17 +16,15 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hystfmu.base.arrays import Array, Progress
+from hystfmu.base.arrays import Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
-from hystfmu.identify import guards
 from hystfmu.identify.catalogue import AUTO, METHODS, Built, method, resolve, takes_covariates, takes_records
-from hystfmu.identify.excitation import drift
+from hystfmu.identify.cuts import one_run
 from hystfmu.identify.features.plays import DEAD_BAND, behind_dead_band, dead_band, with_dead_band
-from hystfmu.identify.one_run import one_run
-from hystfmu.model import Model, run_along
-from hystfmu.model.accuracy import errors, rms
+from hystfmu.model import Model, guards, run_along
+from hystfmu.model.accuracy import errors
 from hystfmu.model.coverage import coverage, trained_range
 
 WORST = 0.5  # of the span: no constant has a larger RMS error
@@ -53,10 +51,10 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     if chosen.get(DEAD_BAND.name, 0.0) is None:
         chosen[DEAD_BAND.name] = dead_band(data.u[: data.train.stop])
     band = chosen.get(DEAD_BAND.name, 0.0)
+    run = data if len(data.starts) == 1 or takes_records(key) else one_run(data)
     # small matrices: several threads wait for each other, up to twenty times longer on a loaded machine
     with threadpool_limits(1):
-        behind = behind_dead_band(data if takes_records(key) else one_run(data), band)
-        graph, parameters, *more = module.build(behind, chosen, seed, progress)
+        graph, parameters, *more = module.build(behind_dead_band(run, band) if band else run, chosen, seed, progress)
     built = with_dead_band(graph, band), parameters, dict(more[0]) if more else {}
     given = {k: v for k, v in chosen.items() if v is not None}
     return finished(data, key, module.TEXT, built, time.perf_counter() - started, given, seed)
@@ -69,38 +67,58 @@ def finished(
 
     If the run diverges or does not follow the data, an InputError is raised.
     """
-    graph, parameters, found = with_texts(built[0], data), built[1], dict(built[2])
-    y = run_along(graph, data)
-    _check_run(key, y, data)
-    rows = len(data.y[data.counted])
-    warned = [*found.pop("warnings", ()), *drift.warnings((data.y - y)[data.counted], data.span)]
-    if parameters >= rows:
+    import scipy
+
+    from hystfmu.base import __version__
+
+    graph, parameters, found = built[0], built[1], dict(built[2])
+    inputs = [replace(graph.inputs[0], text=_text("input", data.titles[0], data.unit_u, data.name)), *graph.inputs[1:]]
+    outputs = [replace(graph.outputs[0], text=_text("output", data.titles[1], data.unit_y, data.name))]
+    graph = Graph(graph.nodes, graph.wires, inputs, outputs, sort=False, step=graph.step)
+    run, measured = run_along(graph, data), data.y[data.counted]
+    y, finite = run[data.counted], bool(np.isfinite(run).all())
+    reached = errors(y, measured, data.span)
+    if not (finite and reached["rms"] <= WORST * data.span * (1 + 1e-9)):
+        got = f"an error of {reached['rms_percent']:.3g} % of the span" if finite else "a run that diverges"
+        raise InputError(
+            f"{data.path or data.name}: A model of the kind {key} must follow the data. Got {got}: take another kind, "
+            "or data with more reversals."
+        )
+    warned = [*found.pop("warnings", ()), *guards.drifts(measured - y, data.span)]
+    if parameters >= len(y):
         warned.append(
-            f"{parameters} parameters from {rows} train rows: the error on these rows does not predict other errors"
+            f"{parameters} parameters from {len(y)} train rows: the error on these rows does not predict other errors"
         )
     covered = coverage(graph, data)
-    warned += guards.warnings(key, graph, data, found.pop("bounded", {}), covered)
+    warned += guards.excursion(key, graph, data)
+    warned += guards.warnings(graph, data.h, found.pop("bounded", {}), covered)
     result = {
-        **errors(y[data.counted], data.y[data.counted], data.span),
+        **reached,
         "parameters": int(parameters),
         **({} if covered is None else {"coverage_percent": covered}),
         **found,
         **({"warnings": warned} if warned else {}),
         "seconds": round(seconds, 4),
     }
-    return Model(key, graph, data.h, text, result, _provenance(data, chosen, seed))
-
-
-def _check_run(key: str, y: Array, data: Dataset) -> None:
-    """Refuse a diverging model, whose error exceeds half the span."""
-    e = (y - data.y)[data.counted]
-    if np.isfinite(y).all() and rms(e) <= WORST * data.span * (1 + 1e-9):
-        return
-    got = f"an error of {100 * rms(e) / data.span:.3g} % of the span" if np.isfinite(y).all() else "a run that diverges"
-    raise InputError(
-        f"{data.path or data.name}: A model of the kind {key} must follow the data. Got {got}: take another kind, or "
-        "data with more reversals."
-    )
+    provenance = {
+        "data": data.name,
+        "sha256": data.sha256,
+        "rows": len(data.t),
+        "train": f"{data.train.start}:{data.train.stop}",
+        **({"starts": list(data.starts)} if len(data.starts) > 1 else {}),
+        "span_u": [float(data.u.min()), float(data.u.max())],
+        **trained_range(data),
+        **({"span_covariates": data.covariates.ranges} if data.covariates else {}),
+        "seed": seed,
+        "options": chosen,
+        "versions": {
+            "hystfmu": __version__,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "scipy": scipy.__version__,
+        },
+    }
+    return Model(key, graph, data.h, text, result, provenance)
 
 
 def check(data: Dataset) -> None:
@@ -130,39 +148,7 @@ def check(data: Dataset) -> None:
             )
 
 
-def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, Any]:
-    import scipy
-
-    from hystfmu.base import __version__
-
-    return {
-        "data": data.name,
-        "sha256": data.sha256,
-        "rows": len(data.t),
-        "train": f"{data.train.start}:{data.train.stop}",
-        **({"starts": list(data.starts)} if len(data.starts) > 1 else {}),
-        "span_u": [float(data.u.min()), float(data.u.max())],
-        **trained_range(data),
-        **({"span_covariates": data.covariates.ranges} if data.covariates else {}),
-        "seed": seed,
-        "options": chosen,
-        "versions": {
-            "hystfmu": __version__,
-            "python": platform.python_version(),
-            "numpy": np.__version__,
-            "scipy": scipy.__version__,
-        },
-    }
-
-
-def with_texts(graph: Graph, data: Dataset) -> Graph:
-    """Describe input and output by the headings of the record, else by its name."""
-    inputs = [replace(graph.inputs[0], text=_text(data, 0, "input", data.unit_u)), *graph.inputs[1:]]
-    outputs = [replace(graph.outputs[0], text=_text(data, 1, "output", data.unit_y)), *graph.outputs[1:]]
-    return Graph(graph.nodes, graph.wires, inputs, outputs, sort=False, step=graph.step)
-
-
-def _text(data: Dataset, k: int, port: str, unit: str) -> str:
-    title = data.titles[k]
-    what = title if len(title) >= _LEAST else f"{port} of the record {data.name}"
+def _text(port: str, title: str, unit: str, name: str) -> str:
+    """Describe a port by the heading of its column, else by the name of the record."""
+    what = title if len(title) >= _LEAST else f"{port} of the record {name}"
     return f"{what}, in {unit}" if unit else what

@@ -17,13 +17,12 @@ from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
-from hystfmu.identify import guards
 from hystfmu.identify.catalogue import Candidate, Options
 from hystfmu.identify.cuts import beginning, validation_rows, without_outermost
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.features.other_memory import other_memory, unseen
 from hystfmu.identify.one import fit_one
-from hystfmu.model import Model, run_along, with_starts
+from hystfmu.model import Model, guards, run_along, with_starts
 from hystfmu.model.accuracy import rms
 
 BLOCKS = 8  # long ones: where a record repeats its loops, short blocks have been seen by their neighbours

@@ -15,20 +15,16 @@ from typing import Any
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError, meant
 from hystfmu.scenario.engine.fmu_member import FmuStore
-from hystfmu.scenario.engine.master import Engine
-from hystfmu.scenario.engine.simulation import Run, chunks, silent
-from hystfmu.scenario.loop.limits import loop_figures
-from hystfmu.scenario.outcome.baseline import CHANGED, Baseline, Change, Kept, Record, changes, save_baseline
+from hystfmu.scenario.engine.simulation import Engine, Run, chunks, silent
+from hystfmu.scenario.loop.opening import loop_figures
 from hystfmu.scenario.outcome.metrics import Measure
-from hystfmu.scenario.outcome.result import judge
+from hystfmu.scenario.outcome.result import CHANGED, Baseline, Change, Kept, Record, changes, judge, save_baseline
 from hystfmu.scenario.outcome.trace import Picture, Stopped, Sweeps, Trace, row_file
 from hystfmu.scenario.result import Result, Results
-from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Case, Cases, ScenarioLike, split_end
 from hystfmu.scenario.system.events import missed
-from hystfmu.scenario.system.folders import scenario_folders
-from hystfmu.scenario.system.spec import Scheme
-from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.spec import Scheme, scenario_folders
+from hystfmu.scenario.system.system import System, build
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from hystfmu.face.parts import What
 from hystfmu.face.scenario import Scenario
 from hystfmu.graph import Graph, Input, Node, Output, blocks
 from hystfmu.start.device import FINE, SLOPES, Device, plant_model
-from hystfmu.start.misfit import Misfit
+from hystfmu.start.promise import Misfit
 from hystfmu.start.references import Tried
 from hystfmu.start.requirements import Requirements
 

@@ -12,9 +12,8 @@ from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError, extras
 from hystfmu.report.plot import Figure
 from hystfmu.scenario import Run, build
-from hystfmu.studies.dask_pool import DaskPool
 from hystfmu.studies.figures import distributions, outcome_html
-from hystfmu.studies.pool import Pool
+from hystfmu.studies.pool import DaskPool, Pool
 from hystfmu.studies.report import write_report
 from hystfmu.studies.sampling import sampler
 from hystfmu.studies.spec import LOOP_METRICS, Study, StudySpec

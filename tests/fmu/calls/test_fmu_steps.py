@@ -1,20 +1,25 @@
-"""Times and lengths of steps, and inputs without a value: a refused step changes nothing and gives the reason."""
+"""Times and lengths of steps, inputs without a value, blocks that refuse: a refused step changes nothing."""
 
 from __future__ import annotations
 
+import ctypes as C
 import math
+import os
+import sys
 from collections.abc import Callable
+from pathlib import Path
 
+import numpy as np
 import pytest
-from fmu_master import DISCARD, ERROR, OK, WARNING, H, Master, rows, single
+from fmu_events import EventInfo, Events
+from fmu_master import DISCARD, ERROR, OK, WARNING, H, Make, Master, U, mixed, single
 
-from hystfmu.graph import Graph, Node
-
-Make = Callable[..., Master]
-U = rows(single("prandtl_ishlinskii"))[:, 0]
+from hystfmu.graph import Graph, Input, Node, Output
 
 
-@pytest.mark.parametrize("h", [0.0, -0.0, -5.7e-15, -1e-3, math.nan, math.inf, -math.inf, 1e9 + 0.5, 1e300])
+@pytest.mark.parametrize(
+    "h", [0.0, -0.0, -5.7e-15, -1e-3, math.nan, math.inf, -math.inf, math.nextafter(1e9, math.inf), 1e300]
+)
 def test_bad_step_size(make: Make, h: float) -> None:
     m = make()
     m.initialize()
@@ -23,7 +28,7 @@ def test_bad_step_size(make: Make, h: float) -> None:
     assert m.step(5 * H, h) == ERROR
     assert m.memory() == before
     assert m.messages[-1][2].startswith("The step size must be in (0, 1e9] s. Got ")
-    assert m.step(5 * H) == OK
+    assert m.step(5 * H, 1e9) == OK
 
 
 @pytest.mark.parametrize("h", [5e-324, 1e-300, 5.7e-15, 9e-13])
@@ -78,65 +83,215 @@ def test_real_steps_of_such_a_size_are_refused(make: Make) -> None:
     assert m.messages[0][2].endswith("but the unit is at t = 0 s.")
 
 
-def test_residue_at_another_time(make: Make) -> None:
-    m = make()
-    m.initialize()
-    m.run(U[:5])
-    assert m.step(4 * H, 5.7e-15) == ERROR
-    assert m.messages[-1][2].endswith("but the unit is at t = 0.005 s.")
-
-
 @pytest.mark.parametrize("t", [0.0, 4 * H, 6 * H, math.nan, math.inf, -math.inf])
 def test_step_from_another_time(make: Make, t: float) -> None:
     m = make()
     m.initialize()
     m.run(U[:5])
     before = m.memory()
-    assert m.step(t) == ERROR
+    for h in (H, 5.7e-15):  # the residue of a clock too
+        assert m.step(t, h) == ERROR
+        assert m.messages[-1][2].endswith("but the unit is at t = 0.005 s.")
     assert m.memory() == before
-    assert m.messages[-1][2].endswith("but the unit is at t = 0.005 s.")
 
 
-@pytest.mark.parametrize("h", [1e-3, 1 / 60, 1 / 44100, 0.1])
-@pytest.mark.parametrize("t0", [0.0, 1e6])
-def test_rounding_of_time_is_accepted(make: Make, h: float, t0: float) -> None:
-    """Importers compute times by products or by sums; the test covers the last 200 steps of a long run."""
-    m = make(Graph.single(Node("delay", "delay", {"n": 2}, {})))
-    n = 10**7
-    m.initialize(t0 + (n - 200) * h)
-    for k in range(n - 200, n - 100):
-        assert m.step(t0 + k * h, h) == OK
-    added = t0 + (n - 100) * h
-    for _ in range(100):
-        assert m.step(added, h) == OK
-        added += h
+# ---- what a block or an input refuses --------------------------------------------------------------------------------
+TOO_LONG = "the step is too long for "
 
 
-def test_step_beyond_the_stop_time(make: Make) -> None:
-    m = make()
-    m.initialize(stop=3 * H)
-    for k in range(3):
-        assert m.step(k * H) == OK
-    assert m.step(3 * H) == ERROR
-    assert m.messages[-1][2] == "The step ends at t = 0.004 s, after the stop time 0.003 s."
+def modes() -> Graph:
+    return Graph.single(Node("m", "modes", {"n": 1}, {"f_n": [1e3], "zeta": [0.1]})).with_step(H)
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_input_without_finite_value(make: Make, bad: float) -> None:
-    want, m = make(), make()
-    want.initialize()
+def observer(step: float = 0.0) -> Graph:
+    """Return a sampled block; without a sample time, each step of an importer is a sample."""
+    return Graph.single(Node("o", "disturbance_observer", {}, {"f_n": 1e3})).with_step(step)
+
+
+def pair() -> Graph:
+    """Return a graph with a scalar input, a fixed parameter of another sort, and an input of two elements."""
+    nodes = [Node("a", "backlash_sum", {"n": 1}), Node("s", "scaling", {"n": 2})]
+    outputs = [Output("ya", "a.y"), Output("ys", "s.y")]
+    return Graph(nodes, [], [Input("ua", ("a.u",)), Input("us", ("s.u",))], outputs).with_step(H)
+
+
+# ---- steps and samples ----------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("graph", [modes, observer])
+def test_a_step_that_a_block_refuses_is_an_error(make: Make, graph: Callable[[], Graph]) -> None:
+    """The time, the inputs and the memory stay, and the next step is that of an instance which never tried."""
+    m, plain = make(graph()), make(graph())
+    name = next(p.name for p in m.graph.ports if p.kind == "input")
+    for each in (m, plain):
+        each.initialize()
+        assert each.set(name, 0.5) == OK
+        assert each.step(0.0) == OK
+    assert m.step(H, 1e9) == ERROR
+    assert TOO_LONG in m.messages.pop()[2]
+    if m.fmi == 3:
+        assert m.last_time.value == H
+    for each in (m, plain):
+        assert each.step(H) == OK
+    got, want = ([each.get(p.name) for p in m.graph.ports if p.kind == "output"] for each in (m, plain))
+    assert got == want
+    assert m.memory() == plain.memory()
+
+
+@pytest.mark.parametrize("fmi", [2], indirect=True)
+def test_a_step_that_is_refused_puts_moving_inputs_back(make: Make) -> None:
+    m = make(modes())
     m.initialize()
-    first = want.run(U[:40])
-    got = m.run(U[:20])
+    assert m.set("u", 0.5) == OK
+    u = C.byref(C.c_uint(m.ports["u"].reference))
+    given = u, C.c_size_t(1), C.byref(C.c_int(1)), C.byref(C.c_double(2.0))
+    assert m.call("SetRealInputDerivatives", *given) == OK
+    assert m.step(0.0, 1e9) == ERROR
+    assert TOO_LONG in m.messages.pop()[2]
+    assert m.get("u") == 0.5
+
+
+def test_a_sample_that_a_block_refuses_is_an_error(make: Make) -> None:
+    m: Events = make(observer(H), "me")
+    assert m.set("f_n", 1e14) == OK
+    m.begin(np.zeros(2))
+    assert m.set_time(H) == OK
+    assert m.call("EnterEventMode") == OK
+    for call in (m.update, lambda: m._access("Get", "u", None)[0]):
+        m.messages.clear()
+        assert call() == ERROR
+        assert len(m.messages) == 1
+        assert TOO_LONG in m.messages[0][2]
+
+
+# ---- inputs without a value -----------------------------------------------------------------------------------------
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_a_step_waits_for_every_input(make: Make, bad: float) -> None:
+    """Inputs that were mended may be set again and again: the others are still missing."""
+    m = make(pair())
+    m.initialize()
     before = m.memory()
-    for _ in range(3):
-        assert m.set("u", bad) == DISCARD
-        assert m.step(20 * H) == DISCARD
-    assert m.memory() == before, "the memory advanced with an invalid input"
+    assert m.set("us", bad, 1.0) == DISCARD
+    assert m.set("ua", bad) == DISCARD
+    assert m.set("ua", bad) == DISCARD
+    assert m.step(0.0) == DISCARD
+    assert m.memory() == before, "the unit advanced with an invalid input"
     word = "NaN" if math.isnan(bad) else "infinite"
-    text = f"The input 'u' is {word}: no step is made until it has a finite value again."
+    text = f"The input 'us' is {word}: no step is made until it has a finite value again."
     assert m.messages == [(WARNING, "logStatusWarning", text)], "one warning"
-    got += m.run(U[20:40], first=20)
-    assert got == first, "full recovery"
-    assert m.set("u", bad) == DISCARD
-    assert len(m.messages) == 2, "a new episode warns again"
+    for _ in range(3):
+        assert m.set("ua", 0.5) == OK
+        assert m.step(0.0) == DISCARD
+    assert m.set("us", 1.0, bad) == DISCARD
+    assert m.set("ua", 0.25) == OK
+    assert m.step(0.0) == DISCARD
+    for _ in range(2):
+        assert m.set("us", 1.0, 2.0) == OK
+    assert m.step(0.0) == OK
+    assert [m.get("ua"), *m.get("us")] == [0.25, 1.0, 2.0]
+    m.messages.clear()
+    assert m.set("ua", bad) == DISCARD
+    assert m.step(H) == DISCARD
+    assert len(m.messages) == 1
+    assert m.set("ua", 0.0) == OK
+    assert m.step(H) == OK
+
+
+# ---- lists ----------------------------------------------------------------------------------------------------------
+UPDATE = C.CFUNCTYPE(None)(lambda: None)
+
+
+def asked(m: Master, references: list[int]) -> Master:
+    """Make an FMI 3.0 instance with intermediate updates for a list of references."""
+    return m.another(references=references, update=UPDATE)
+
+
+@pytest.mark.parametrize("fmi", [3], indirect=True)
+def test_every_variable_with_intermediate_updates_is_a_real_input(make: Make) -> None:
+    m = make(pair())
+    a, s = m.ports["ua"].reference, m.ports["us"].reference
+    others = [p.reference for p in m.graph.ports if p.kind != "input"]
+    for good in ([], [a], [s], [a, s], [s, a, s]):
+        made = asked(m, good)
+        assert made.c.value
+        made.free()
+        for other in (*others, 10**6, 2**32 - 1):
+            for at in range(len(good) + 1):
+                wrong = asked(m, [*good[:at], other, *good[at:]])
+                assert wrong.c.value is None
+                said = "is no input of type Float64: only those have intermediate updates."
+                assert [x[2] for x in wrong.messages] == [f"The variable with the value reference {other} {said}"]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads the size of the process")
+@pytest.mark.parametrize("fmi", [3], indirect=True)
+def test_an_instance_that_is_refused_for_its_list_leaves_no_memory(make: Make) -> None:
+    graph = Graph.single(Node("net", "mlp", {"n_in": 1, "n_hidden": 3000}))
+    m = make(graph)
+    wrong = [m.ports["y"].reference]
+
+    def size() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+    for _ in range(5):
+        assert asked(m, wrong).c.value is None
+    before, n = size(), 60
+    for _ in range(n):
+        assert asked(m, wrong).c.value is None
+    assert size() - before < n * 3000 * 8, "the graph alone has more than 9000 values"
+
+
+# ---- answers --------------------------------------------------------------------------------------------------------
+def test_every_flag_is_written(make: Make, fmi: int) -> None:
+    """Flags that an importer left at true, and times that it left at another value."""
+    m: Events = make(mixed(), "me")
+    m.initialize(2.0)
+    if fmi == 2:
+        info = EventInfo(*[1] * 4, 0, -1.0)
+        assert m.call("NewDiscreteStates", C.byref(info)) == OK
+        got = [info.new_states_needed, info.terminate, info.nominals_changed, info.values_changed]
+        defined, at = info.next_defined, info.next
+    else:
+        flags, time = [C.c_bool(k < 4) for k in range(5)], C.c_double(-1.0)
+        assert m.call("UpdateDiscreteStates", *map(C.byref, flags), C.byref(time)) == OK
+        got, defined, at = [f.value for f in flags[:4]], flags[4].value, time.value
+    assert [bool(x) for x in got] == [False] * 4
+    assert (bool(defined), at) == (True, 2.0 + H)
+    m.leave()
+    assert m.completed() == OK
+
+
+# ---- states ---------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("h", [H, 3 * H])
+def test_a_restored_state_knows_the_length_of_its_last_step(make: Make, h: float) -> None:
+    """What follows from a changed parameter is for steps of that length: with and without saving, the same."""
+    m, plain = make(single("creep")), make(single("creep"))
+    for each in (m, plain):
+        each.initialize()
+        assert each.set("u", 0.5) == OK
+        assert each.step(0.0, h) == OK
+    state = m.save()
+    assert m.step(h, 7 * h) == OK
+    assert m.restore(state) == OK
+    assert m.memory() == plain.memory()
+    places = [m.ports["y"].reference], [m.ports["u"].reference]
+    for each in (m, plain):
+        assert each.set("T", *[0.37] * m.ports["T"].size) == OK
+        assert each.tangent(*places, np.ones(1), 1)[0] == OK
+    assert m.memory() == plain.memory()
+
+
+def test_every_state_has_a_derivative_in_initialization_mode(make: Make) -> None:
+    """Lags that begin in steady state follow the input, each with its own slope; difference of two initialisations."""
+    graph = Graph.single(Node("l", "creep", {"n": 3}, {"start": "steady"}))
+    m: Events = make(graph, "me")
+    assert m.enter() == OK
+    first, u = sum(p.size for p in graph.ports) + 1, m.ports["u"].reference
+    n = m.n_states
+    places = [first + k for k in range(n)]
+    status, slope = m.tangent(places, [u], np.ones(1), n)
+    assert status == OK
+    ends = []
+    for value in (0.0, 1.0):
+        assert m.set("u", value) == OK
+        ends.append(m.x)
+    np.testing.assert_allclose(slope, ends[1] - ends[0], rtol=1e-6, atol=1e-9)
+    assert slope.tolist() == pytest.approx([1.0] * n, rel=1e-6)

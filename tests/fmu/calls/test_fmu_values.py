@@ -1,17 +1,15 @@
-"""Values: types, ranges, references, what may be set when; a refused call changes nothing."""
+"""Values: types, ranges, references, NULL pointers; a refused call changes nothing."""
 
 from __future__ import annotations
 
 import ctypes as C
 import math
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
-from fmu_master import ERROR, OK, H, Master, rows, single
-
-Make = Callable[..., Master]
-U = rows(single("prandtl_ishlinskii"))[:, 0]
+from fmu_events import Events
+from fmu_master import DISCARD, ERROR, OK, H, Make, Master, mixed, single
 
 
 def test_out_of_range(make: Make) -> None:
@@ -101,3 +99,195 @@ def test_parameters_that_do_not_fit_together(make: Make) -> None:
     assert m.messages[-1][2].startswith("the parameters do not fit together at prandtl_ishlinskii: ")
     assert m.set("r", *np.linspace(0.0, 0.9, 10)) == OK
     assert m.call("ExitInitializationMode") == OK
+
+
+# ---- NULL pointers of an importer: missing values are refused by name, results may be ignored ------------------------
+NONE, ONE, ZERO = None, C.c_size_t(1), C.c_size_t(0)
+
+
+def _refs(*references: int) -> Any:
+    return (C.c_uint * len(references))(*references)
+
+
+def _doubles(n: int = 1) -> Any:
+    return (C.c_double * n)()
+
+
+VALUES = ["GetReal", "GetInteger", "GetBoolean", "SetReal", "SetInteger", "SetBoolean"]
+ARRAYS = ["GetFloat64", "GetInt32", "GetInt64", "GetBoolean", "SetFloat64", "SetInt32", "SetInt64", "SetBoolean"]
+# function, arguments with one NULL, what it would have pointed to
+IN_STEP_MODE: dict[int, list[tuple[str, tuple[Any, ...], str]]] = {
+    2: [
+        *((name, (NONE, ONE, _doubles()), "value references") for name in [*VALUES, "GetString", "SetString"]),
+        *((name, (_refs(0), ONE, NONE), "values") for name in VALUES),
+        ("SetDebugLogging", (1, ONE, NONE), "log categories"),
+        ("SetRealInputDerivatives", (NONE, ONE, (C.c_int * 1)(1), _doubles()), "value references"),
+        ("SetRealInputDerivatives", (_refs(0), ONE, NONE, _doubles()), "orders"),
+        ("SetRealInputDerivatives", (_refs(0), ONE, (C.c_int * 1)(1), NONE), "values"),
+        ("GetDirectionalDerivative", (NONE, ONE, _refs(0), ONE, _doubles(), _doubles()), "unknowns"),
+        ("GetDirectionalDerivative", (_refs(1), ONE, NONE, ONE, _doubles(), _doubles()), "knowns"),
+        ("GetDirectionalDerivative", (_refs(1), ONE, _refs(0), ONE, NONE, _doubles()), "seeds"),
+        ("GetDirectionalDerivative", (_refs(1), ONE, _refs(0), ONE, _doubles(), NONE), "sensitivities"),
+        ("GetRealStatus", (2, NONE), "value"),
+        ("GetBooleanStatus", (3, NONE), "value"),
+    ],
+    3: [
+        *((name, (NONE, ONE, _doubles(), ONE), "value references") for name in ARRAYS),
+        *((name, (_refs(0), ONE, NONE, ONE), "values") for name in ARRAYS),
+        ("SetDebugLogging", (1, ONE, NONE), "log categories"),
+        *(
+            item
+            for name in ("GetDirectionalDerivative", "GetAdjointDerivative")
+            for item in [
+                (name, (NONE, ONE, _refs(0), ONE, _doubles(), ONE, _doubles(), ONE), "unknowns"),
+                (name, (_refs(1), ONE, NONE, ONE, _doubles(), ONE, _doubles(), ONE), "knowns"),
+                (name, (_refs(1), ONE, _refs(0), ONE, NONE, ONE, _doubles(), ONE), "seeds"),
+                (name, (_refs(1), ONE, _refs(0), ONE, _doubles(), ONE, NONE, ONE), "sensitivities"),
+            ]
+        ),
+    ],
+}
+
+
+def test_a_missing_array_is_named(make: Make, fmi: int) -> None:
+    m: Master = make()
+    m.initialize()
+    before = m.memory()
+    for name, arguments, values in IN_STEP_MODE[fmi]:
+        m.messages.clear()
+        assert m.call(name, *arguments) == ERROR, name
+        said = f"fmi{fmi}{name}: the pointer to the {values} is NULL."
+        assert m.messages == [(ERROR, "logStatusError", said)]
+    assert m.memory() == before
+
+
+def test_a_missing_array_of_no_elements_is_none(make: Make, fmi: int) -> None:
+    m: Master = make()
+    m.initialize()
+    rest = () if fmi == 2 else (ZERO,)
+    for name in VALUES if fmi == 2 else ARRAYS:
+        assert m.call(name, NONE, ZERO, NONE, *rest) == OK
+    if fmi == 2:
+        assert m.call("SetRealInputDerivatives", NONE, ZERO, NONE, NONE) == OK
+        assert m.call("GetString", NONE, ZERO, NONE) == m.call("SetString", NONE, ZERO, NONE) == OK
+    assert m.messages == []
+
+
+def test_missing_places_of_states(make: Make, fmi: int) -> None:
+    m: Master = make()
+    state = m.save()
+    get, serialize, size = (m._state(n) for n in ("GetFMUState", "SerializeFMUState", "SerializedFMUStateSize"))
+    nowhere = "No place for the FMU state was given."
+    n, content = C.c_size_t(), m.memory()
+    assert m.call(size, state, C.byref(n)) == OK
+    for name, arguments, said in [
+        (get, (NONE,), nowhere),
+        (m._state("DeserializeFMUState"), (content, C.c_size_t(len(content)), NONE), nowhere),
+        (size, (state, NONE), f"fmi{fmi}{size}: the pointer to the size is NULL."),
+        (serialize, (state, NONE, n), f"The serialized state needs {n.value} bytes. Got room for {n.value}."),
+    ]:
+        assert m.call(name, *arguments) == ERROR
+        assert m.messages.pop() == (ERROR, "logStatusError", said)
+    room = C.create_string_buffer(n.value)
+    assert m.call(serialize, state, room, C.c_size_t(n.value - 1)) == ERROR
+    assert m.messages.pop()[2].endswith(f"needs {n.value} bytes. Got room for {n.value - 1}.")
+    assert m.call(serialize, state, room, n) == OK
+    assert m.call(m._state("FreeFMUState"), NONE) == OK
+
+
+def test_model_exchange_names_its_arrays_and_counts(make: Make, fmi: int) -> None:
+    m: Events = make(mixed(), "me")
+    m.initialize()
+    assert m.update() == OK
+    m.leave()
+    rates = "GetDerivatives" if fmi == 2 else "GetContinuousStateDerivatives"
+    for name, values in [
+        ("SetContinuousStates", "continuous states"),
+        ("GetContinuousStates", "continuous states"),
+        (rates, "derivatives"),
+        ("GetNominalsOfContinuousStates", "nominal values"),
+    ]:
+        assert m.call(name, NONE, C.c_size_t(2)) == ERROR
+        assert m.messages.pop()[2] == f"fmi{fmi}{name}: the pointer to the {values} is NULL."
+        for n in (0, 1, 3):
+            assert m.call(name, _doubles(n), C.c_size_t(n)) == ERROR
+            assert m.messages.pop()[2] == f"fmi{fmi}{name}: the unit has 2 of them. Got room for {n}."
+    assert m.call("GetEventIndicators", NONE, ONE) == ERROR
+    assert m.messages.pop()[2] == f"fmi{fmi}GetEventIndicators: the unit has 0 of them. Got room for 1."
+    nominals = _doubles(2)
+    assert m.call("GetNominalsOfContinuousStates", nominals, C.c_size_t(2)) == OK
+    assert list(nominals) == [1.0, 1.0]
+    if fmi == 3:
+        for name, count in [("GetNumberOfEventIndicators", 0), ("GetNumberOfContinuousStates", 2)]:
+            n = C.c_size_t(9)
+            assert m.call(name, C.byref(n)) == OK
+            assert n.value == count
+            assert m.call(name, NONE) == ERROR
+            assert m.messages.pop()[2] == f"fmi3{name}: the pointer to the number is NULL."
+
+
+def test_answers_that_an_importer_ignores(make: Make, fmi: int) -> None:
+    m: Events = make(mixed(), "me")
+    m.initialize()
+    assert m.call(*(["NewDiscreteStates", NONE] if fmi == 2 else ["UpdateDiscreteStates", *[NONE] * 6])) == OK
+    m.leave()
+    assert m.call("CompletedIntegratorStep", 1, NONE, NONE) == OK
+    if fmi == 3:
+        stepped: Master = make()
+        stepped.initialize()
+        assert stepped.call("DoStep", C.c_double(0), C.c_double(H), C.c_bool(True), *[NONE] * 4) == OK
+        flags = [C.c_bool(True) for _ in range(3)]
+        reached = C.c_double()
+        status = stepped.call(
+            "DoStep", C.c_double(H), C.c_double(H), C.c_bool(True), *map(C.byref, flags), C.byref(reached)
+        )
+        assert (status, [f.value for f in flags], reached.value) == (OK, [False] * 3, 2 * H)
+
+
+@pytest.mark.parametrize("fmi", [2], indirect=True)
+def test_status_of_fmi_2(make: Make) -> None:
+    """Kinds 0 to 3: fmi2DoStepStatus, fmi2PendingStatus, fmi2LastSuccessfulTime, fmi2Terminated."""
+    m: Master = make()
+    m.initialize()
+    assert m.step(0.0) == OK
+    for name, value, mine, answer in [
+        ("GetRealStatus", C.c_double(-1), 2, H),
+        ("GetBooleanStatus", C.c_int(-1), 3, 0),
+    ]:
+        for kind in {0, 1, 2, 3} - {mine}:
+            assert m.call(name, kind, C.byref(value)) == DISCARD
+            assert value.value == -1
+        assert m.call(name, mine, C.byref(value)) == OK
+        assert value.value == answer
+
+
+@pytest.mark.parametrize("fmi", [2], indirect=True)
+def test_there_are_no_texts(make: Make) -> None:
+    m: Master = make()
+    m.initialize()
+    text = (C.c_char_p * 1)(b"x")
+    for name in ("GetString", "SetString"):
+        assert m.call(name, _refs(0), ONE, text) == ERROR
+        assert m.messages.pop()[2] == f"fmi2{name}: 'u' is of type real."
+        assert m.call(name, _refs(10**6), ONE, text) == ERROR
+        assert m.messages.pop()[2] == f"fmi2{name}: no variable has the value reference 1000000."
+
+
+def test_a_call_sets_all_values_or_none(make: Make, fmi: int) -> None:
+    """The second value is refused, or the second variable is none that can be set: the first one stays as it was."""
+    m: Master = make(single("backlash_sum"))
+    m.initialize()
+    before = m.memory()
+    u, y, r = (m.ports[n].reference for n in ("u", "y", "r"))
+    name, rest = ("SetReal", ()) if fmi == 2 else ("SetFloat64", (C.c_size_t(2),))
+    for second, value in [(y, 1.0), (r, -1.0), (10**6, 0.0)]:
+        size = m.ports["r"].size if fmi == 3 and second == r else 1
+        given = (C.c_double * (1 + size))(0.5, *[value] * size)
+        count = () if fmi == 2 else (C.c_size_t(1 + size),)
+        assert m.call(name, _refs(u, second), C.c_size_t(2), given, *count) == ERROR
+        assert m.memory() == before
+    assert m.call(name, _refs(u, u), C.c_size_t(2), (C.c_double * 2)(0.5, 0.25), *rest) == OK
+    assert m.get("u") == 0.25
+    if fmi == 3:
+        assert m.call(name, _refs(u, u), C.c_size_t(2), _doubles(3), C.c_size_t(3)) == ERROR
+        assert m.messages[-1][2] == "fmi3SetFloat64: the variables have 2 values. Got room for 3."

@@ -97,6 +97,8 @@ ARCHIVES: dict[str, tuple[Callable[[Entries], Entries], str]] = {
     "no description": (_drop(XML), "the archive has no modelDescription.xml"),
     "zip slip": (_add("../evil.txt"), "'../evil.txt' would be written outside the folder"),
     "absolute path": (_add("/evil.txt"), "'/evil.txt' would be written outside the folder"),
+    "way out of a folder": (_add("a/../../evil.txt"), "'a/../../evil.txt' would be written outside the folder"),
+    "path of a drive": (_add("C:/evil.txt"), "'C:/evil.txt' would be written outside the folder"),
     "not XML": (_add(XML, b"<fmiModelDescription"), "(modelDescription.xml, line 1)"),
     "external entity": (
         lambda e: {**e, XML: e[XML].replace(b"<fmi", b'<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]><fmi', 1)},
@@ -357,6 +359,7 @@ def test_damaged_entry(tmp_path: Path, good: Entries) -> None:
     assert problem.startswith("'resources/data' cannot be unpacked")
 
 
-def test_cut_off(tmp_path: Path, good: Entries) -> None:
-    with pytest.raises(InputError, match="not a ZIP archive, or truncated"):
-        _problems(tmp_path, _pack(good)[:-30])
+@pytest.mark.parametrize("keep", [0, 10, 1000, -1, -30])
+def test_cut_off(tmp_path: Path, good: Entries, keep: int) -> None:
+    with pytest.raises(InputError, match=r"x\.fmu: not a ZIP archive, or truncated"):
+        _problems(tmp_path, _pack(good)[:keep])

@@ -6,15 +6,13 @@ Expected values are those of an instance that is stepped at start + k h, or the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import pytest
-from fmu_master import OK, H, Master
+from fmu_master import OK, H, Make, Master
 
 from hystfmu.graph import Graph, Node
 from hystfmu.unit import Unit
 
-Make = Callable[..., Master]
 AMPLITUDE, FREQUENCY = 0.8, 7.0
 SINE = Node("ref", "reference", {}, {"amplitude": AMPLITUDE, "frequency": FREQUENCY})
 

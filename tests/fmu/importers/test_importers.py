@@ -1,9 +1,4 @@
-"""Every key of METHODS and each of its inverses, as FMI 2.0 and FMI 3.0 FMU, in every importer available.
-
-Each FMU must pass the schemas, the static checks of fmpy and fmutool, and `hystfmu validate`.  fmpy, libcosim and a
-container of fmu-manipulation-toolbox must give the same bits.  Model Exchange runs with Euler's method and an adaptive
-solver.
-"""
+"""Every key of METHODS and each of its inverses, as FMI 2.0 and FMI 3.0 FMU, in every importer available."""
 
 from __future__ import annotations
 
@@ -13,10 +8,11 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy import simulate_fmu
 from fmu_events import Events, Solver, adaptive, euler
-from fmu_master import Array
+from fmu_master import Array, loop, rows, single
 from runners import clock, exchange_by_fmpy, run_by_fmpy, run_by_libcosim, run_by_unit, run_in_container
-from test_keys import LEARNED, REFUSED, H, fitted_model, ramps
+from test_keys import LEARNED, REFUSED, H, fitted_model, ramps, signal_for
 
 import hystfmu as hy
 from hystfmu import Model
@@ -120,3 +116,59 @@ def every_importer(model: Model, fmi: int, folder: Path) -> None:
 @pytest.mark.parametrize(("key", "way", "fmi"), [*SLICE, *LONG])
 def test_every_importer(key: str, way: str, fmi: int, fitted: dict[str, Model], tmp_path: Path) -> None:
     every_importer(model_of(key, way, fitted), fmi, tmp_path)
+
+
+# ---- CVode -----------------------------------------------------------------------------------------------------------
+ROWS, TOLERANCES = 150, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+DYNAMIC = ("actuator", "bouc_wen_oscillator", "g0_bouc_wen", "g0_prandtl_ishlinskii")
+
+
+def ends(model: Model, fmi: int, tolerance: float, folder: Path) -> None:
+    u = signal_for(model)[:ROWS]
+    t = np.arange(ROWS) * H
+    y, late = model.predict(u), model.predict(np.concatenate([u[:1], u[:-1]]))
+    result = simulate_fmu(
+        str(export_fmu(model, folder / "m.fmu", fmi)),  # type: ignore[arg-type]
+        fmi_type="ModelExchange",
+        solver="CVode",
+        input=np.array(list(zip(t, u, strict=True)), dtype=[("time", "f8"), ("u", "f8")]),
+        output_interval=H,
+        stop_time=t[-1],
+        relative_tolerance=tolerance,
+        record_events=False,
+        output=["y"],
+    )
+    assert np.abs(result["time"] - t).max() < 1e-12
+    error = np.abs(result["y"] - y).max()
+    if model.graph.continuous_states:
+        assert error <= 1.05 * np.abs(late - y).max()
+    else:
+        assert error == 0.0
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-9])
+@pytest.mark.parametrize("key", DYNAMIC)
+def test_kinds_with_dynamics_end(key: str, tolerance: float, fitted: dict[str, Model], tmp_path: Path) -> None:
+    ends(fitted_model(key, fitted), 2, tolerance, tmp_path)
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("key", list(METHODS))
+def test_every_kind_ends(key: str, fmi: int, fitted: dict[str, Model], tmp_path: Path) -> None:
+    for tolerance in TOLERANCES:
+        ends(fitted_model(key, fitted), fmi, tolerance, tmp_path)
+
+
+# ---- libcosim --------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    "name", ["prandtl_ishlinskii", "adaptive_inverse", "bouc_wen", "transfer_function", "mlp", "loop"]
+)
+def test_same_bits_in_libcosim(name: str, tmp_path: Path) -> None:
+    pytest.importorskip("libcosimpy.CosimExecution")
+    graph = loop() if name == "loop" else single(name)
+    u = rows(graph, 200)
+    got = run_by_libcosim(graph, export_fmu(graph, tmp_path / "m.fmu", 2), u)
+    want = run_by_unit(graph, u, times=clock(len(u)))
+    assert np.ptp(want, axis=0).max() > 1e-3
+    assert got.tobytes() == want.tobytes()

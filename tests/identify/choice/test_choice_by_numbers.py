@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from trials import E4, trial
 
-from hystfmu.identify import auto, entrants
+from hystfmu.identify import auto
 from hystfmu.identify.auto import refusal
 from hystfmu.identify.catalogue import ANY, CLOSES, LAGS, LATE, OPENS, Candidate
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, UNKNOWN, Excitation
@@ -18,15 +18,15 @@ def seen(**changed):
 
 def test_how_many_rows_all_can_be_tried_on():
     cheap = [Candidate(ANY, 1.0, 0.1)] * 12  # 12 s, and 1.2 s per 1000 rows
-    assert entrants.affordable(cheap, 10_000) == 10_000  # 24 s
-    assert entrants.affordable(cheap, 10_001) == 9000
+    assert auto.affordable(cheap, 10_000) == 10_000  # 24 s
+    assert auto.affordable(cheap, 10_001) == 9000
     quick = [Candidate(ANY, 2.0, 4.0, quick={"N": 1})] * 2  # 0.3 of 4 s and 8 s per 1000
-    assert entrants.affordable(quick, 9500) == 9500
-    assert entrants.affordable([*quick, Candidate(ANY, 0.3, 0.0)], 9500) == 8550
+    assert auto.affordable(quick, 9500) == 9500
+    assert auto.affordable([*quick, Candidate(ANY, 0.3, 0.0)], 9500) == 8550
     expensive = [Candidate(ANY, 2.0, 4.0)] * 2  # tried on a part of the rows
-    assert entrants.affordable(expensive, 9500) == 9500
-    assert entrants.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 30_000) == entrants.LEAST_ROWS
-    assert entrants.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 500) == 500
+    assert auto.affordable(expensive, 9500) == 9500
+    assert auto.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 30_000) == auto.LEAST_ROWS
+    assert auto.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 500) == 500
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ def test_how_many_rows_all_can_be_tried_on():
     ],
 )
 def test_who_contradicts_the_record(memory, record, reason):
-    left = entrants.left_out({"x": Candidate(memory, 1.0, 0.0)}, seen(**record))
+    left = auto.left_out({"x": Candidate(memory, 1.0, 0.0)}, seen(**record))
     assert left == ({} if reason is None else {"x": reason})
 
 
@@ -102,7 +102,7 @@ def test_the_preferred_of_equal_ones(race, monkeypatch, excursions, inverses, on
         trial("worse", 2 * E4, parameters=1),
     ]
     race.trials = {t.name: t for t in [*able, trial("outsider", 4.9 * E4), trial("bad", 5.1 * E4, parameters=1)]}
-    found = auto._preferred(race, True, inverses, only)
+    found = auto._preferred(race, True, inverses, only, {})
     if chosen is None:
         assert found == dict.fromkeys(("small", "large", "worse", "outsider"), "no use")
         also = " and have a useful inverse" if only else ""
@@ -120,11 +120,11 @@ def test_a_static_kind_is_no_refuge_where_none_follows(race, monkeypatch):
     """A rate that is not seen leaves static kinds, but only those that follow the data."""
     monkeypatch.setattr(race, "leaves", lambda t: False)
     race.trials = {t.name: t for t in (trial("lags", 4.5 * E4, memory=LAGS), trial("static", 5.2 * E4))}
-    assert auto._preferred(race, False, None, False).name == "lags"
+    assert auto._preferred(race, False, None, False, {}).name == "lags"
     race.trials["static"] = trial("static", 4.9 * E4)
-    assert auto._preferred(race, False, None, False).name == "static"
+    assert auto._preferred(race, False, None, False, {}).name == "static"
     race.trials = {"a": trial("a", 5.2 * E4)}
-    assert auto._preferred(race, True, None, False) == {}
+    assert auto._preferred(race, True, None, False, {}) == {}
 
 
 @pytest.mark.parametrize(

@@ -8,15 +8,22 @@ import numpy as np
 import pytest
 
 from hystfmu import Dataset, InputError
-from hystfmu.identify import auto, entrants, race
+from hystfmu.graph import Graph, Node
+from hystfmu.identify import auto, race
 from hystfmu.identify.catalogue import ANY, LAGS, OPENS, Candidate
 from hystfmu.identify.excitation.minor_loops import NONE, RETURN_POINT, UNKNOWN, Excitation
+from hystfmu.model import Model
 
 N = 4000
 U = np.interp(np.arange(N), 20 * np.arange(201), np.random.default_rng(3).uniform(-1, 1, 201))
 DATA = Dataset.from_signal(U, 10 * U, 1e-3, "record")
 SPAN = float(np.ptp(DATA.y))
 SEEN = Excitation(60, 150.0, 20, 0.25, True, UNKNOWN, (), ())
+
+
+def fit_one(data, key, seed, progress, options):
+    """Stand in for the fit to all rows."""
+    return Model(key, Graph.single(Node("a", "scaling")), fit={"rms": 1.0}, provenance={"options": options})
 
 
 @pytest.fixture
@@ -40,11 +47,12 @@ def chosen(monkeypatch):
         monkeypatch.setattr(race.Race, "fitted", fitted)
         monkeypatch.setattr(race, "noise", lambda y: 0.0)
         monkeypatch.setattr(race, "unseen", lambda data: 0.0)
-        monkeypatch.setattr(entrants, "candidates", lambda: found)
+        monkeypatch.setattr(auto, "candidates", lambda: found)
         monkeypatch.setattr(auto, "examine", lambda data: seen)
-        monkeypatch.setattr(entrants, "too_large", lambda rows, key, given: "")
-        monkeypatch.setattr(entrants, "takes_covariates", lambda key: key == "key takes")
+        monkeypatch.setattr(auto, "too_large", lambda rows, key, given: "")
+        monkeypatch.setattr(auto, "takes_covariates", lambda key: key == "key takes")
         monkeypatch.setattr(race.Race, "leaves", lambda self, trial: False)
+        monkeypatch.setattr(auto, "fit_one", fit_one)
         return auto.choose(data, 0, told.append, **more), asked, told
 
     return make
@@ -61,8 +69,10 @@ def test_the_cheapest_first_and_all_that_are_no_losers_on_every_fold(chosen):
     assert asked[3:] == [("cheap", 3), ("costly", 3), ("cheap", 2), ("costly", 2)]  # middle has lost
     # twice the cost of all: 12; each first fit, then the later folds of two
     assert told == pytest.approx([1 / 12, 3 / 12, 6 / 12, 10 / 12, 1.0])
-    assert (choice.method, choice.options) == ("key costly", {})
-    assert choice.fit == {"memory": UNKNOWN, "loops": 20, "gap_percent": 0.25, "rate": "not seen", "warnings": []}
+    assert (choice.key, choice.provenance["options"]) == ("key costly", {})
+    assert 0 <= choice.fit.pop("seconds") < 60
+    told = {"memory": UNKNOWN, "loops": 20, "gap_percent": 0.25, "rate": "not seen", "warnings": []}
+    assert choice.fit == {"rms": 1.0, **told}
     why = choice.provenance
     assert why["auto"] == pytest.approx({"costly": 1.0, "cheap": 1.3, "middle": 1.6})
     assert list(why["auto"]) == ["costly", "cheap", "middle"]
@@ -84,7 +94,7 @@ def test_equal_ones_and_the_inverses_that_are_told(chosen):
 
     table = {"a": flat(1.0, 1.0, 2, options={"N": 3}), "b": flat(2.0, 1.1, 5)}
     assert chosen(table)[0].provenance["auto_choice"] == "a"
-    assert chosen(table)[0].options == {"N": 3}
+    assert chosen(table)[0].provenance["options"] == {"N": 3}
     choice, _, _ = chosen(table, inverses=Inverses())
     assert choice.provenance["auto_choice"] == "b"
     assert choice.provenance["auto_inverse"] == {"a": "none", "b": "exact"}
@@ -137,7 +147,7 @@ def test_no_kind_is_left_out_for_its_price(chosen):
     assert asked[:3] == [("cheap", 1), ("expensive", 1), ("expensive", 1)]  # the first of these is short
     assert choice.provenance["auto_choice"] == "expensive"
     assert choice.provenance["auto_left_out"] == {}
-    assert choice.provenance["auto_rows"] == entrants.LEAST_ROWS
+    assert choice.provenance["auto_rows"] == auto.LEAST_ROWS
     assert "auto_rows" not in chosen({"cheap": table["cheap"]})[0].provenance
 
 
@@ -167,7 +177,7 @@ def test_a_rate_must_be_seen_or_static_kinds_stay(chosen):
 def test_an_error_beyond_five_percent_is_no_model(chosen, errors, refused):
     table = {"a": (Candidate(ANY, 1.0, 0.0), list(errors), 3)}
     if not refused:
-        assert chosen(table)[0].method == "key a"
+        assert chosen(table)[0].key == "key a"
         return
     for others, named in (({}, ""), ({"worse": flat(2.0, 5.4)}, ", worse 5.4 %")):
         with pytest.raises(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -11,9 +9,9 @@ import hystfmu.identify as identify
 from hystfmu import Dataset, InputError
 from hystfmu.data.signals import nested_reversals
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify import guards, one
+from hystfmu.identify import one
 from hystfmu.identify.excitation.minor_loops import Excitation
-from hystfmu.model import Model
+from hystfmu.model import Model, guards
 
 H = 1e-3
 RNG = np.random.default_rng(6)
@@ -54,16 +52,21 @@ def test_data_at_the_limits():
 
 
 @pytest.mark.parametrize(("rms", "good"), [(0.5, True), (0.5 * (1 + 5e-10), True), (0.5001, False), (np.nan, False)])
-def test_the_mean_is_the_worst_model(rms, good):
+def test_the_mean_is_the_worst_model(monkeypatch, rms, good):
     data = Dataset.from_signal(U, U, H, "run", slice(0, 300))
     y = U + rms * data.span
     y[300:] = -1e9  # only rows that count
+    monkeypatch.setattr(one, "run_along", lambda graph, data: y)
+
+    def finished():
+        return one.finished(data, "kind", "", (gain(), 3, {}), 0.0, {}, 0)
+
     if good:
-        one._check_run("kind", y, data)
+        assert finished().fit["rms_percent"] == pytest.approx(100 * rms)
     else:
         got = "a run that diverges" if np.isnan(rms) else "an error of 50 % of the span"
         with pytest.raises(InputError, match=rf"run: A model of the kind kind must follow the data\. Got {got}"):
-            one._check_run("kind", y, data)
+            finished()
 
 
 @pytest.mark.parametrize(("parameters", "warned"), [(299, False), (300, True)])
@@ -94,8 +97,8 @@ def test_a_fit_states_its_numbers(monkeypatch, parameters, warned):
 def test_what_a_record_shows_is_added(monkeypatch):
     seen = Excitation(1, 1.0, 0, 0.0, False, "x", ("poor",), ("coarse",))
     monkeypatch.setattr(identify, "examine", lambda data: seen)
-    monkeypatch.setattr(identify.sensor_lag, "told", lambda data, error: ({"lag_rows": 3}, [f"late {error}"]))
-    monkeypatch.setattr(identify.closed_loop, "warnings", lambda data: ["loop"])
+    monkeypatch.setattr(identify.timing, "told", lambda data, error: ({"lag_rows": 3}, [f"late {error}"]))
+    monkeypatch.setattr(identify.timing, "feedback", lambda data: ["loop"])
     data = Dataset.from_signal(U, U, H)
     model = Model("k", gain(), H, "", {"rms_percent": 1.5, "warnings": ["own"]}, {})
     found = identify._examined(model, data).fit
@@ -107,23 +110,18 @@ def test_what_a_record_shows_is_added(monkeypatch):
     found = identify._examined(Model("k", late, H, "", {"rms_percent": 1.5}, {}), data).fit
     assert found["warnings"] == ["poor", "loop"]
     monkeypatch.setattr(identify, "examine", lambda data: Excitation(1, 1.0, 0, 0.0, False, "x", (), ()))
-    monkeypatch.setattr(identify.closed_loop, "warnings", lambda data: [])
+    monkeypatch.setattr(identify.timing, "feedback", lambda data: [])
     assert "warnings" not in identify._examined(Model("k", late, H, "", {"rms_percent": 1.5}, {}), data).fit
 
 
-def test_auto_adds_the_choice_to_the_fit(monkeypatch):
+def test_auto_is_asked_once_for_data_that_any_kind_takes(monkeypatch):
     told, asked = [], []
-    choice = SimpleNamespace(
-        method="prandtl_ishlinskii",
-        options={"N": 3},
-        fit={"memory": "m", "warnings": ["chosen"]},
-        provenance={"auto": 1},
-    )
+    chosen = Model("k", gain(), H, "", {"rms_percent": 1.5}, {"auto": 1})
 
     def choose(data, seed, progress, inverses, only):
         progress(0.5)
         asked.append((seed, inverses, only))
-        return choice
+        return chosen
 
     monkeypatch.setattr(identify.auto, "choose", choose)
     monkeypatch.setattr(identify, "_examined", lambda model, data: model)
@@ -137,9 +135,7 @@ def test_auto_adds_the_choice_to_the_fit(monkeypatch):
     assert asked[0][0] == 4
     assert asked[0][2] is True
     assert told == [0.5]
-    assert model.provenance["options"]["N"] == 3
-    assert model.provenance["auto"] == 1
-    assert (model.fit["memory"], model.fit["warnings"][0]) == ("m", "chosen")
+    assert model is chosen
     identify.fit(data, "auto")
     assert asked[1][0] == 0
     assert asked[1][2] is False
@@ -155,7 +151,7 @@ def test_the_other_signal_is_steps_and_two_speeds(step):
     speed = np.clip(np.sqrt(np.mean(np.diff(rows) ** 2)) / ((hi - lo) / 2), 0.01, 0.1)
     want = [nested_reversals(80, 77, speed), nested_reversals(80, 78, 0.01)]
     steps = np.repeat([u[0], hi, lo, (lo + hi) / 2], 100)
-    other = guards.other_signal(data)
+    other = guards.other_signal(rows, u[0])
     assert other == pytest.approx(np.r_[steps, (lo + hi) / 2 + (hi - lo) / 2 * np.concatenate(want)])
 
 
@@ -187,9 +183,8 @@ def test_an_output_at_the_limit_is_not_warned_of():
         guards.excursion("kind", gain(0.0, np.nextafter(101.0, 102.0)), data)
 
 
-def test_all_rules_are_looked_at(monkeypatch):
-    data = Dataset.from_signal(U, U, H)
-    found = guards.warnings("k", gain(), data, {"p": (0.0, 0.0, 1.0)}, 12.4)
+def test_all_rules_are_looked_at():
+    found = guards.warnings(gain(), H, {"p": (0.0, 0.0, 1.0)}, 12.4)
     assert [line.split()[0] for line in found] == ["p", "the"]
     assert "reach 12 % of the states" in found[1]
     both = Graph(

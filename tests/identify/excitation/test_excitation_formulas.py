@@ -7,17 +7,28 @@ import pytest
 from scipy.stats import norm, rankdata
 
 from hystfmu import Dataset
-from hystfmu.identify.excitation import closed_loop, dead_time, drift, sensor_lag
+from hystfmu.identify.excitation import timing
+from hystfmu.model import guards
 
 H = 1e-3
 RNG = np.random.default_rng()
 SEED = int(RNG.integers(1 << 31))
+U = np.linspace(0.0, 1.0, 50)
+RECORD = Dataset.from_signal(U, U, H)
 
 
 @pytest.fixture
 def rng():
     print("seed", SEED)
     return np.random.default_rng(SEED)
+
+
+def residuals(data):
+    return timing.residuals(data.u, data.y, data.train)
+
+
+def lag(data):
+    return timing.lag(data.u, data.y, data.train)
 
 
 def plays(u, r):
@@ -57,14 +68,14 @@ def test_the_correlation_of_residual_and_later_increments(rng, train, rows):
     data = Dataset.from_signal(u, 0.3 * u + rng.normal(size=2600), H, "loop", train)
     e = white(left(regression(u, train)[rows], data.y[rows]))
     v = white(np.diff(u[rows], prepend=u[rows][0]))
-    assert closed_loop.correlation(data) == pytest.approx((sums(e, v), sums(v, e)), rel=1e-6)
+    assert timing.correlation(data.u, data.y, data.train) == pytest.approx((sums(e, v), sums(v, e)), rel=1e-6)
 
 
 @pytest.mark.parametrize(("rows", "told"), [(240, True), (239, False)])
 def test_a_record_of_twenty_rows_a_coefficient_is_enough(rng, rows, told):
     u = np.cumsum(rng.normal(size=400))
     data = Dataset.from_signal(u, u + rng.normal(size=400), H, "short", slice(100, 100 + rows))
-    assert (closed_loop.correlation(data) != (0.0, 0.0)) is told
+    assert (timing.correlation(data.u, data.y, data.train) != (0.0, 0.0)) is told
 
 
 @pytest.mark.parametrize(
@@ -72,8 +83,8 @@ def test_a_record_of_twenty_rows_a_coefficient_is_enough(rng, rows, told):
     [((60.0, 20.0), 1), ((59.9, 0.0), 0), ((61.0, 20.4), 0), ((61.0, 20.3), 1), ((900.0, 301.0), 0), ((50.0, 1.0), 0)],
 )
 def test_feedback_is_sure_at_60_and_three_times_the_other_direction(monkeypatch, found, warned):
-    monkeypatch.setattr(closed_loop, "correlation", lambda data: found)
-    assert len(closed_loop.warnings(None)) == warned
+    monkeypatch.setattr(timing, "correlation", lambda *record: found)
+    assert len(timing.feedback(RECORD)) == warned
 
 
 # ---- drift ----------------------------------------------------------------------------------------------------------
@@ -86,7 +97,7 @@ def test_the_drift_is_the_slope_of_a_line_through_chunk_means(rng, rows):
     a = np.column_stack([t, np.ones(n)])
     slope, rest = np.linalg.lstsq(a, chunks, rcond=None)[0][0], left(a, chunks)
     covariance = np.linalg.inv(a.T @ a)[0, 0]
-    total, error = drift.drift(e)
+    total, error = guards.drift(e)
     assert total == pytest.approx(slope)
     assert error == pytest.approx(np.sqrt(rest @ rest / max(n - 2, 1) * covariance), abs=1e-12)
 
@@ -96,8 +107,8 @@ def test_the_drift_is_the_slope_of_a_line_through_chunk_means(rng, rows):
     [(0.5, 0.1, 100.0, 1), (0.499, 0.01, 100.0, 0), (-0.5, 0.0999, 100.0, 1), (5.0, 1.001, 100.0, 0), (5.0, 1.0, 9, 1)],
 )
 def test_drift_is_told_from_half_a_percent_and_five_standard_errors_on(monkeypatch, total, error, span, warned):
-    monkeypatch.setattr(drift, "drift", lambda e: (total, error))
-    assert len(drift.warnings(np.zeros(4), span)) == warned
+    monkeypatch.setattr(guards, "drift", lambda e: (total, error))
+    assert len(guards.drifts(np.zeros(4), span)) == warned
 
 
 # ---- dead time ------------------------------------------------------------------------------------------------------
@@ -113,7 +124,7 @@ def test_the_answer_to_kinks_is_the_regression_on_second_differences(rng, late):
     w = np.linalg.lstsq(a, dy[rows], rcond=None)[0]
     sigma = np.sqrt(np.mean((dy[rows] - a @ w) ** 2) * np.diag(np.linalg.inv(a.T @ a)))
     chance = np.sqrt(np.mean((w[:8] / sigma[:8]) ** 2))
-    found, error = dead_time.answer(Dataset.from_signal(u, y, H, "answer"), lag)
+    found, error = timing.answer(u, y, lag)
     assert found == pytest.approx(w)
     assert error == pytest.approx(sigma * max(chance, 1.0))
 
@@ -121,7 +132,7 @@ def test_the_answer_to_kinks_is_the_regression_on_second_differences(rng, late):
 @pytest.mark.parametrize(("n", "told"), [(357, False), (358, True), (900, True)])
 def test_twenty_rows_a_weight_are_needed(rng, n, told):
     u = rng.normal(size=n)
-    w, _ = dead_time.answer(Dataset.from_signal(u, np.roll(u, 1), H, "rows"), 0)
+    w, _ = timing.answer(u, np.roll(u, 1), 0)
     assert len(w) == 17
     assert bool(w.any()) is told
 
@@ -150,9 +161,9 @@ LEAD, ERROR = [0.02, -0.02, 0.02, -0.02] * 2, 0.01
 )
 def test_the_first_answer_that_chance_does_not_explain(monkeypatch, weights, error, lag, found):
     w = np.array([*LEAD, *weights])
-    monkeypatch.setattr(dead_time, "answer", lambda data, lag: (w, np.full(len(w), error)))
+    monkeypatch.setattr(timing, "answer", lambda u, y, late: (w, np.full(len(w), error)))
     assert norm.ppf(1 - 0.05 / 2) == pytest.approx(1.96, abs=1e-3)
-    assert dead_time.dead_time(None, lag) == found
+    assert timing.dead_time(U, U, lag) == found
 
 
 # ---- lag of the sensor ----------------------------------------------------------------------------------------------
@@ -166,29 +177,29 @@ def test_the_residual_of_each_lag_until_it_rises(rng, train):
     rows = np.arange(max(first, 8), end)[:: 2 if end - first > 2000 else 1]
     want = [np.sqrt(np.mean(left(a[rows - k], y[rows]) ** 2)) for k in range(6)]
     assert np.argmin(want) == 4
-    assert sensor_lag.residuals(data) == pytest.approx(100 * np.array(want) / np.ptp(y[first:end]))
-    assert sensor_lag.lag(data)[0] == 4
+    assert residuals(data) == pytest.approx(100 * np.array(want) / np.ptp(y[first:end]))
+    assert lag(data)[0] == 4
 
 
 def test_lags_up_to_eight_rows_and_a_tenth_of_the_record(monkeypatch):
     ramp = np.linspace(0, 1, 200)
     data = Dataset.from_signal(np.sin(40 * ramp), np.roll(np.sin(40 * ramp), 30), H, "far")
-    assert len(sensor_lag.residuals(data)) <= 9
+    assert len(residuals(data)) <= 9
     u = np.cumsum(np.random.default_rng(1).normal(size=100))
     late = Dataset.from_signal(u, np.r_[[u[0]] * 30, u[:-30]], H, "far")
-    assert len(sensor_lag.residuals(late.with_train((0, 47)))) == 1  # fewer than 4 rows a play
-    assert len(sensor_lag.residuals(late.with_train((0, 48)))) > 1
-    assert sensor_lag.residuals(late.with_train((0, 47))).tolist() == [0.0]
-    assert len(sensor_lag.residuals(late.with_train((52, 99)))) == 1
+    assert len(residuals(late.with_train((0, 47)))) == 1  # fewer than 4 rows a play
+    assert len(residuals(late.with_train((0, 48)))) > 1
+    assert residuals(late.with_train((0, 47))).tolist() == [0.0]
+    assert len(residuals(late.with_train((52, 99)))) == 1
     walk = np.cumsum(np.random.default_rng(1).normal(size=160))
     for rows, lags in ((60, 6), (69, 6), (70, 7), (100, 8)):  # a tenth of the rows, at most eight
         falling = iter(range(20, 0, -1))
-        monkeypatch.setattr(sensor_lag, "rms", lambda e, falling=falling: float(next(falling)))
-        table = sensor_lag.residuals(Dataset.from_signal(walk, walk, H, "far", slice(30, 30 + rows)))
+        monkeypatch.setattr(timing, "rms", lambda e, falling=falling: float(next(falling)))
+        table = residuals(Dataset.from_signal(walk, walk, H, "far", slice(30, 30 + rows)))
         assert len(table) == lags + 1
     monkeypatch.undo()
     falling = Dataset.from_signal(np.arange(2000.0) ** 2, np.arange(2000.0) ** 2, H)
-    assert len(sensor_lag.residuals(falling)) >= 2
+    assert len(residuals(falling)) >= 2
 
 
 @pytest.mark.parametrize(
@@ -203,8 +214,8 @@ def test_lags_up_to_eight_rows_and_a_tenth_of_the_record(monkeypatch):
     ],
 )
 def test_a_lag_must_matter(monkeypatch, residuals, found):
-    monkeypatch.setattr(sensor_lag, "residuals", lambda data: np.array(residuals))
-    rows, seen = sensor_lag.lag(None)
+    monkeypatch.setattr(timing, "residuals", lambda *record: np.array(residuals))
+    rows, seen = timing.lag(U, U, slice(0, len(U)))
     assert rows == found
     assert seen.tolist() == residuals
 
@@ -224,11 +235,11 @@ def test_a_lag_must_matter(monkeypatch, residuals, found):
 def test_what_a_fit_says_of_a_lag(monkeypatch, rows, dead, error, words, warned):
     u = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 3.0, 5.6, 8.2])
     data = Dataset.from_signal(u, u, 2e-3, "said")
-    monkeypatch.setattr(sensor_lag, "lag", lambda data: (rows, np.array([3.456, 2.0, 1.5, 1.0 if rows == 3 else 9.0])))
-    monkeypatch.setattr(sensor_lag, "dead_time", lambda data, lag: dead)
+    monkeypatch.setattr(timing, "lag", lambda *record: (rows, np.array([3.456, 2.0, 1.5, 1.0 if rows == 3 else 9.0])))
+    monkeypatch.setattr(timing, "dead_time", lambda *record: dead)
     if rows == 1:
         error *= 2
-    noted, found = sensor_lag.told(data, error)
+    noted, found = timing.told(data, error)
     if words is None:
         assert (noted, found) == ({}, [])
         return

@@ -6,7 +6,7 @@ import pytest
 
 from hystfmu import Dataset, fit, synthetic
 from hystfmu.data.signals import decaying_sine, training
-from hystfmu.identify.excitation.closed_loop import warnings
+from hystfmu.identify.excitation.timing import feedback
 
 
 def noisy(u, plant=plants.prandtl_ishlinskii, noise=1e-3, seed=0):
@@ -31,7 +31,7 @@ def tracked(seed, noise, Kp, Ki):
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(("noise", "Kp", "Ki"), [(2e-3, 0.3, 0.1), (5e-3, 0.0, 0.1), (1e-3, 0.5, 0.3)])
 def test_feedback_is_seen(seed, noise, Kp, Ki):
-    assert len(warnings(tracked(seed, noise, Kp, Ki))) == 1
+    assert len(feedback(tracked(seed, noise, Kp, Ki))) == 1
 
 
 def test_a_fit_reports_it():
@@ -64,4 +64,4 @@ OPEN = {
 @pytest.mark.parametrize("name", OPEN)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_open_loop_records_are_not_warned_about(name, seed):
-    assert warnings(OPEN[name](seed)) == []
+    assert feedback(OPEN[name](seed)) == []

@@ -7,7 +7,7 @@ import pytest
 from hystfmu import Dataset
 from hystfmu.data import signals
 from hystfmu.identify import fit
-from hystfmu.identify.excitation.drift import drift
+from hystfmu.model.guards import drift
 
 U = signals.training(40, 3)[::2]
 Y = plants.prandtl_ishlinskii(U)

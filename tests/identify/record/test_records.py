@@ -12,7 +12,7 @@ from hystfmu.cli import main
 from hystfmu.data.signals import training
 from hystfmu.identify import METHODS
 from hystfmu.identify.catalogue import takes_records
-from hystfmu.identify.one_run import one_run
+from hystfmu.identify.cuts import one_run
 
 H = 1e-3
 KINDS = [key for key in METHODS if takes_records(key)]

@@ -6,8 +6,12 @@ import pytest
 
 from hystfmu import Dataset, InputError, fit
 from hystfmu.data.signals import decaying_sine, training
-from hystfmu.identify.excitation.dead_time import dead_time
-from hystfmu.identify.excitation.sensor_lag import lag, told
+from hystfmu.identify.excitation import timing
+from hystfmu.identify.excitation.timing import dead_time, told
+
+
+def lag(data):
+    return timing.lag(data.u, data.y, data.train)
 
 
 def late(rows, seed=3, plant=plants.prandtl_ishlinskii):
@@ -64,7 +68,7 @@ def test_dead_time_inside_the_lag(dead, tau):
     for seed in np.random.default_rng().integers(1 << 31, size=5):
         data = behind(training(30, seed, 0.03), dead, tau, 5e-4, seed)
         if rows := lag(data)[0]:
-            found.append(dead_time(data, rows))
+            found.append(dead_time(data.u, data.y, rows))
     assert len(found) >= 4  # one draw in ten thousand takes away less than the LEAST that is reported
     assert np.median(found) == dead
     assert max(found) == dead

@@ -13,8 +13,8 @@ from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.methods import preisach
 from hystfmu.identify.methods.preisach import Penalised, dead_zones, knots, lag
 from hystfmu.identify.solvers.recursive import Recursive
-from hystfmu.identify.streaming import Stream
 from papers.statements.printed import PrintedRecursive
+from papers.streaming import Stream
 
 H = 1e-3
 SEED = int(np.random.default_rng().integers(1 << 31))

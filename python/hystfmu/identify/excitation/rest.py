@@ -13,9 +13,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from threadpoolctl import threadpool_limits
 
-from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import options
 from hystfmu.identify.features.plays import plays, thresholds
@@ -107,21 +105,15 @@ def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
 
 
 def _error(data: Dataset, u0: float, bends: int = BENDS) -> float:
-    """Return the RMS error of plays that start at rest at u0, followed by a cubic bend (unit of measure of y)."""
+    """Return the RMS error of plays from rest at u0, followed by a cubic bend that is refined `bends` times."""
     rows = np.arange(len(data.u))[data.counted]
     rows = rows[:: max(1, len(rows) // ROWS)]
     columns = np.column_stack([data.u, plays(data.u, thresholds(data.u[data.train], PLAYS), u0)])[rows]
     y, one = data.y[rows], np.ones(len(rows))
-    with threadpool_limits(1):  # see hystfmu.identify.one
-        return _bent(columns, y, one, bends, data.span)
-
-
-def _bent(columns: Array, y: Array, one: Array, bends: int, span: float) -> float:
-    """Return the RMS error of a sum of plays, columns (n, p), followed by a bend that is refined `bends` times."""
     w, _ = nonnegative(columns, y, one[:, None])
     found = []
     for _ in range(bends):
-        v = (columns @ w) / span  # nearer to the input of the bend each time
+        v = (columns @ w) / data.span  # nearer to the input of the bend each time
         free = np.column_stack([one, v**2, v**3])
         w, q = nonnegative(columns, y, free)
         found.append(rms(y - columns @ w - free @ q))

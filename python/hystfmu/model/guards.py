@@ -7,6 +7,10 @@
 - Poles. The data cannot determine a pole of a transfer function above pi/h, because its response settles within a step
   of the data. Poles of a Padé approximant of a delay, whose zeros mirror the poles, are not checked.
 - Bounds. The data do not determine a parameter that is at a bound of its search.
+- Drift. The residuals are averaged over chunks of consecutive rows, because neighbouring residuals of a hysteresis
+  model are not independent. The slope of a straight line through the averages is the drift; their scatter gives its
+  standard error. Wide plays, which move rarely, absorb part of the drift, so the result is a lower bound. Creep is not
+  drift: creep follows the input, and models with lags represent creep.
 - Coverage. For a network, this is the share of the states of other signals that the training rows reach.
 """
 
@@ -31,36 +35,22 @@ WIDE = 1.0  # spans of y beyond its range that are warned of
 NEAR = 1e-3  # of the width of a search: distance from a bound
 POOR = 40.0  # % coverage
 STOPPED = "is a bound of the search"
+CHUNKS = 20  # whose means show a drift
+SURE = 5.0  # standard errors that a reported drift must exceed
+SAID = 0.5  # percent of the span: smaller drift is not reported
 MIRRORED = 1e-6  # relative distance of a pole from a mirrored zero
 
 Bounded = Mapping[str, tuple[float, float, float]]
 """Parameters of a search by name: value, least and largest value tried."""
 
 
-def other_signal(data: Dataset) -> Array:
-    """Return steps to both ends of the trained range, and nested reversals inside it, at two speeds."""
-    u = data.u[data.counted]
-    lo, hi, first = float(u.min()), float(u.max()), float(data.u[0])
-    half = (hi - lo) / 2
-    moved = float(np.sqrt(np.mean(np.diff(u) ** 2)))
-    speed = float(np.clip(moved / half, LEAST_STEP, MOST_STEP)) if half else LEAST_STEP  # a part that holds one level
-    steps = np.repeat([first, hi, lo, (lo + hi) / 2], HELD)
-    turns = [nested_reversals(REVERSALS, SEED + k, step) for k, step in enumerate((speed, LEAST_STEP))]
-    return np.concatenate([steps, (lo + hi) / 2 + half * np.concatenate(turns)])
-
-
-def warnings(key: str, graph: Graph, data: Dataset, bounded: Bounded, covered: float | None) -> list[str]:
-    """Check a fitted model of the kind `key` by the rules of this module; return a line for each finding.
-
-    `bounded` contains the parameters that were searched between bounds. `covered` is the coverage of the input space of
-    a network (%). A model that is unstable on another signal raises an InputError.
-    """
-    return [*excursion(key, graph, data), *_fast_poles(graph, data.h), *_at_bounds(bounded), *_unseen(covered)]
-
-
 def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
-    """Return a warning if the model leaves the range of y on another signal; refuse an unstable model."""
-    beyond = _beyond(graph, other_signal(data), data)
+    """Return a warning if a fitted model of the kind `key` leaves the range of y on another signal.
+
+    A model that is unstable there raises an InputError.
+    """
+    u = data.u[data.counted]
+    beyond = _beyond(graph, other_signal(u, float(data.u[0])), data.h, data.y[data.counted], data.span)
     if not beyond <= WILD:
         got = f"an output {beyond:.2g} spans of y outside its range" if np.isfinite(beyond) else "one that diverges"
         raise InputError(
@@ -77,14 +67,25 @@ def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
 
 def leaves(graph: Graph, u: Array, data: Dataset) -> bool:
     """Return whether a model on the input u (n,) leaves the range of y of the data by more than its span."""
-    return not _beyond(graph, u, data) <= WIDE + _ringing(graph)
+    return not _beyond(graph, u, data.h, data.y[data.counted], data.span) <= WIDE + _ringing(graph)
 
 
-def _beyond(graph: Graph, u: Array, data: Dataset) -> float:
+def other_signal(u: Array, first: float) -> Array:
+    """Return steps from `first` to both ends of the range of u (n,), and nested reversals inside it, at two speeds."""
+    lo, hi = float(u.min()), float(u.max())
+    half = (hi - lo) / 2
+    moved = float(np.sqrt(np.mean(np.diff(u) ** 2)))
+    speed = float(np.clip(moved / half, LEAST_STEP, MOST_STEP)) if half else LEAST_STEP  # a part that holds one level
+    steps = np.repeat([first, hi, lo, (lo + hi) / 2], HELD)
+    turns = [nested_reversals(REVERSALS, SEED + k, step) for k, step in enumerate((speed, LEAST_STEP))]
+    return np.concatenate([steps, (lo + hi) / 2 + half * np.concatenate(turns)])
+
+
+def _beyond(graph: Graph, u: Array, h: float, measured: Array, span: float) -> float:
     """Return the distance of the output from the range of y, in spans; covariates are at their means."""
-    y, measured = graph.run(with_starts(graph, u), data.h), data.y[data.counted]
+    y = graph.run(with_starts(graph, u), h)
     with np.errstate(over="ignore", invalid="ignore"):
-        return float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / data.span
+        return float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / span
 
 
 def _ringing(graph: Graph) -> float:
@@ -96,6 +97,15 @@ def _ringing(graph: Graph) -> float:
                 if p.imag > 0 and p.real < 0:
                     total += 2 * float(np.exp(np.pi * p.real / p.imag))
     return total
+
+
+def warnings(graph: Graph, h: float, bounded: Bounded, covered: float | None) -> list[str]:
+    """Return a warning for each pole, parameter and coverage that the data do not support.
+
+    `bounded` contains the parameters that were searched between bounds. `covered` is the coverage of the input space of
+    a network (%).
+    """
+    return [*_fast_poles(graph, h), *_at_bounds(bounded), *_unseen(covered)]
 
 
 def _fast_poles(graph: Graph, h: float) -> list[str]:
@@ -139,3 +149,37 @@ def _unseen(covered: float | None) -> list[str]:
 def follows_late(graph: Graph) -> bool:
     """Return whether the output of a model depends on past values of u only, by its own dynamics or delay."""
     return not any(graph.inputs[0].name in known for known in graph.dependencies().values())
+
+
+def drift(e: Array) -> tuple[float, float]:
+    """Estimate the drift from the first row to the last and its standard error.
+
+    Parameters
+    ----------
+    e : array, shape (n,)
+        Measured minus model.
+
+    Returns
+    -------
+    total, error : float
+        Drift and standard error, in the unit of measure of e.
+    """
+    n = min(CHUNKS, len(e) // 2)
+    means = np.array([part.mean() for part in np.array_split(e, n)])
+    t = (np.arange(n) + 0.5) / n - 0.5
+    slope = float(t @ means) / float(t @ t)
+    left = means - means.mean() - slope * t
+    error = float(np.sqrt(left @ left / max(n - 2, 1) / (t @ t)))
+    return slope, error
+
+
+def drifts(e: Array, span: float) -> list[str]:
+    """Return a warning if the output drifts, for residuals e (n,) and the span of y; else an empty list."""
+    total, error = drift(e)
+    percent = 100 * total / span
+    if abs(percent) < SAID or abs(total) < SURE * error:
+        return []
+    return [
+        f"the output drifts by {percent:+.2g} % of its span or more over the train rows, which no model of the input "
+        "represents; remove the drift from the data, or train on fewer rows"
+    ]
