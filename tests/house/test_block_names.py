@@ -16,6 +16,7 @@ STATIC = "expressions of this block for the Modelica inverse of a network of blo
 # file or folder -> name of a block -> the method and why it needs this name; EVERY: a folder that builds graphs
 ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
+    "identify/graphs.py": {"scaling": "scaled_input(): the first block of the graphs of kinds"},
     "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
     "identify/estimate/operator_dynamics.py": {EVERY: "build(): the chain of an operator and dynamics"},
     "model/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
@@ -29,8 +30,8 @@ ALLOWED: dict[str, dict[str, str]] = {
         "noise": "from_dict(): the field of what a record shows",
     },
     "identify/evidence/spectra.py": {"noise": "cells_of(): the field of a cell"},
-    "face/evidence.py": {"creep": "static_output(): lags that pass the input at once, so that they count as static"},
-    "face/evidence_section.py": {"modes": "evidence_section(): the name of a line of the diagram"},
+    "face/fit.py": {"creep": "static_output(): lags that pass the input at once, so that they count as static"},
+    "face/page.py": {"modes": "evidence_section(): the name of a line of the diagram"},
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression, the dead band"},
     "identify/features/other_memory.py": dict.fromkeys(
         ("play_bank", "scaling"), "unseen(): plays that stand for a memory"
@@ -42,8 +43,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         "mlp": "fit_readout(): the network",
         "sum": "fit_readout(): the linear readout",
     },
+    "identify/solvers/ridge.py": {"recursive_least_squares": "recursive(): the block that learns row by row"},
     "identify/estimate/free.py": {"sum": "KEYS: what the elements of a free parameter make together"},
-    "identify/estimate/graph_fit.py": dict.fromkeys(("scaling", "sum"), "around(): what a block alone stands between"),
+    "identify/estimate/graph_fit.py": {"sum": "around(): what a block alone stands before"},
     "inverse/adaptive.py": {
         "adaptive_inverse": "adaptive_inverse(): the block that it makes",
         **dict.fromkeys(("prandtl_ishlinskii", "scaling"), "_chain(): operator and scalings that it may consist of"),
@@ -119,9 +121,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         "scaling": "at_rest(), plant_model(): gains in the place of dynamics, and behind the device",
         "sum": "plant_model(): what the model misses",
     },
-    "demo/loop.py": dict.fromkeys(("noise", "pid"), "loop(): units of the scenario"),
-    "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
-    "face/defaults.py": {"reference": "the reference signal of a new scenario"},
+    "demo/__init__.py": dict.fromkeys(("noise", "pid"), "loop(): units of the scenario")
+    | dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
+    "face/table.py": {"reference": "the reference signal of a new scenario"},
     "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},
     "modelica/actuator": dict.fromkeys(
         (

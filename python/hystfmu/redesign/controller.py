@@ -17,8 +17,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.design.loop import Margins
 from hystfmu.design.race import Limits, Tuned, tune
 from hystfmu.design.structures import STRUCTURES
-from hystfmu.face.parts import What
 from hystfmu.face.scenario import Scenario
+from hystfmu.face.table import What
 from hystfmu.graph import Graph, Node
 from hystfmu.redesign.corners import Corner, Roles, aim, corners, known, loop_plants, roles, sector
 from hystfmu.scenario import Results, build, run
@@ -202,9 +202,9 @@ def controller(
         integral, integral_roll_off, pi, notch, pi_notch, irc, ppf, internal_model or h_infinity.
     name : str, optional
         Name of the new scenario; by default the old name followed by the structure.
-    ms_db : float, optional
+    ms_db : float in [0.5, 20], optional
         Largest allowed peak of the sensitivity of the first case (dB). The default is the limit in `[margins]`, or 6.
-    bandwidth : float
+    bandwidth : float in [0, inf)
         Required bandwidth (Hz): the sensitivity must be below -3 dB up to this frequency.
     off : float
         Share by which the natural frequencies of the plant may differ, in [0, 0.9].

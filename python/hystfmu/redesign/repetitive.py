@@ -207,15 +207,15 @@ def repetitive(
         Scenario with a loop that is stable without the repetitive part.
     name : str, optional
         Name of the new scenario; by default the old name followed by ``_repetitive``.
-    period : float, optional
+    period : float in (0, inf), optional
         Period of the reference (s), a whole number of steps. The default is the period in the first case with a loop,
         rounded to a whole number of steps.
-    cutoff : float, optional
+    cutoff : float in (0, inf), optional
         Upper frequency of learning (Hz). The default is the largest frequency that is stable in all corners. The
         default is at most 1.2 times the natural frequency of the fastest mode. For a plant without dynamics, it is at
         most ten times the frequency of the reference.
-    gain : float, optional
-        Share of the error that is learnt per period, in (0, 1]. The default is 0.3. It is less if 0.3 is unstable for
+    gain : float in (0, 1], optional
+        Share of the error that is learnt per period. The default is 0.3. It is less if 0.3 is unstable for
         all cutoffs, or if the peak of the sensitivity would exceed the limit in `[margins]`.
     off : float, optional
         Share by which the natural frequencies of the plant may differ, in [0, 0.9]. The default is the largest of 0.2,

@@ -13,8 +13,8 @@ from typing import Any
 
 from hystfmu.base.files import write_text
 from hystfmu.data import Dataset
-from hystfmu.face.fit_page import fit_page, fit_sections
 from hystfmu.face.model import Model
+from hystfmu.face.page import fit_page, fit_sections
 from hystfmu.report import page
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import LOOP_POINTS, Line, Plot

@@ -25,8 +25,8 @@ from hystfmu.data import Dataset
 from hystfmu.data.reversals import turning_points
 from hystfmu.design.plants import Plant, PlantSet
 from hystfmu.design.race import Aim, Tuned
+from hystfmu.face.interval import free_run
 from hystfmu.face.model import Model
-from hystfmu.face.rows import free_run
 from hystfmu.graph import blocks
 from hystfmu.identify.auto import REFUSED
 from hystfmu.model.guards import at_bounds

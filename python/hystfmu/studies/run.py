@@ -136,9 +136,10 @@ def study(
     path : str or Path
         A file ``*.study.toml``.
     folder : str or Path, optional
-        Folder for the table and the report. A study that exists in it resumes. The default is a folder with the name of
-        the study file, in the current folder.
-    workers : int, optional
+        Folder for the table and the report. A study that exists in it resumes.
+
+        The default is a folder with the name of the study file, in the current folder.
+    workers : int in [1, 1024], optional
         Number of local processes; by default one per core.
     on : str, optional
         Scheduler of a Dask cluster, ``dask://HOST:PORT``, instead of local processes.

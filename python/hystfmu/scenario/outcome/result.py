@@ -337,28 +337,7 @@ class LoopFigures:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """Verdicts, failures and signals of one case after its run; `hystfmu.scenario.Result` can draw them.
-
-    Parameters
-    ----------
-    system : System
-    verdicts : tuple of Verdict
-        One verdict per metric.
-    lines : tuple of str
-        One line per failure: scenario/case, metric, value, limit.
-    trace : Trace, optional
-        Signals that the case records or uses in loops and metrics. The trace has all rows; for a long run it has only
-        the rows for a plot (`simulate` returns all rows, and `chunks` returns all rows in parts). None if a unit
-        stopped the run.
-    seconds : float
-        Duration of the run (s).
-    notes : tuple of str
-        Remarks that are not failures, for example on discontinuities between two steps.
-    counted : Sweeps
-        Sweeps of an iterative coupling.
-    loop : LoopFigures, optional
-        Margins of the loop of the case; None if there are none.
-    """
+    """Verdicts, failures and signals of one case after its run; `hystfmu.scenario.Result` states the fields."""
 
     system: System
     verdicts: tuple[Verdict, ...]

@@ -192,12 +192,15 @@ def write_ssp(
     case : Case
     path : path
     version : {"1.0", "2.0"}
+        Version of the SSP standard.
     system_connectors : bool
         Whether the system has an output for every recorded signal. libcosim and ecos reject connectors of the system.
     fmi : {2, 3}
-        FMI version of the own units.
+        FMI version of the units exported here.
     separate : bool
-        Whether every unit is a component. If False, neighbours that can step as one graph are one component, so that
+        Whether every unit is a component.
+
+        If False, neighbours that can step as one graph are one component, so that
         every reader keeps the order of the case.
 
     Raises

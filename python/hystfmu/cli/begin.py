@@ -1,0 +1,279 @@
+"""Commands to begin with, and those that show results: start, demo, blocks and reproduce."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hystfmu.base.files import refuse_existing
+from hystfmu.cli.identify import Columns, data_options
+from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
+from hystfmu.cli.signature import of
+from hystfmu.report.terminal import detail, echo, say, tell, verdict, wrong
+
+if TYPE_CHECKING:
+    from hystfmu.scenario import Result
+    from hystfmu.start.closed_loop import Contender
+
+_BEGUN = "finished steps are kept; to go on with the others:"
+
+
+@click.command(cls=Command)
+@click.argument("name", required=False)
+@click.option("--markdown", is_flag=True, hidden=True, help="Print the tables of a page.")
+@json_option
+def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
+    """List all blocks, or describe one block.
+
+    The description contains ports, parameters, units of measure, equation and source.
+
+    \b
+    Example: hystfmu blocks zhao_tan
+    """
+    from hystfmu.graph import listing
+
+    if name is None:
+        if as_json or markdown:
+            echo(listing.as_json() if as_json else listing.markdown())
+        else:
+            tell(listing.overview())
+    elif as_json:
+        echo(listing.as_json(name))
+    else:
+        tell(listing.details(name))
+
+
+@click.command(cls=Command)
+@click.argument("names", nargs=-1)
+@click.option(
+    "--papers", metavar="DIR", help="Folder of the papers. Default: scenarios/papers, in a checkout of the repository."
+)
+@click.option("--data", metavar="DIR", help="Folder with the measured data sets.")
+@click.option(
+    "--full",
+    is_flag=True,
+    help="Run every variant of a paper: shen_ma_2017 takes 12 minutes (1 to 100 hidden neurons).",
+)
+@click.option(
+    "--report",
+    "folder",
+    type=OUTPUT_FOLDER,
+    metavar="DIR",
+    help="Write a page per paper with tables and with its figures from our data.",
+)
+@json_option
+def reproduce(
+    names: tuple[str, ...], papers: str | None, data: str | None, full: bool, folder: str | None, as_json: bool
+) -> None:
+    """Reproduce the result tables of the papers.
+
+    Each row states a quantity, its place in the paper and the printed figure. The row then states the result of a
+    literal replica and the result of HystFMU. The last column states whether the printed figure is met, or by which
+    factor it is missed. If a paper does not state its record, the command tries several records, and the row states on
+    how many of them the figure is met. A figure of a network is a median over seeds, with its range.
+
+    The exit status is 1 if a stated target is missed. A missed figure without a target and a missed run time do not
+    change the exit status. The command skips a paper whose data or packages are missing, and lists it first. The exit
+    status is then 1, or 2 if no paper can run.
+
+    The papers are Python files of the repository. This command imports them. Installed packages do not contain them.
+
+    \b
+    Example: hystfmu reproduce zhao_tan_2008
+    """
+    from hystfmu.base.errors import InputError
+    from hystfmu.base.files import write_text
+    from hystfmu.report.terminal import progress
+
+    of = _papers(papers)
+    for name in names if data is None else ():  # without names, the table itself says that its data is missing
+        if name in of.NEEDS_DATA:
+            raise InputError(f"{name}: the measured data is not part of this package; name its folder with --data DIR")
+    lacking = {name: why for name in names or of.PAPERS if (why := of.missing(name, data))}
+    able = [name for name in names or of.PAPERS if name not in lacking]
+    if not able:
+        raise InputError("; ".join(lacking.values()))
+    if folder is not None:
+        refuse_existing(*(Path(folder) / f"{name}.html" for name in able))  # they state times
+    for name, why in lacking.items():
+        echo(f"skipped {name}: {why}", err=True)
+    reports = []
+    for name in able:
+        with progress(name) as report:
+            reports.append(of.reproduce(name, data, report, full))
+        if not as_json:
+            say(reports[-1].text() + "\n")
+            missed_rows = [row for row in reports[-1].rows if row.met is False]
+            wrong([f"{name}: {row.quantity}: {row.ours:.4g} misses the target {row.target:.4g}" for row in missed_rows])
+        if folder is not None:
+            write_text(Path(folder) / f"{name}.html", reports[-1].html())
+    if as_json:
+        echo(json.dumps([r.data() for r in reports]))
+    missed = any(row.met is False and row.where != "speed" for r in reports for row in r.rows)
+    sys.exit(FAILED if missed or lacking else 0)
+
+
+def _papers(folder: str | None) -> ModuleType:
+    """Import the papers from `folder`, else from the current checkout, else from the checkout that runs."""
+    from hystfmu.base.errors import InputError
+    from hystfmu.scenario.system.spec import here_or_shipped
+
+    home = (here_or_shipped("scenarios/papers") if folder is None else Path(folder)).resolve()
+    if home.name != "papers" or not (home / "__init__.py").is_file():
+        raise InputError(
+            f"{home}: The papers must be in a folder scenarios/papers, as in the repository of HystFMU; no package has "
+            "them. Run the command in a checkout, or name the folder with --papers DIR."
+        )
+    sys.path.insert(0, str(home.parent))
+    return importlib.import_module("papers")
+
+
+@click.command(cls=Command, interrupted=_BEGUN)
+@click.option(
+    "-o", "out", default="demo", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
+)
+@of("demo:demo", full="")
+def demo(out: str, full: bool) -> None:
+    """Run the whole workflow on built-in data.
+
+    The command fits a model, inverts it, and exports FMUs and Modelica. It then runs a closed loop with its corners and
+    writes a report.
+
+    \b
+    Example: hystfmu demo -o demo
+             hystfmu demo --full -o all
+    """
+    from hystfmu.demo import demo as run_demo
+
+    sys.exit(0 if run_demo(Path(out), full) else FAILED)
+
+
+@click.command(cls=Command, interrupted=_BEGUN)
+@click.argument("data", type=FILE, nargs=-1, required=True)
+@click.option(
+    "-o", "out", default="start", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
+)
+@of("start.run:start", key="--model KEY")
+@data_options("covariates")
+@of("start.run:start", seed="")
+@of(
+    "start.requirements:Requirements",
+    error="PERCENT",
+    controller="NAME",
+    bandwidth="",
+    ms="",
+    settling="",
+    overshoot="PERCENT",
+    reference=("SHAPE[:HZ]|FILE", {"multiple": True}),
+    delay="STEPS",
+    resonance="HZ[,ZETA]",
+    amplifier="NAME=VALUE,...",
+)
+@click.option("--requirements", metavar="FILE", help="TOML file with the options from --error to --amplifier as keys.")
+@json_option
+def start(
+    data: tuple[str, ...],
+    out: str,
+    key: str,
+    columns: Columns,
+    seed: int,
+    requirements: str | None,
+    as_json: bool,
+    **asked: Any,
+) -> None:
+    """Build a compensated loop from one record of a device.
+
+    The command reads DATA, selects and fits a model, and inverts the model. It tunes controllers that are stable on
+    every device that agrees with the record. It runs the loop with the best controller, and writes FMUs, a report and
+    verdict.json. A table lists each file with the command that makes it. If the record is not sufficient for feedback,
+    the loop consists of feed-forward and inverse. Then measure_next.csv contains an input for a better record.
+
+    The exit status is 0 if the loop is approved, else 1. In either case the command writes model, FMU, report and
+    verdict.
+
+    \b
+    Example: hystfmu start data.csv -o mine
+             hystfmu start stage.csv --time "Zeit [ms]" --error 0.5
+             hystfmu start stage.csv --reference triangle:100 --bandwidth 80
+    """
+    from hystfmu.base.files import load_toml
+    from hystfmu.report.terminal import progress, table
+    from hystfmu.start.page import race_table, reference_table, sentence
+    from hystfmu.start.requirements import Requirements
+    from hystfmu.start.run import start as make
+
+    given = load_toml(Path(requirements)) if requirements is not None else {}
+    wanted = Requirements.of(given | {k: v for k, v in asked.items() if v not in (None, ())})
+    measured = columns.read(data)
+    shown = (lambda line: None) if as_json else say
+    shown(measured.read_as)
+    source = [*data, *columns.words()]
+    made = make(measured, Path(out), wanted, key, seed, source, shown, progress)
+    loop = None if isinstance(made.loop, str) else made.loop
+    cases = [] if loop is None else [_case(r) for r in loop.results]
+    if as_json:
+        told = {name: {"path": str(path), "command": command} for name, (path, command) in made.files.items()}
+        limits = [] if loop is None else [vars(v) | {"within": v.within} for v in loop.margins.verdicts]
+        facts: dict[str, Any] = {"model": made.model.key, "fit": made.model.fit, "verdict": made.verdict}
+        facts["race"] = [] if loop is None else [_contender(c) for c in loop.contenders]
+        echo(json.dumps(facts | {"cases": cases, "limits": limits, "files": told, "notes": made.notes}))
+        sys.exit(0 if made.approved else FAILED)
+    detail(f"\n{made.model}")
+    if loop is not None:
+        if loop.race.found:
+            say("\n" + table(*race_table(loop, page=False)))
+            for why in dict.fromkeys(loop.race.refused.values()):
+                say(f"left out: {', '.join(n for n, reason in loop.race.refused.items() if reason == why)}: {why}")
+        say("\n" + table(*reference_table(made.verdict)))
+        head = ["case", "RMS % of stroke", "max %", "asked RMS %", "verdict", "what"]
+        detail("\n" + table(head, [[*c.values()] for c in cases]))
+        limits_of_loop = [
+            [v.limit, "unstable" if v.value is None else f"{v.value:.3g}", f"{v.bound:g}", v.word, v.where]
+            for v in loop.margins.verdicts
+        ]
+        if limits_of_loop:
+            say("\n" + table(["limit of the loop", "value", "bound", "verdict", "at"], limits_of_loop))
+    notes = [*made.verdict["reasons"], *made.notes, *made.model.fit.get("warnings", ())]
+    for note in notes:
+        echo(note if loop is None and note == notes[0] else f"warning: {note}", err=True)
+    say("\nfiles, and the commands that make them:")
+    for what, (path, command) in made.files.items():
+        say(f"{what}: {path}\n    {command}")
+    verdict(sentence(made.verdict), made.approved)
+    sys.exit(0 if made.approved else FAILED)
+
+
+def _contender(c: Contender) -> dict[str, Any]:
+    """Return the figures of a compared controller structure."""
+    t = c.tuned
+    return {
+        "structure": t.structure.name,
+        "Ki": t.Ki,
+        "values": t.values,
+        "errors_percent": c.errors,
+        "bandwidth": t.bandwidth,
+        "Ms_db": t.ms_db,
+        "Ms_of_all_db": t.set_ms_db,
+        "overshoot_percent": None if c.step is None else c.step.overshoot,
+        "settling": None if c.step is None else c.step.settling,
+    }
+
+
+def _case(result: Result) -> dict[str, str]:
+    """Return a case of a started loop as a row of text."""
+    found = {v.metric: v for v in result.verdicts}
+    rms, most = found.get("tracking"), found.get("worst")
+    return {
+        "case": result.case,
+        "rms_percent": "stopped" if rms is None else f"{rms.value:.3g}",
+        "max_percent": "" if most is None else f"{most.value:.3g}",
+        "asked_percent": "" if rms is None or rms.limit is None else f"{rms.limit:g}",
+        "verdict": "FAILED" if not result.passed else "ok" if rms is not None and rms.limit is not None else "",
+        "text": result.system.case.text,
+    }
