@@ -16,6 +16,7 @@ STATIC = "expressions of this block for the Modelica inverse of a network of blo
 # file or folder -> name of a block -> the method and why it needs this name; EVERY: a folder that builds graphs
 ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
+    "identify/graphs.py": {"scaling": "scaled_input(): the first block of the graphs of kinds"},
     "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
     "identify/estimate/operator_dynamics.py": {EVERY: "build(): the chain of an operator and dynamics"},
     "model/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
@@ -42,8 +43,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         "mlp": "fit_readout(): the network",
         "sum": "fit_readout(): the linear readout",
     },
+    "identify/solvers/ridge.py": {"recursive_least_squares": "recursive(): the block that learns row by row"},
     "identify/estimate/free.py": {"sum": "KEYS: what the elements of a free parameter make together"},
-    "identify/estimate/graph_fit.py": dict.fromkeys(("scaling", "sum"), "around(): what a block alone stands between"),
+    "identify/estimate/graph_fit.py": {"sum": "around(): what a block alone stands before"},
     "inverse/adaptive.py": {
         "adaptive_inverse": "adaptive_inverse(): the block that it makes",
         **dict.fromkeys(("prandtl_ishlinskii", "scaling"), "_chain(): operator and scalings that it may consist of"),
