@@ -23,7 +23,7 @@ def evidence_section(model: Model) -> list[Section]:
     """Return the section in a list; the list is empty for a model without evidence."""
     if "evidence" not in model.fit:
         return []
-    from hystfmu.identify.evidence.found import Evidence
+    from hystfmu.identify.evidence import Evidence
 
     e = Evidence.from_dict(model.fit["evidence"])
     if not len(e.f):

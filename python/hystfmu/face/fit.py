@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -92,13 +93,13 @@ def fit(
     from threadpoolctl import threadpool_limits
 
     from hystfmu.data.reader.reading import dataset_of
-    from hystfmu.face.evidence import with_evidence
+    from hystfmu.face.evidence import evidence_of
     from hystfmu.identify import fit, fit_graph
     from hystfmu.inverse import Inverses
 
     if purpose not in ("model", "inverse"):
         raise InputError(f"The purpose of a fit must be 'model' or 'inverse'. Got {purpose!r} instead.")
-    data = dataset_of(data)
+    data = data if isinstance(data, Dataset) else dataset_of(data)
     if wrong := next((n for n in options if n in ("model", "kind", "method")), None):
         raise InputError(
             f"The kind of model must be the second argument, fit(data, 'preisach'). Got {wrong!r} as a name."
@@ -115,4 +116,5 @@ def fit(
         if purpose == "inverse" and (fault := inverses.fault(found)):
             raise InputError(f"{data.path or data.name}: The model {found.key} must have a useful inverse. {fault}")
         model = Model(found.key, found.graph, found.step, found.text, found.fit, found.provenance)
-        return with_evidence(held_out(model, data), data)
+        model = held_out(model, data)
+        return replace(model, fit={**model.fit, "evidence": evidence_of(model, data).to_dict()})

@@ -60,7 +60,7 @@ def evidence_lines(model: Model) -> list[str]:
     """Return lines on the linear dynamics in the record; empty for inverses and for models of older versions."""
     if "evidence" not in model.fit:
         return []
-    from hystfmu.identify.evidence.found import Evidence
+    from hystfmu.identify.evidence import Evidence
 
     return Evidence.from_dict(model.fit["evidence"]).lines(model.graph.outputs[0].unit)
 
