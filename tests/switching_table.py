@@ -33,9 +33,9 @@ def markdown() -> str:
         lines.append(_row("its linear law", [found[law][p][s] for p, s in columns]))
     lines.append(_row("tuned PID", [worst("pid", p, s) for p, s in columns]))
     drawn = [
-        f"- Random laws {text} ({found[name]['draws']} laws): the ratio to the error of the linear law is at least "
+        f"- For {found[name]['draws']} random laws {text}, the ratio to the error of the linear law is at least "
         f"{found[name]['smallest_ratio']:.2g}, and its median is {found[name]['median_ratio']:.2g}. The ratio to the "
-        f"smaller of the errors of linear law and tuned loop is at least {found[name]['smallest_to_both']:.2g}."
+        f"smaller of the two errors of linear law and tuned loop is at least {found[name]['smallest_to_both']:.2g}."
         for name, text in (("drawn_pid", "without an observer"), ("drawn_pid_observer", "with a disturbance observer"))
     ]
     lines += [

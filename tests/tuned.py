@@ -8,8 +8,7 @@ from typing import Any
 
 from hystfmu.graph import Graph
 from hystfmu.scenario import build
-from hystfmu.studies.designs import PREFIX
-from hystfmu.studies.spec import Study
+from hystfmu.studies.spec import PREFIX, Study
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 NAMES = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.glob("**/gains.study.toml"))

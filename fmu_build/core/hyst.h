@@ -162,98 +162,57 @@ typedef struct hyst_block {
   (void)name;
 #define HYST_HIDE(name, size)
 #define HYST_P(name, size) HYST_LOCAL(const double, p_, name, size)
+#define HYST_P_OUT(name, size) HYST_LOCAL(double, p_, name, size)
 #define HYST_U(name, size) HYST_LOCAL(const double, u_, name, size)
 #define HYST_X(name, size) HYST_LOCAL(const double, x_, name, size)
 #define HYST_X_OUT(name, size) HYST_LOCAL(double, x_, name, size)
+#define HYST_Y(name, size) HYST_LOCAL(double, y_, name, size)
 #define HYST_DX(name, size) HYST_X(name, size) HYST_LOCAL(double, dx_, d_##name, size)
-
-#define HYST_IN_OUTPUT(name, kind, size, ...) HYST_OUTPUT_##kind(name, size)
-#define HYST_OUTPUT_PARAM HYST_P
-#define HYST_OUTPUT_FIXED HYST_P
-#define HYST_OUTPUT_DERIVED HYST_P
-#define HYST_OUTPUT_INPUT HYST_U
-#define HYST_OUTPUT_TIME HYST_U
-#define HYST_OUTPUT_OUTPUT(name, size) HYST_LOCAL(double, y_, name, size)
-#define HYST_OUTPUT_CSTATE HYST_X
-#define HYST_OUTPUT_STATE HYST_X
-
-#define HYST_IN_DERIV(name, kind, size, ...) HYST_DERIV_##kind(name, size)
-#define HYST_DERIV_PARAM HYST_P
-#define HYST_DERIV_FIXED HYST_P
-#define HYST_DERIV_DERIVED HYST_P
-#define HYST_DERIV_INPUT HYST_U
-#define HYST_DERIV_TIME HYST_U
-#define HYST_DERIV_OUTPUT HYST_HIDE
-#define HYST_DERIV_CSTATE HYST_DX
-#define HYST_DERIV_STATE HYST_X
-
-#define HYST_IN_UPDATE(name, kind, size, ...) HYST_UPDATE_##kind(name, size)
-#define HYST_UPDATE_PARAM HYST_P
-#define HYST_UPDATE_FIXED HYST_P
-#define HYST_UPDATE_DERIVED HYST_P
-#define HYST_UPDATE_INPUT HYST_U
-#define HYST_UPDATE_TIME HYST_U
-#define HYST_UPDATE_OUTPUT HYST_HIDE
-#define HYST_UPDATE_CSTATE HYST_X_OUT
-#define HYST_UPDATE_STATE HYST_X_OUT
-
-#define HYST_IN_INIT(name, kind, size, ...) HYST_INIT_##kind(name, size)
-#define HYST_INIT_PARAM HYST_P
-#define HYST_INIT_FIXED HYST_P
-#define HYST_INIT_DERIVED HYST_P
-#define HYST_INIT_INPUT HYST_HIDE
-#define HYST_INIT_TIME HYST_HIDE
-#define HYST_INIT_OUTPUT HYST_HIDE
-#define HYST_INIT_CSTATE HYST_X_OUT
-#define HYST_INIT_STATE HYST_X_OUT
-
-#define HYST_IN_PREPARE(name, kind, size, ...) HYST_PREPARE_##kind(name, size)
-#define HYST_PREPARE_PARAM HYST_P
-#define HYST_PREPARE_FIXED HYST_P
-#define HYST_PREPARE_DERIVED(name, size) HYST_LOCAL(double, p_, name, size)
-#define HYST_PREPARE_INPUT HYST_HIDE
-#define HYST_PREPARE_TIME HYST_HIDE
-#define HYST_PREPARE_OUTPUT HYST_HIDE
-#define HYST_PREPARE_CSTATE HYST_HIDE
-#define HYST_PREPARE_STATE HYST_HIDE
-
-#define HYST_IN_FEEDTHROUGH(name, kind, size, ...) HYST_FEEDTHROUGH_##kind(name, size)
-#define HYST_FEEDTHROUGH_PARAM HYST_P
-#define HYST_FEEDTHROUGH_FIXED HYST_P
-#define HYST_FEEDTHROUGH_DERIVED HYST_P
-#define HYST_FEEDTHROUGH_INPUT HYST_HIDE
-#define HYST_FEEDTHROUGH_TIME HYST_HIDE
-#define HYST_FEEDTHROUGH_OUTPUT HYST_HIDE
-#define HYST_FEEDTHROUGH_CSTATE HYST_HIDE
-#define HYST_FEEDTHROUGH_STATE HYST_HIDE
-
-/* s_u, s_x: seeds; t_y: tangent of an output; t_x: of the derivative of a state */
-#define HYST_IN_TANGENT(name, kind, size, ...) HYST_TANGENT_##kind(name, size)
-#define HYST_TANGENT_PARAM HYST_P
-#define HYST_TANGENT_FIXED HYST_P
-#define HYST_TANGENT_DERIVED HYST_P
-#define HYST_TANGENT_INPUT(name, size) HYST_U(name, size) HYST_LOCAL(const double, du_, s_##name, size)
-#define HYST_TANGENT_TIME HYST_TANGENT_INPUT
-#define HYST_TANGENT_OUTPUT(name, size) HYST_LOCAL(double, dy_, t_##name, size)
-#define HYST_TANGENT_CSTATE(name, size) \
+/* tangent.  s_u, s_x: seeds; t_y: tangent of an output; t_x: of the derivative of a state */
+#define HYST_TU(name, size) HYST_U(name, size) HYST_LOCAL(const double, du_, s_##name, size)
+#define HYST_TX(name, size) \
   HYST_X(name, size) HYST_LOCAL(const double, dx_, s_##name, size) HYST_LOCAL(double, ddx_, t_##name, size)
-#define HYST_TANGENT_STATE HYST_X
-
-/* s_p: changes of a parameter, to end_p; s_u: of an input; s_x: of a state, to be advanced; t_y: of an output, to be
- * computed, with the value of the last call before.  The last three are rows of n_columns numbers, one row for each
- * element. */
-#define HYST_IN_SENSITIVITY(name, kind, size, ...) HYST_SENSITIVITY_##kind(name, size)
-#define HYST_SENSITIVITY_PARAM(name, size)                                  \
+#define HYST_TY(name, size) HYST_LOCAL(double, dy_, t_##name, size)
+/* sensitivity.  s_p: changes of a parameter, to end_p; s_u: of an input; s_x: of a state, to be advanced; t_y: of an
+ * output, to be computed, with the value of the last call before.  The last three are rows of n_columns numbers, one
+ * row for each element. */
+#define HYST_SP(name, size)                                                 \
   HYST_P(name, size)                                                        \
   const hyst_change *s_##name = *changes_++, *const end_##name = *changes_; \
   (void)s_##name, (void)end_##name;
-#define HYST_SENSITIVITY_FIXED HYST_SENSITIVITY_PARAM
-#define HYST_SENSITIVITY_DERIVED HYST_SENSITIVITY_PARAM
-#define HYST_SENSITIVITY_INPUT(name, size) HYST_U(name, size) HYST_LOCAL(const double, du_, s_##name, n_columns *(size))
-#define HYST_SENSITIVITY_TIME HYST_SENSITIVITY_INPUT
-#define HYST_SENSITIVITY_OUTPUT(name, size) HYST_LOCAL(double, dy_, t_##name, n_columns *(size))
-#define HYST_SENSITIVITY_CSTATE(name, size) HYST_X_OUT(name, size) HYST_LOCAL(double, dx_, s_##name, n_columns *(size))
-#define HYST_SENSITIVITY_STATE HYST_SENSITIVITY_CSTATE
+#define HYST_SU(name, size) HYST_U(name, size) HYST_LOCAL(const double, du_, s_##name, n_columns *(size))
+#define HYST_SX(name, size) HYST_X_OUT(name, size) HYST_LOCAL(double, dx_, s_##name, n_columns *(size))
+#define HYST_SY(name, size) HYST_LOCAL(double, dy_, t_##name, n_columns *(size))
+
+/* What a function sees of a variable of each kind.  The columns are the functions, in the order of HYST_IN_... below.
+ */
+/* clang-format off */
+#define HYST_SEES_PARAM   HYST_P, HYST_P,    HYST_P,     HYST_P,     HYST_P,     HYST_P,    HYST_P,  HYST_SP
+#define HYST_SEES_FIXED   HYST_P, HYST_P,    HYST_P,     HYST_P,     HYST_P,     HYST_P,    HYST_P,  HYST_SP
+#define HYST_SEES_DERIVED HYST_P, HYST_P,    HYST_P,     HYST_P,     HYST_P_OUT, HYST_P,    HYST_P,  HYST_SP
+#define HYST_SEES_INPUT   HYST_U, HYST_U,    HYST_U,     HYST_HIDE,  HYST_HIDE,  HYST_HIDE, HYST_TU, HYST_SU
+#define HYST_SEES_TIME    HYST_U, HYST_U,    HYST_U,     HYST_HIDE,  HYST_HIDE,  HYST_HIDE, HYST_TU, HYST_SU
+#define HYST_SEES_OUTPUT  HYST_Y, HYST_HIDE, HYST_HIDE,  HYST_HIDE,  HYST_HIDE,  HYST_HIDE, HYST_TY, HYST_SY
+#define HYST_SEES_CSTATE  HYST_X, HYST_DX,   HYST_X_OUT, HYST_X_OUT, HYST_HIDE,  HYST_HIDE, HYST_TX, HYST_SX
+#define HYST_SEES_STATE   HYST_X, HYST_X,    HYST_X_OUT, HYST_X_OUT, HYST_HIDE,  HYST_HIDE, HYST_X,  HYST_SX
+/* clang-format on */
+#define HYST_SEEN(column, ...) column(__VA_ARGS__) /* the row is several arguments only after its expansion */
+#define HYST_1(a, ...) a
+#define HYST_2(a, b, ...) b
+#define HYST_3(a, b, c, ...) c
+#define HYST_4(a, b, c, d, ...) d
+#define HYST_5(a, b, c, d, e, ...) e
+#define HYST_6(a, b, c, d, e, f, ...) f
+#define HYST_7(a, b, c, d, e, f, g, ...) g
+#define HYST_8(a, b, c, d, e, f, g, h) h
+#define HYST_IN_OUTPUT(name, kind, size, ...) HYST_SEEN(HYST_1, HYST_SEES_##kind)(name, size)
+#define HYST_IN_DERIV(name, kind, size, ...) HYST_SEEN(HYST_2, HYST_SEES_##kind)(name, size)
+#define HYST_IN_UPDATE(name, kind, size, ...) HYST_SEEN(HYST_3, HYST_SEES_##kind)(name, size)
+#define HYST_IN_INIT(name, kind, size, ...) HYST_SEEN(HYST_4, HYST_SEES_##kind)(name, size)
+#define HYST_IN_PREPARE(name, kind, size, ...) HYST_SEEN(HYST_5, HYST_SEES_##kind)(name, size)
+#define HYST_IN_FEEDTHROUGH(name, kind, size, ...) HYST_SEEN(HYST_6, HYST_SEES_##kind)(name, size)
+#define HYST_IN_TANGENT(name, kind, size, ...) HYST_SEEN(HYST_7, HYST_SEES_##kind)(name, size)
+#define HYST_IN_SENSITIVITY(name, kind, size, ...) HYST_SEEN(HYST_8, HYST_SEES_##kind)(name, size)
 
 /* functions that run between steps only are compiled for size, because every FMU contains the binary */
 #if defined(__clang__)

@@ -19,7 +19,7 @@ import click
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.core.library import block_types
-from hystfmu.face.explore import explorer
+from hystfmu.face.page import explorer
 from hystfmu.graph import listing
 from hystfmu.report.page import Section, page, section
 from hystfmu.scenario.system.spec import ScenarioSpec

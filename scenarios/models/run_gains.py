@@ -16,7 +16,7 @@ from typing import Any
 import hystfmu as hy
 from hystfmu.base.files import write_toml
 from hystfmu.studies import Study
-from hystfmu.studies.loop_limits import LoopLimits
+from hystfmu.studies.task import LoopLimits
 from hystfmu.studies.report import best_variation
 
 SCENARIOS = Path(__file__).parents[1]

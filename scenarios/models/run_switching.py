@@ -23,7 +23,7 @@ from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.metrics import Measure
 from hystfmu.studies import Study
-from hystfmu.studies.loop_limits import LoopLimits
+from hystfmu.studies.task import LoopLimits
 
 SCENARIOS = Path(__file__).parents[1]
 RECORD = SCENARIOS / "loops" / "switching.record.toml"

@@ -24,11 +24,12 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import errors, fit
-from hystfmu.identify.methods.polynomial_narx import basis, lagged, least_squares
-from hystfmu.identify.solvers.recursive import Recursive
+from hystfmu.identify.methods.polynomial_narx import basis, lagged
+from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.model import Model
 from hystfmu.report.plot import Line, Plot
 from papers.ipmc_sensor import RATE, STROKE, VOLTAGE, excitation, ipmc, sensor
+from papers.recursive import Recursive
 from papers.row import Row
 from papers.statements import ipmc_bfbnn as statements
 from papers.statements.ipmc_bfbnn import N, Q

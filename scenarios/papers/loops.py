@@ -14,9 +14,9 @@ from tempfile import TemporaryDirectory
 
 import hystfmu as hy
 from hystfmu.scenario import Result
-from hystfmu.scenario.loop.limits import opened_loops, verdicts_of
+from hystfmu.scenario.loop.opening import opened_loops, verdicts_of
 from hystfmu.scenario.system.case import Cases
-from hystfmu.scenario.system.folders import shipped_scenarios
+from hystfmu.scenario.system.spec import shipped_scenarios
 from papers import study_speed
 from papers.row import Row
 from papers.table import Report

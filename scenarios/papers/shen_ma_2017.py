@@ -28,7 +28,7 @@ from hystfmu.identify.features.constraint_factor import Branch, increasing_branc
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.methods import prandtl_ishlinskii
 from hystfmu.identify.methods.constraint_factor_mlp import SHARE, fit_operator
-from hystfmu.identify.network.hidden_sweep import hidden_sweep
+from hystfmu.identify.network.readout import hidden_sweep
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model import Model, accuracy
 from hystfmu.report.plot import Line, Plot

@@ -8,9 +8,9 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Output
 from hystfmu.identify.methods.polynomial_narx import basis
-from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.model import Model
 from hystfmu.unit import Unit
+from papers.recursive import Recursive
 
 
 class Stream:

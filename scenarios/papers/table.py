@@ -78,19 +78,19 @@ class Report:
         return "\n".join([*parts, "", *(f"  {n}" for n in self.notes)])
 
     def answer(self) -> str:
-        """Say in a sentence how many printed figures, statements and targets are met."""
+        """State how many printed figures, statements and targets are met."""
         counts = []
         for met, what in (("printed_met", "printed figures and statements"), ("met", "targets")):
             # a scan covers what is not printed; times depend on the load of the machine
             rows = [r for r in self.rows if r.where == "paper" or (met == "met" and r.where != "speed")]
             counted = [v for r in rows if (v := getattr(r, met)) is not None]
             if counted:
-                counts.append(f"{sum(counted)} of {len(counted)} {what} are met")
+                counts.append(f"{sum(counted)} of {len(counted)} {what} are met.")
         scanned = [r.scanned for r in self.rows if r.scanned is not None]
         if scanned:
             held, tried = (sum(s[k] for s in scanned) for k in (0, 1))
-            counts[0] += f" ({held} of {tried} on the scanned records)"
-        return f"{' and '.join(counts)}." if counts else "Nothing is printed, and no target is stated."
+            counts.insert(1, f"On the scanned records, {held} of {tried} printed figures are met.")
+        return " ".join(counts) or "Nothing is printed, and no target is stated."
 
     def html(self) -> str:
         """Return a page: the answer, figures over their bounds, the tables, the figures of the paper as ours."""

@@ -24,7 +24,7 @@ from hystfmu.identify.estimate.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
 from hystfmu.report.plot import Line, Plot
-from hystfmu.scenario.system.folders import shipped_scenarios
+from hystfmu.scenario.system.spec import shipped_scenarios
 from papers import dynamic_preisach
 from papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
 from papers.row import Row

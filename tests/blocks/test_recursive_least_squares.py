@@ -1,11 +1,11 @@
-"""The block that learns: against the square-root form in Python, the batch solution, and what must not break it."""
+"""The block that learns: against the covariance form, the batch solution, and what must not break it."""
 
 import numpy as np
 import pytest
 
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.methods.polynomial_narx import basis, lagged, least_squares
-from hystfmu.identify.solvers.recursive import Recursive
+from hystfmu.identify.methods.polynomial_narx import basis, lagged
+from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.unit import Unit
 from papers import ipmc_sensor
 from papers.statements.printed import PrintedRecursive
@@ -30,16 +30,23 @@ def columns(y, n):
 
 @pytest.mark.parametrize("mu", [1.0, 0.98])
 @pytest.mark.parametrize(("form", "dead_zone", "share"), [("plain", None, 1.0), ("corrected", 0.15, 0.3)])
-def test_it_is_the_square_root_recursion(form, dead_zone, share, mu):
+def test_it_is_the_recursion_of_the_covariance(form, dead_zone, share, mu):
     phi, y = regression()
     values = {} if dead_zone is None else {"r": dead_zone, "share": share}
     run = learner(4, form=form, eta=1e4, mu=mu, **values).run(np.column_stack([phi, y]), H)
     y_hat, theta, learned = columns(run, 4)
-    other = Recursive(4, 1e4, mu, dead_zone, share)
+    inverse, right = np.eye(4) / 1e4, np.zeros(4)  # of P, and P^-1 theta
     for k, (h, v) in enumerate(zip(phi, y, strict=True)):
-        e = other.update(h, v)
-        assert abs(v - e - y_hat[k]) <= 1e-9
-        np.testing.assert_allclose(theta[k], other.theta, rtol=0, atol=1e-9 * (1 + np.abs(other.theta).max()))
+        before = np.linalg.solve(inverse, right)
+        e = v - h @ before
+        assert abs(v - e - y_hat[k]) <= 1e-8
+        if dead_zone is None:
+            inverse, right = mu * inverse + np.outer(h, h), mu * right + h * v
+        elif abs(e) > dead_zone:
+            c = share * (e**2 - dead_zone**2) / (h @ np.linalg.solve(inverse, h) * dead_zone**2)
+            inverse, right = mu * (inverse + c * np.outer(h, h)), mu * (right + c * h * v)
+        want = np.linalg.solve(inverse, right)
+        np.testing.assert_allclose(theta[k], want, rtol=0, atol=1e-7 * (1 + np.abs(want).max()))
     assert learned[-1] == len(y) if dead_zone is None else 5 < learned[-1] < len(y)
 
 

@@ -14,10 +14,10 @@ from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.cli import main
 from hystfmu.design import loop, margins, to_control
 from hystfmu.design.delays import sampled
-from hystfmu.scenario.loop.held import held
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.scenario.system.build import build
+from hystfmu.scenario.loop.plant import held
 from hystfmu.scenario.system.case import Cases
+from hystfmu.scenario.system.system import build
 
 ROOT = Path(__file__).parents[2]
 H = 1e-4

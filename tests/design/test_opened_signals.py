@@ -11,17 +11,15 @@ import pytest
 import hystfmu as hy
 from hystfmu import Graph, InputError, Node
 from hystfmu.design import to_control
-from hystfmu.design.frequency import grid, response_of
+from hystfmu.design.loop import grid, response_of
 from hystfmu.design.repetitive import PeriodMemory, iterative_learning, repetitive
-from hystfmu.scenario.loop.held import held
 from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.scenario.loop.plant import PlantSide
-from hystfmu.scenario.loop.simulated import simulated_delay
-from hystfmu.scenario.system.build import build
+from hystfmu.scenario.loop.plant import PlantSide, held
+from hystfmu.scenario.loop.table import simulated_delay
 from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.spec import UnitSpec
-from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.system import System, build
 
 ROOT = Path(__file__).parents[2]
 H = 1e-4

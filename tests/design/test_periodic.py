@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hystfmu.design import sampled
-from hystfmu.design.frequency import response_of
+from hystfmu.design.loop import response_of
 from hystfmu.design.repetitive import cut_memories
 from hystfmu.graph import Graph, Input, Node, Output
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hystfmu.design.delays import sampled
-from hystfmu.design.frequency import response_of
+from hystfmu.design.loop import response_of
 from hystfmu.design.plants import Plant, Unseen, plant_set
 from hystfmu.design.race import Aim, Race, distances, race, unencircled
 from hystfmu.design.structures import STRUCTURES, Design

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
-from hystfmu.cli import main, places
+from hystfmu.cli import main, scenarios
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -395,15 +395,15 @@ def test_shipped_scenarios_run_by_their_names_where_there_is_no_such_folder(tmp_
 
 def test_all_without_a_folder_of_scenarios_means_the_shipped_ones(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    names = {p.name for p in places.everything()}
+    names = {p.name for p in scenarios.everything()}
     assert {"pid", "example_hold"} <= names
     (tmp_path / "scenarios" / "mine").mkdir(parents=True)
     (tmp_path / "scenarios" / "mine" / "scenario.toml").touch()
-    assert [p.name for p in places.everything()] == ["mine"]
+    assert [p.name for p in scenarios.everything()] == ["mine"]
 
 
 def test_no_baseline_is_written_into_the_package(monkeypatch):
     monkeypatch.setattr("hystfmu.base.PACKAGE", ROOT / "scenarios")
     with pytest.raises(InputError, match="--record writes beside"):
-        places.refuse_shipped([ROOT / "scenarios" / "pid"])
-    places.refuse_shipped([ROOT / "elsewhere"])
+        scenarios.refuse_shipped([ROOT / "scenarios" / "pid"])
+    scenarios.refuse_shipped([ROOT / "elsewhere"])

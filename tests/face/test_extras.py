@@ -119,7 +119,7 @@ def test_an_import_that_nobody_guards_is_one_line_of_the_command(
     def demo(_: Path, full: bool) -> None:
         raise ModuleNotFoundError(f"No module named '{package}.nn'", name=f"{package}.nn")
 
-    monkeypatch.setattr("hystfmu.demo.run.demo", demo)
+    monkeypatch.setattr("hystfmu.demo.demo", demo)
     done = CliRunner().invoke(main, ["demo"])
     told = f"hystfmu: this command needs {package}, which is not installed: pip install 'hystfmu[{extra}]'\n"
     assert (done.exit_code, done.stderr) == (2, told)

@@ -13,9 +13,8 @@ from click.testing import CliRunner
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.data.signals import decaying_sine, training
-from hystfmu.face.fit_page import densities
-from hystfmu.face.interval import FOLDS, cross_errors, interval_text, known
-from hystfmu.face.rows import parts
+from hystfmu.face.interval import FOLDS, cross_errors, interval_text, known, parts
+from hystfmu.face.page import densities
 from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.one import fit_one
 

@@ -16,7 +16,8 @@ from fmu_master import Array, unpack
 from hystfmu.data import Dataset
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.methods.polynomial_narx import basis, lagged, least_squares
+from hystfmu.identify.methods.polynomial_narx import basis, lagged
+from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.model import Model
 from papers import ipmc_sensor
 

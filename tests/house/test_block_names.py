@@ -16,6 +16,7 @@ STATIC = "expressions of this block for the Modelica inverse of a network of blo
 # file or folder -> name of a block -> the method and why it needs this name; EVERY: a folder that builds graphs
 ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
+    "identify/graphs.py": {"scaling": "scaled_input(): the first block of the graphs of kinds"},
     "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
     "identify/estimate/operator_dynamics.py": {EVERY: "build(): the chain of an operator and dynamics"},
     "model/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
@@ -29,8 +30,8 @@ ALLOWED: dict[str, dict[str, str]] = {
         "noise": "from_dict(): the field of what a record shows",
     },
     "identify/evidence/spectra.py": {"noise": "cells_of(): the field of a cell"},
-    "face/evidence.py": {"creep": "evidence_of(): lags that pass the input at once, so that they count as static"},
-    "face/evidence_section.py": {"modes": "evidence_section(): the name of a line of the diagram"},
+    "face/fit.py": {"creep": "evidence_of(): lags that pass the input at once, so that they count as static"},
+    "face/page.py": {"modes": "evidence_section(): the name of a line of the diagram"},
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression, the dead band"},
     "identify/features/other_memory.py": dict.fromkeys(
         ("play_bank", "scaling"), "unseen(): plays that stand for a memory"
@@ -42,8 +43,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         "mlp": "fit_readout(): the network",
         "sum": "fit_readout(): the linear readout",
     },
+    "identify/solvers/ridge.py": {"recursive_least_squares": "recursive(): the block that learns row by row"},
     "identify/estimate/free.py": {"sum": "KEYS: what the elements of a free parameter make together"},
-    "identify/estimate/graph_fit.py": dict.fromkeys(("scaling", "sum"), "around(): what a block alone stands between"),
+    "identify/estimate/graph_fit.py": {"sum": "around(): what a block alone stands before"},
     "inverse/adaptive.py": {
         "adaptive_inverse": "adaptive_inverse(): the block that it makes",
         **dict.fromkeys(("prandtl_ishlinskii", "scaling"), "_chain(): operator and scalings that it may consist of"),
@@ -95,28 +97,23 @@ ALLOWED: dict[str, dict[str, str]] = {
     },
     "design/feedforward.py": {"transfer_function": "transfer_function(): the modes of a plant as one block"},
     "design/structures.py": {EVERY: "Structure.graph(): a controller names the blocks of its graph"},
-    "design/loop_shaping.py": {"transfer_function": "robust_filters(): sections of the controller"},
     "design/sector.py": {"scaling": "without_dynamics(): a gain in the place of dynamics"},
-    "design/sliding_bound.py": dict.fromkeys(("transfer_function", "sliding_mode", "sum"), "simulated(): its loop"),
     "data/synthetic.py": {"bouc_wen_oscillator": "oscillator(): the plant of the benchmark"},
-    "scenario/deploy/sides.py": {
+    "scenario/deploy.py": {
         **dict.fromkeys(("delay", "quantiser"), "LATE: computing time and converters"),
         **dict.fromkeys(("noise", "disturbance"), "NOISE: sources that a sensor or a plant reads"),
         "amplifier": "acts_on_plant(): the block of this hardware",
-    },
-    "scenario/deploy/unit.py": {
         "reference": "_lead(): the source that looks ahead",
-        "delay": "_late(): steps of computing time",
         "bumpless_transfer": "_with_handover(): the block that it inserts",
         "scaling": "_before_limits(): the block that limits",
     },
-    "scenario/system/measures.py": dict.fromkeys(
+    "scenario/outcome/metrics.py": dict.fromkeys(
         ("delay", "quantiser", "sum"), "PASSED_ON: the output has the unit of measure of the inputs"
     ),
     "start/page.py": {"reference": "reference_table(): head of a column"},
     "start/requirements.py": dict.fromkeys(("reference", "amplifier", "delay"), "Requirements: names of what is asked"),
     "start/loop.py": {EVERY: "loop_scenario(): a scenario names its units and their blocks"},
-    "start/drawn.py": {"scaling": "drawn(): the gain of a model without second-order dynamics"},
+    "start/run.py": {"scaling": "drawn(): the gain of a model without second-order dynamics"},
     "start/device.py": {
         "transfer_function": "at_rest(): the block of the dynamics",
         "delay": "plant_model(): the command that comes late",
@@ -124,9 +121,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         "scaling": "at_rest(), plant_model(): gains in the place of dynamics, and behind the device",
         "sum": "plant_model(): what the model misses",
     },
-    "demo/loop.py": dict.fromkeys(("noise", "pid"), "loop(): units of the scenario"),
-    "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
-    "face/defaults.py": {"reference": "the reference signal of a new scenario"},
+    "demo/__init__.py": dict.fromkeys(("noise", "pid"), "loop(): units of the scenario")
+    | dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
+    "face/table.py": {"reference": "the reference signal of a new scenario"},
     "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},
     "modelica/actuator": dict.fromkeys(
         (
@@ -194,22 +191,21 @@ ALLOWED: dict[str, dict[str, str]] = {
         **dict.fromkeys(("in_range", "delay", "transfer_function"), "_within(): whether commands kept their limits"),
         "sum": "with_repetitive(): adds its corrections to the command",
     },
-    "redesign/corners.py": {"noise": "aim(): noise of the sensor"},
-    "redesign/roles.py": {"reference": "the block whose signal repeats"},
+    "redesign/corners.py": {"noise": "aim(): noise of the sensor", "reference": "the block whose signal repeats"},
     "scenario/loop/plant.py": {
         "delay": "plant_side(): its steps count",
         "quantiser": "for_small_signals(): a gain for signals of many levels",
         "scaling": "a gain in the place of levels, of dynamics, of nothing; its offset is constant",
         "sum": "as_gain(): a gain in the place of a hysteresis; its offset is constant",
     },
-    "scenario/loop/simulated.py": {"delay": "_delayed(): a further delay"},
+    "scenario/loop/table.py": {"delay": "_delayed(): a further delay"},
     "scenario/loop/opening.py": {
         "scaling": "_break(): what units read behind a broken signal",
         "sliding_mode": "its gain depends on the amplitude",
         "super_twisting": "its gain depends on the amplitude",
     },
     "scenario/report/loops.py": {"delay": "delay_budget(): its samples count"},
-    "scenario/system/unit_graph.py": {
+    "scenario/system/case.py": {
         "delay": "sizes(): the block whose size may be set",
         "scaling": "delayed(): a connection in the place of no delay",
     },

@@ -7,8 +7,9 @@ import functools
 import numpy as np
 import pytest
 
-from hystfmu import Dataset
+from hystfmu import Dataset, InputError
 from hystfmu.identify.methods import duhem, polynomial_narx
+from hystfmu.identify.solvers.ridge import least_squares, recursive
 
 RNG = np.random.default_rng(8)
 
@@ -107,7 +108,7 @@ def test_the_free_run_starts_from_the_increments():
 @pytest.mark.parametrize("rows", [50, 4100])  # one chunk, and three
 def test_the_ridge_of_a_regression(rows):
     phi, y = RNG.normal(size=(rows, 3)), RNG.normal(size=rows)
-    theta, rms = polynomial_narx.least_squares(phi, y, 0.3)
+    theta, rms = least_squares(phi, y, 0.3)
     want = np.linalg.solve(phi.T @ phi + rows * 0.09 * np.eye(3), phi.T @ y)
     assert theta == pytest.approx(want, rel=1e-9)
     assert rms == pytest.approx(np.sqrt(np.mean((y - phi @ want) ** 2)))
@@ -152,3 +153,13 @@ def test_lags_and_their_gains():
     late = np.column_stack([s.x[data.counted], np.r_[s.x[0], s.x[:-1]][data.counted], np.ones(len(s.x[data.counted]))])
     left = s.y[data.counted] - late[:, 1:] @ np.linalg.lstsq(late[:, 1:], s.y[data.counted], rcond=None)[0]
     assert wrong == pytest.approx(s.half * np.sqrt(np.mean(left**2)), rel=1e-6)
+
+
+def test_one_pass_over_the_rows_is_the_batch_solution_or_is_refused():
+    rng = np.random.default_rng(8)
+    phi = rng.normal(size=(300, 4))
+    y = phi @ [1.0, -2.0, 0.5, 0.0] + 0.1 * rng.normal(size=300)
+    assert recursive(phi, y, 0.01) == pytest.approx(least_squares(phi, y, 0.01)[0], rel=1e-9)
+    assert recursive(phi, y, 0.01, 1e3).tolist() == [0.0] * 4  # no error is larger
+    with pytest.raises(InputError, match=r"must converge. It diverged at sample \d+: the dead zone 1e-09 is below"):
+        recursive(np.tile(phi, (5, 1)), np.tile(y, 5), 1e-3, 1e-9)

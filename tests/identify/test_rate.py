@@ -9,13 +9,13 @@ from scipy.integrate import solve_ivp
 import hystfmu as hy
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
-from hystfmu.design import sliding_bound
 from hystfmu.fmu import export_fmu
 from hystfmu.identify import errors, fit
 from hystfmu.identify.estimate.dynamics import Dynamics, hysteresis, polynomials
 from hystfmu.inverse import inverse
 from hystfmu.model import accuracy
 from hystfmu.unit import Unit
+from papers import sliding_bound
 from papers.rate_plant import RATE, actuator, excitation
 
 H, FINER = 1e-4, 20

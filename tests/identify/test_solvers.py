@@ -9,8 +9,8 @@ from scipy.optimize import lsq_linear
 from hystfmu.base.errors import InputError
 from hystfmu.identify.methods.preisach import FOLDS, Penalised, best_strengths
 from hystfmu.identify.solvers import nonnegative, trainers
-from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.identify.solvers.trainers import conjugate_gradients, levenberg_marquardt
+from papers.recursive import Recursive
 
 
 def rows(seed: int, n: int, p: int, q: int):
@@ -273,7 +273,7 @@ def sums(theta0, eta, mu, samples):
     P, right = np.eye(n) / eta, theta0 / eta
     for h, y in samples:
         P, right = mu * P + np.outer(h, h), mu * right + h * y
-    return np.linalg.solve(P, right), P
+    return np.linalg.solve(P, right)
 
 
 @pytest.mark.parametrize("mu", [1.0, 0.9])
@@ -285,15 +285,10 @@ def test_the_recursion_holds_the_weighted_least_squares(mu):
     for k in range(12):
         h, y = rng.normal(size=3), float(rng.normal())
         e = learner.update(h, y)
-        assert e == pytest.approx(y - h @ sums(theta0, 10.0, mu, samples)[0], rel=1e-9)
+        assert e == pytest.approx(y - h @ sums(theta0, 10.0, mu, samples), rel=1e-9)
         samples.append((h, y))
-        theta, P = sums(theta0, 10.0, mu, samples)
-        assert learner.theta == pytest.approx(theta, rel=1e-9)
-        assert learner.leverage(h) == pytest.approx(h @ np.linalg.solve(P, h), rel=1e-9)
+        assert learner.theta == pytest.approx(sums(theta0, 10.0, mu, samples), rel=1e-9)
         assert learner.samples == k + 1
-    assert learner.variance == pytest.approx(
-        np.mean([(y - h @ sums(theta0, 10.0, mu, samples[:k])[0]) ** 2 for k, (h, y) in enumerate(samples)]), rel=1e-9
-    )
 
 
 def test_with_a_dead_zone_the_error_after_the_update_is_the_zone_squared_over_the_error():

@@ -60,7 +60,7 @@ def test_figures_of_seeds_are_medians_with_the_range():
 def test_an_answer_counts_the_scanned_records():
     rows = (Row("a", 1.0, ours=0.5, place="p", scanned=(2, 9)), Row("b", 1.0, ours=2.0, place="p", scanned=(0, 3)))
     assert Report("x", "y", rows).answer() == (
-        "1 of 2 printed figures and statements are met (2 of 12 on the scanned records)."
+        "1 of 2 printed figures and statements are met. On the scanned records, 2 of 12 printed figures are met."
     )
 
 
@@ -147,6 +147,6 @@ def test_a_page_says_how_many_figures_are_met():
             Row("c", 1.0, ours=1.0, target=2.0, group="scan"),
         ),
     )
-    assert report.answer() == "1 of 2 printed figures and statements are met and 1 of 1 targets are met."
+    assert report.answer() == "1 of 2 printed figures and statements are met. 1 of 1 targets are met."
     assert Report("p", "s", (Row("a", ours=1.0),)).answer() == "Nothing is printed, and no target is stated."
     assert "<figure>" not in Report("p", "s", (Row("a", ours=1.0),)).html()

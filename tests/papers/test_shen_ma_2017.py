@@ -26,7 +26,7 @@ from hystfmu.identify.features.constraint_factor import (
     stack_coordinates,
 )
 from hystfmu.identify.methods.fitted_operator_mlp import straightened
-from hystfmu.identify.network.hidden_sweep import hidden_sweep
+from hystfmu.identify.network.readout import hidden_sweep
 from hystfmu.model import accuracy
 from papers import magnetostrictive_plant, reproduce, shen_ma_2017
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import hystfmu as hy
 from hystfmu.fmu.write.platforms import missing
-from hystfmu.scenario.system.folders import shipped_scenarios
+from hystfmu.scenario.system.spec import shipped_scenarios
 
 ALL = {"x86_64-windows", "x86-windows", "x86_64-linux", "aarch64-linux", "x86_64-darwin", "aarch64-darwin"}
 

@@ -14,7 +14,7 @@ from decay import LAG
 
 import hystfmu as hy
 from hystfmu.cli import main
-from hystfmu.demo.run import demo
+from hystfmu.demo import demo
 from hystfmu.report.plot import Line, Plot
 from papers.row import Row
 from papers.table import Drawing, Report

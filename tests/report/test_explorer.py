@@ -13,7 +13,7 @@ import pytest
 from opened_page import opened
 
 import hystfmu as hy
-from hystfmu.face.explore import explorer
+from hystfmu.face.page import explorer
 from hystfmu.report.page import Section, page, section
 
 if TYPE_CHECKING:

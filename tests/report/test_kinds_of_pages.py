@@ -12,7 +12,7 @@ from kinds_of_pages import KINDS
 from opened_page import opened
 
 import hystfmu as hy
-from hystfmu.demo import run as demo
+from hystfmu import demo
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

@@ -16,7 +16,7 @@ from opened_page import dragged, opened
 
 import hystfmu as hy
 from hystfmu.scenario import Cases
-from hystfmu.scenario.system.build import build
+from hystfmu.scenario.system.system import build
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator, Page

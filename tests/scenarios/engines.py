@@ -10,7 +10,7 @@ from fmpy.fmi2 import FMU2Slave
 
 from hystfmu.base.arrays import Array
 from hystfmu.scenario import Cases, build, simulate
-from hystfmu.scenario.engine.master import ENGINES
+from hystfmu.scenario.engine.simulation import ENGINES
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.system import System
 

@@ -18,8 +18,7 @@ from hystfmu.scenario import Cases, Run, build, simulate
 from hystfmu.scenario.engine.simulation import chunks
 from hystfmu.scenario.outcome.metrics import Measure, measure
 from hystfmu.scenario.outcome.trace import Picture, Trace
-from hystfmu.scenario.ssp.read import read_ssp
-from hystfmu.scenario.ssp.run import run_ssp
+from hystfmu.scenario.ssp.read import read_ssp, run_ssp
 from hystfmu.scenario.ssp.write import REFERENCE, write_ssp
 from hystfmu.scenario.system.spec import MetricSpec
 

@@ -19,11 +19,10 @@ from fmpy.fmi1 import FMICallException
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.scenario.engine.master import ENGINES, chunks_here
+from hystfmu.scenario.engine.simulation import ENGINES, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp.read import read_ssp
-from hystfmu.scenario.system.build import build
-from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.system import System, build
 
 H, STEPS = 1e-3, 20
 REAL = {"Real", "Float64", "Float32"}

@@ -11,7 +11,7 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.model import Model
 from hystfmu.scenario import Cases, build
-from hystfmu.scenario.system.extends import MOST_FILES
+from hystfmu.scenario.system.spec import MOST_FILES
 
 ROOT = Path(__file__).parents[2] / "scenarios"
 BASE = "../loop/scenario.toml"

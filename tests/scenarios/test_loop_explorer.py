@@ -10,9 +10,8 @@ from hystfmu.report.explorer import Explored
 from hystfmu.scenario import Cases
 from hystfmu.scenario.engine.simulation import simulate
 from hystfmu.scenario.report import loops as module
-from hystfmu.scenario.system.build import build
-from hystfmu.scenario.system.folders import shipped_scenarios
-from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.spec import shipped_scenarios
+from hystfmu.scenario.system.system import System, build
 
 
 def cases(name: str, *wanted: str) -> list[System]:

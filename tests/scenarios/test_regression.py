@@ -16,11 +16,11 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.scenario import Cases, Change, build, simulate
-from hystfmu.scenario.outcome.baseline import Baseline, Kept, compare
 from hystfmu.scenario.outcome.metrics import measure
+from hystfmu.scenario.outcome.result import Baseline, Kept, compare
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report.compare import compare_reports
-from hystfmu.scenario.report.machine import write_junit
+from hystfmu.scenario.report.page import write_junit
 from hystfmu.scenario.system.spec import MetricSpec
 
 H = 1e-4

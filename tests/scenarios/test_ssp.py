@@ -21,10 +21,9 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.scenario import Cases, build, simulate
-from hystfmu.scenario.engine.master import chunks_here
+from hystfmu.scenario.engine.simulation import chunks_here
 from hystfmu.scenario.outcome.trace import Trace
-from hystfmu.scenario.ssp.read import read_ssp
-from hystfmu.scenario.ssp.run import run_ssp
+from hystfmu.scenario.ssp.read import read_ssp, run_ssp
 from hystfmu.scenario.ssp.write import REFERENCE, write_loop, write_ssp
 
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema"

@@ -10,7 +10,7 @@ import pytest
 import hystfmu as hy
 from hystfmu.design.plants import Plant
 from hystfmu.start.device import device
-from hystfmu.start.drawn import drawn
+from hystfmu.start.run import drawn
 
 K = np.arange(1200)
 U = 50 + 50 * np.exp(-0.001 * K) * np.sin(2 * np.pi * K / 150)

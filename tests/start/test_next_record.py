@@ -10,8 +10,7 @@ import pytest
 
 import hystfmu as hy
 from hystfmu.start.device import reference_frequency
-from hystfmu.start.excitation import DRAWS, _path, excitation
-from hystfmu.start.information import information
+from hystfmu.start.excitation import DRAWS, _path, excitation, information
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 from foreign.solvers import relays

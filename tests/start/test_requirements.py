@@ -14,7 +14,7 @@ from scipy.linalg import expm
 
 import hystfmu as hy
 from hystfmu.cli import main
-from hystfmu.start.verdict import SCHEMA
+from hystfmu.start.page import SCHEMA
 
 H, F_N, ZETA = 2.5e-4, 300.0, 0.03
 

@@ -32,11 +32,11 @@ from hystfmu.data.reader import arrays
 from hystfmu.data.reader.formats import PARSERS, serve
 from hystfmu.fmu import export_fmu
 from hystfmu.scenario import Cases
-from hystfmu.scenario.outcome.baseline import Baseline
+from hystfmu.scenario.outcome.result import Baseline
 from hystfmu.scenario.ssp.read import read_ssp
 from hystfmu.scenario.ssp.write import write_ssp
-from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.system import build
 from hystfmu.studies.spec import Study
 
 ROOT = Path(__file__).parents[2]

@@ -50,7 +50,7 @@ def test_wheel_in_a_fresh_environment(tmp_path: Path) -> None:
     shipped = run(
         bin_folder / "python",
         "-c",
-        "from hystfmu.scenario.system.folders import shipped_scenarios; print(shipped_scenarios())",
+        "from hystfmu.scenario.system.spec import shipped_scenarios; print(shipped_scenarios())",
         cwd=elsewhere,
     )
     assert Path(shipped.strip()).is_relative_to(tmp_path / "fresh")

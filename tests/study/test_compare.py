@@ -17,7 +17,7 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.studies.compare import _sign_test, compare_studies
-from hystfmu.studies.facts import read_study
+from hystfmu.studies.summary import read_study
 
 Made = Callable[..., Path]
 RANGES = {"command.step": {"range": [1.0, 4.0]}, "lag.b": {"scale": [0.5, 2.0]}}

@@ -131,18 +131,18 @@ def test_the_lock_of_windows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
                 raise PermissionError(13, "Permission denied")
             cls.taken = at
 
-    from hystfmu.studies import folder_lock
+    from hystfmu.studies import store
 
     class Windows:
         platform = "win32"
 
-    monkeypatch.setattr(folder_lock, "sys", Windows)
+    monkeypatch.setattr(store, "sys", Windows)
     monkeypatch.setitem(sys.modules, "msvcrt", Msvcrt)
-    handle = folder_lock.open_locked(tmp_path / "journal.jsonl")
+    handle = store.open_locked(tmp_path / "journal.jsonl")
     assert os.lseek(handle, 0, os.SEEK_CUR) == 0
-    monkeypatch.setattr(folder_lock, "_HELD", {})  # as in another process
+    monkeypatch.setattr(store, "_HELD", {})  # as in another process
     with pytest.raises(InputError, match="another study is writing into this folder"):
-        folder_lock.open_locked(tmp_path / "journal.jsonl")
+        store.open_locked(tmp_path / "journal.jsonl")
     os.close(handle)
 
 

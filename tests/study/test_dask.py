@@ -13,7 +13,7 @@ import pytest
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import Run
-from hystfmu.studies import dask_pool
+from hystfmu.studies import pool
 from hystfmu.studies.task import Runner, Task
 
 distributed = pytest.importorskip("distributed")
@@ -84,17 +84,17 @@ def test_a_runner_for_each_thread_and_study(monkeypatch: pytest.MonkeyPatch) -> 
 
         def __call__(self, task: Task) -> dict[str, Any]:
             if task.index == 99:
-                dask_pool._close_study("b")
+                pool._close_study("b")
             return {"index": task.index}
 
         def close(self) -> None:
             self.closed += 1
 
-    monkeypatch.setattr(dask_pool, "Runner", Noted)
-    monkeypatch.setattr(dask_pool, "_scratch", lambda: "here")
+    monkeypatch.setattr(pool, "Runner", Noted)
+    monkeypatch.setattr(pool, "_scratch", lambda: "here")
 
     def run(key: str, *tasks: int) -> list[int]:
-        found = dask_pool._run(key, [], Run("fmpy"), [Task(k, k, 0, f"id{k}", {}, {}) for k in tasks])
+        found = pool._run(key, [], Run("fmpy"), [Task(k, k, 0, f"id{k}", {}, {}) for k in tasks])
         return [r["index"] for r in found]
 
     assert run("a", 0, 1) + run("a", 2) == [0, 1, 2]

@@ -15,9 +15,8 @@ from hystfmu.design import loop_shaping
 from hystfmu.design.linear import python_control
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.studies.designs import Weight, behind_memory, in_parallel
 from hystfmu.studies.sampling import Asked
-from hystfmu.studies.spec import Study
+from hystfmu.studies.spec import Study, Weight, behind_memory, in_parallel
 
 LOOPS = tuned.SCENARIOS / "loops" / "gains.toml"
 PID = """extends = "gains.toml"

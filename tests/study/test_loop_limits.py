@@ -8,9 +8,9 @@ from typing import Any
 from click.testing import CliRunner
 
 from hystfmu.cli import main
-from hystfmu.studies.loop_limits import LoopLimits
 from hystfmu.studies.report import best_variation
 from hystfmu.studies.spec import Study
+from hystfmu.studies.task import LoopLimits
 
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "scenarios/pid/gains.study.toml"

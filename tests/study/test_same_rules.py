@@ -11,8 +11,8 @@ import tuned
 
 from hystfmu.scenario import build
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.studies.designs import PREFIX
-from hystfmu.studies.loop_limits import LoopLimits
+from hystfmu.studies.spec import PREFIX
+from hystfmu.studies.task import LoopLimits
 
 OWN = {"extends", "scenario", "parameters", "start", "design", "cases", "objective", "limits"}
 FAMILY = {"tracking": (tuned.TRACKING, "loops"), "stage": (tuned.STAGE, "stage")}

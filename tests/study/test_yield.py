@@ -18,11 +18,11 @@ from hystfmu.cli import main
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.scenario.system.unit_graph import delayed
-from hystfmu.studies.effects import effects
-from hystfmu.studies.loop_limits import loop_metrics
+from hystfmu.scenario.system.case import delayed
+from hystfmu.studies.figures import effects
 from hystfmu.studies.spec import Study
 from hystfmu.studies.summary import interval
+from hystfmu.studies.task import loop_metrics
 
 pytest.importorskip("pyarrow")
 LOOP = Path(__file__).parents[2] / "scenarios" / "pid"

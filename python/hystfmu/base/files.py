@@ -16,13 +16,15 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
-import pydantic
 import tomli_w
 
 from hystfmu.base.errors import InputError, meant, meant_file
 from hystfmu.base.printable import printable, unprintable
+
+if TYPE_CHECKING:  # `hystfmu --help` does without
+    import pydantic
 
 _CHUNK = 2**20
 
@@ -166,7 +168,7 @@ _LINE = re.compile(r"at line (\d+)")  # in a message of tomllib
 _WIDE = 120  # of a line: a table or an array of tables that fits stands on one
 _BARE = re.compile(r"[A-Za-z0-9_-]+\Z")  # a key without quotes
 
-M = TypeVar("M", bound=pydantic.BaseModel)
+M = TypeVar("M", bound="pydantic.BaseModel")
 Key = tuple[str | int, ...]
 
 
@@ -388,6 +390,8 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key]
     InputError
         One line as from `read_toml`: the file, the key, the rule and the value.
     """
+    import pydantic
+
     try:
         return kind.model_validate(data)
     except pydantic.ValidationError as e:

@@ -10,19 +10,19 @@ import click
 from hystfmu import __version__
 from hystfmu.base.errors import InputError, extras
 from hystfmu.base.printable import printable
-from hystfmu.cli import design, fit, fmus, models, predict, results, run, scenarios, simulate, study
+from hystfmu.cli import begin, design, fmus, identify, scenarios
 from hystfmu.cli.options import BAD_INPUT, INTERRUPTED, Command
 from hystfmu.report.terminal import echo
 
 __all__ = ["main"]
 
 _GROUPS: dict[str, list[click.Command]] = {
-    "Begin": [results.start, results.demo, models.blocks],
-    "Identify": [fit.fit, predict.predict, models.inverse],
-    "Export": [fmus.export, scenarios.ssp],
-    "Simulate": [run.run, simulate.simulate, study.study],
+    "Begin": [begin.start, begin.demo, begin.blocks],
+    "Identify": [identify.fit, identify.predict, identify.inverse],
+    "Export": [fmus.export, fmus.ssp],
+    "Simulate": [scenarios.run, fmus.simulate, scenarios.study],
     "Design": [design.design, scenarios.margins],
-    "Check": [predict.check, fmus.validate, scenarios.compare, results.reproduce],
+    "Check": [identify.check, fmus.validate, scenarios.compare, begin.reproduce],
 }
 _WORDS = "hystfmu.words"  # of the command line, in the context
 

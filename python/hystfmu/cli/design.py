@@ -13,8 +13,9 @@ import click
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import together
-from hystfmu.cli import places
 from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
+from hystfmu.cli.scenarios import found
+from hystfmu.cli.signature import of
 from hystfmu.report.terminal import echo, say, wrong
 
 if TYPE_CHECKING:
@@ -49,21 +50,9 @@ def design() -> None:
 @design.command(cls=Command, short_help="Add repetitive control for periodic references.")
 @click.argument("scenario", type=FILE)
 @click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
-@click.option(
-    "--period", type=POSITIVE, metavar="SECONDS", help="Period of the reference [default: the period in the scenario]."
-)
+@of("redesign.repetitive:repetitive", period="")
 @click.option("--frequency", type=POSITIVE, metavar="HZ", help="Frequency of the reference, instead of --period.")
-@click.option(
-    "--cutoff",
-    type=POSITIVE,
-    metavar="HZ",
-    help="Upper frequency of learning [default: the largest stable frequency in all corners].",
-)
-@click.option(
-    "--gain",
-    type=click.FloatRange(0, 1, min_open=True),
-    help="Share of the error that is learnt per period [default: 0.3, or less if 0.3 is unstable].",
-)
+@of("redesign.repetitive:repetitive", cutoff="", gain="")
 @click.option(
     "--off",
     "percent",
@@ -77,10 +66,9 @@ def repetitive(
     out: str,
     period: float | None,
     frequency: float | None,
-    cutoff: float | None,
-    gain: float | None,
     percent: float | None,
     as_json: bool,
+    **how: Any,
 ) -> None:
     """Add repetitive control to a loop.
 
@@ -101,16 +89,15 @@ def repetitive(
 
     if period is not None and frequency is not None:
         raise InputError("--period and --frequency state the same. Got both.")
-    (source,) = places.found([scenario])
+    (source,) = found([scenario])
     into = _folder(out, source)
     with progress("designing") as report:
         made = design_repetitive(
             source,
             period=1 / frequency if frequency is not None else period,
-            cutoff=cutoff,
-            gain=gain,
             off=percent / 100 if percent is not None else None,
             progress=report,
+            **how,
         )
     broken = _write(made.scenario, into, made.results)
     facts: dict[str, Any] = {
@@ -155,13 +142,7 @@ def _structure(name: str, text: str) -> None:
     )
     @click.argument("scenario", type=FILE)
     @click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
-    @click.option(
-        "--ms",
-        type=click.FloatRange(0.5, 20),
-        metavar="DB",
-        help="Largest allowed peak of the sensitivity [default: the limit in the scenario, or 6].",
-    )
-    @click.option("--bandwidth", type=POSITIVE, metavar="HZ", help="Least bandwidth; a slower loop is an error.")
+    @of("redesign.controller:controller", ms_db="--ms", bandwidth="")
     @click.option(
         "--off",
         "percent",
@@ -172,16 +153,14 @@ def _structure(name: str, text: str) -> None:
         help="Assumed error of the natural frequencies, in addition to the cases of the scenario.",
     )
     @json_option
-    def command(
-        scenario: str, out: str, ms: float | None, bandwidth: float | None, percent: float, as_json: bool
-    ) -> None:
+    def command(scenario: str, out: str, percent: float, as_json: bool, **how: Any) -> None:
         from hystfmu.redesign import controller
         from hystfmu.report.terminal import progress
 
-        (source,) = places.found([scenario])
+        (source,) = found([scenario])
         into = _folder(out, source)
         with progress("designing") as report:
-            made = controller(source, name, ms_db=ms, bandwidth=bandwidth or 0.0, off=percent / 100, progress=report)
+            made = controller(source, name, off=percent / 100, progress=report, **how)
         broken = _write(made.scenario, into, made.results)
         facts: dict[str, Any] = {
             "structure": name,

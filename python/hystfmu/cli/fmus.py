@@ -1,9 +1,10 @@
-"""Commands for FMUs: export and validate."""
+"""Commands for FMUs and SSP archives: export, ssp, simulate and validate."""
 
 from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -11,53 +12,41 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import (
-    FAILED,
-    FILE,
-    OUTPUT_FILE,
-    OUTPUT_FOLDER,
-    Command,
-    assignments,
-    json_option,
-    unconfined_option,
-)
+from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, json_option
+from hystfmu.cli.scenarios import RUN, found
+from hystfmu.cli.signature import assignments, of
 from hystfmu.report.terminal import VERBOSE, echo, level, say
 
 if TYPE_CHECKING:
     import hystfmu as hy
     from hystfmu.graph.blocks import Block
 
+_EXPORT, _RUN_FMU = "face.model:Model.export", "scenario.run_fmu:run_fmu"
+
 
 @click.command(cls=Command)
 @click.argument("model", type=FILE, metavar="M.model.toml|BLOCK|SCENARIO")
-@click.option("-o", "out", type=OUTPUT_FILE, metavar="X.fmu", help="FMU to write.")
-@click.option(
-    "--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the FMI standard."
+@of(
+    _EXPORT,
+    path=("-o X.fmu", {"type": OUTPUT_FILE}),
+    fmi="",
+    name=("NAME", {"help": "Name of the FMU or the Modelica package [default: the name of the model file]."}),
+    platforms="",
+    source="",
+)
+@of(
+    "face.model:Model.export_modelica",
+    folder=("--modelica DIR", {"type": OUTPUT_FOLDER, "help": "Folder to write a Modelica package into."}),
+    sheet="",
 )
 @click.option(
-    "--name",
-    metavar="NAME",
-    help="Name of the FMU or the Modelica package [default: the name of the model file].",
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="NAME=VALUE",
+    callback=lambda context, option, given: assignments(given),
+    help="Size or value of BLOCK. Repeatable.",
 )
-@click.option(
-    "--platforms",
-    type=click.Choice(["host", "all"]),
-    default="host",
-    show_default=True,
-    help="Platforms whose binaries the FMU contains.",
-)
-@click.option(
-    "--source",
-    is_flag=True,
-    help="Add the C source to the FMU as one file with the data; it needs the FMI headers.",
-)
-@click.option(
-    "--modelica", "folder", type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write a Modelica package into."
-)
-@click.option(
-    "--sheet", multiple=True, metavar="NAME=VALUE", help="Data sheet of the actuator in SI units (repeatable)."
-)
-@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Size or value of BLOCK (repeatable).")
 @click.option("--step", type=float, metavar="SECONDS", help="Sample period of BLOCK, or of a model file without one.")
 @click.option(
     "--in-range",
@@ -71,19 +60,15 @@ if TYPE_CHECKING:
 )
 def export(
     model: str,
-    out: str | None,
-    fmi: str,
-    name: str | None,
-    platforms: Literal["host", "all"],
-    source: bool,
     folder: str | None,
-    sheet: tuple[str, ...],
-    settings: tuple[str, ...],
+    sheet: dict[str, Any],
+    settings: dict[str, Any],
     step: float | None,
     in_range: bool,
     controller: bool,
     case: str | None,
     target: str | None,
+    **how: Any,
 ) -> None:
     """Export a model, a block, or the controller of a loop.
 
@@ -111,7 +96,6 @@ def export(
     """
     import hystfmu as hy
 
-    version: Literal[2, 3] = 2 if fmi == "2" else 3
     if controller:
         others = {
             "--modelica": folder,
@@ -122,7 +106,7 @@ def export(
         }
         if wrong := [option for option, value in others.items() if value]:
             raise InputError(f"--controller takes a scenario and -o X.fmu. Got {wrong[0]} as well.")
-        _controller(model, out, version, case, name, platforms, source, target)
+        _controller(model, case, target, how)
         return
     if Path(model).is_dir() or Path(model).name == "scenario.toml":
         raise InputError(f"{model}: A scenario must be exported with --controller, or by 'hystfmu ssp'. Got neither.")
@@ -130,7 +114,7 @@ def export(
         raise InputError("--case and --c belong to the scenario of --controller. Got a model or block.")
     if sheet and folder is None:
         raise InputError("--sheet describes the actuator of --modelica DIR")
-    if out is None and folder is None:
+    if how["path"] is None and folder is None:
         raise InputError("export needs -o X.fmu, --modelica DIR, or both")
     if Path(model).suffix:
         if settings:
@@ -139,7 +123,7 @@ def export(
         if step is not None:
             loaded = _stepped(loaded, step)
     else:
-        loaded = hy.Model.of_block(_block(model, assignments(settings)), step)
+        loaded = hy.Model.of_block(_block(model, settings), step)
     if in_range:
         loaded = loaded.with_in_range()
     own = Path(model).name.removesuffix(".toml").removesuffix(".model") if Path(model).suffix else None
@@ -150,7 +134,7 @@ def export(
         from hystfmu.modelica.shipped import shipped_library
 
         file = Path(model).name
-        package, data = name or package_name(own or file), assignments(sheet) if sheet else None
+        package, data = how["name"] or package_name(own or file), sheet or None
         try:
             written = loaded.export_modelica(Path(folder) / package, file, data)
         except InputError as e:
@@ -163,10 +147,8 @@ def export(
         for line in actuator_told(loaded, data):
             say(line)
         say(f"library path of HystFMU, which it uses: {shipped_library()}")
-    if out is None:
-        return
-    path = loaded.export(out, version, name or own, platforms, source)
-    _wrote(path, version, source)
+    if how["path"] is not None:
+        _wrote(loaded.export(**how | {"name": how["name"] or own}), how)
 
 
 def _stepped(model: hy.Model, step: float) -> hy.Model:
@@ -178,43 +160,33 @@ def _stepped(model: hy.Model, step: float) -> hy.Model:
     return replace(model, step=step)
 
 
-def _wrote(path: Path, fmi: int, source: bool) -> None:
-    say(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
-    if source:
-        say(f"its source is one C99 file; it needs fmi{fmi}Functions.h of the FMI standard and the C library")
+def _wrote(path: Path, how: Mapping[str, Any]) -> None:
+    say(f"wrote {path}: FMI {how['fmi']}.0, {path.stat().st_size // 1024} kB")
+    if how["source"]:
+        say(f"its source is one C99 file; it needs fmi{how['fmi']}Functions.h of the FMI standard and the C library")
 
 
-def _controller(
-    scenario: str,
-    out: str | None,
-    fmi: Literal[2, 3],
-    case: str | None,
-    name: str | None,
-    platforms: Literal["host", "all"],
-    source: bool,
-    target: str | None,
-) -> None:
+def _controller(scenario: str, case: str | None, target: str | None, how: Mapping[str, Any]) -> None:
     """Write the controller of a case, and print the units in it."""
-    from hystfmu.cli import places
     from hystfmu.report.terminal import table
     from hystfmu.scenario import Cases
-    from hystfmu.scenario.deploy.unit import write_controller, write_target
+    from hystfmu.scenario.deploy import write_controller, write_target
 
-    if out is None and target is None:
+    if how["path"] is None and target is None:
         raise InputError("export --controller needs -o X.fmu, --c DIR, or both")
-    chosen = Cases(places.found([scenario])[0]).named(case)
+    chosen = Cases(found([scenario])[0]).named(case)
     if target is not None:
-        files, found = write_target(chosen, target, name)
+        files, made = write_target(chosen, target, how["name"])
         say(f"wrote {' and '.join(map(str, files))}: C99, {files[0].stem}_start and {files[0].stem}_step")
-    if out is not None:
-        written = write_controller(chosen, out, fmi, name, platforms, source)
-        found = written.controller
-        _wrote(written.path, fmi, source)
-    say(f"in it: {', '.join(found.units)}; left out: {', '.join(found.left_out)}")
-    ports = [p for p in found.model.graph.ports if p.kind in ("input", "output")]
+    if how["path"] is not None:
+        written = write_controller(chosen, **how)
+        made = written.controller
+        _wrote(written.path, how)
+    say(f"in it: {', '.join(made.units)}; left out: {', '.join(made.left_out)}")
+    ports = [p for p in made.model.graph.ports if p.kind in ("input", "output")]
     rows = [[p.name, p.kind, "" if p.unit == "1" else p.unit, p.text] for p in ports]
     say(table(["port", "", "measured in", "meaning"], rows))
-    say(f"one step for each sample, every {found.model.step:g} s")
+    say(f"one step for each sample, every {made.model.step:g} s")
 
 
 def _block(name: str, values: dict[str, Any]) -> Block:
@@ -227,11 +199,158 @@ def _block(name: str, values: dict[str, Any]) -> Block:
 
 
 @click.command(cls=Command)
-@click.argument("fmu", type=FILE)
-@click.option("--seconds", default=60.0, show_default=True, help="Time limit of each check (s).")
-@unconfined_option
+@click.argument("scenario", type=FILE)
+@click.option("-o", "--out", required=True, type=OUTPUT_FILE, metavar="X.ssp|X.fmu", help="Archive to write.")
+@click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: the first].")
+@of("scenario.ssp.write:write_ssp", version="--ssp", fmi="", system_connectors="--connectors", separate="")
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(min=0),
+    default=0.1,
+    show_default=True,
+    metavar="PERCENT",
+    help="Largest accepted difference from the scenario, relative to the span of a recorded output.",
+)
+def ssp(
+    scenario: str, out: str, name: str | None, fmi: Literal[2, 3], version: Any, tolerance: float, **how: Any
+) -> None:
+    """Export a scenario as an SSP archive or one FMU.
+
+    Other simulators run the archive. 'hystfmu simulate X.ssp' runs archives of other tools.
+
+    Other simulators step all components at once, and each component reads the values of the previous step. Therefore
+    neighbouring units become one component, which keeps the order of the scenario. The last lines of the printed text
+    state the largest difference from the scenario for each recorded output. If a difference is above --tolerance, the
+    command writes the archive but its exit status is 1.
+
+    With -o X.fmu the whole loop becomes one FMU. This FMU steps all its units in the order of the scenario.
+
+    \b
+    Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp
+    """
+    from hystfmu.scenario import Cases
+    from hystfmu.scenario.ssp.write import write_loop, write_ssp
+
+    case = Cases(found([scenario])[0]).named(name)
+    if out.endswith(".fmu"):
+        path = write_loop(case, out, fmi)
+        say(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one, step {case.step:g} s")
+        return
+    written = write_ssp(case, out, version, fmi=fmi, **how)
+    made = f"{len(case.units)} units in {written.components} component{'s' if written.components > 1 else ''}"
+    say(f"{out}: SSP {version}, case {case.name}, {made}, step {case.step:g} s")
+    listed = ", ".join(f"{name} {value:.2g} %" for name, value in written.differences.items())
+    say(f"largest difference to the scenario, of its span: {listed}")
+    if max(written.differences.values()) > 1e-6:
+        late = "values reach other components one step late; " if written.components > 1 else ""
+        say(f"its reason: {late}readers know no events inside a step and no finer steps")
+    if worse := [f"{name} differs by {x:.2g} %" for name, x in written.differences.items() if not x <= tolerance]:
+        echo(
+            f"{out}: does not reproduce the scenario within {tolerance:g} % of the span: {', '.join(worse)};"
+            " the file is kept, for a master that couples better"
+        )
+        sys.exit(FAILED)
+
+
+class _Of(click.Option):
+    """An option for one kind of file. The help lists the option in the section of this kind.
+
+    Parameters
+    ----------
+    of : str
+        Suffix of the file, without the dot.
+    """
+
+    def __init__(self, *words: Any, of: str, **named: Any) -> None:
+        super().__init__(*words, **named)
+        self.of = of
+
+
+class _Simulate(Command):
+    """The command `simulate`. Its help has a separate section for the options of each kind of file."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the common options first, then the options of each kind of file."""
+        sections: dict[str, list[tuple[str, str]]] = {
+            "Options": [],
+            "Options of an FMU": [],
+            "Options of an archive": [],
+        }
+        titles = {"fmu": "Options of an FMU", "ssp": "Options of an archive"}
+        for option in self.get_params(ctx):
+            if isinstance(option, click.Option) and (record := option.get_help_record(ctx)):
+                sections[titles[option.of] if isinstance(option, _Of) else "Options"].append(record)
+        for title, records in sections.items():
+            with formatter.section(title):
+                formatter.write_dl(records)
+
+
+@click.command(cls=_Simulate)
+@click.argument("file", type=FILE, metavar="X.fmu|X.ssp")
+@of(_RUN_FMU, settings="--set", step="", stop="")
+@of(RUN, seconds="--timeout", confined="")
+@of(_RUN_FMU, out=("-o --out OUT.csv", {"type": OUTPUT_FILE}))
 @json_option
-def validate(fmu: str, seconds: float, unconfined: bool, as_json: bool) -> None:
+@of(_RUN_FMU, given=("--input IN.csv", {"type": FILE, "cls": _Of, "of": "fmu"}))
+@of(RUN, engine=("", {"cls": _Of, "of": "ssp"}), coupling=("", {"cls": _Of, "of": "ssp"}))
+@click.pass_context
+def simulate(
+    context: click.Context,
+    /,
+    file: str,
+    as_json: bool,
+    given: str | None,
+    engine: Literal["fmpy", "native"],
+    coupling: Literal["gauss_seidel", "jacobi", "iterative"] | None,
+    **how: Any,
+) -> None:
+    """Simulate an FMU or an SSP archive of any origin.
+
+    The FMU may have the version 1.0, 2.0 or 3.0 of FMI. If the FMU supports Co-Simulation, this interface is used;
+    otherwise Model Exchange runs with an adaptive integrator. Inputs are constant during a step. Continuous inputs are
+    interpolated between the rows of the table.
+
+    If an archive contains a reference result for these settings, the command compares its result with the reference.
+    The exit status is 1 if the results differ.
+
+    \b
+    Example: hystfmu simulate loop.ssp -o out.csv
+             hystfmu simulate pump.fmu --input in.csv --set k=2 -o out.csv
+    """
+    from hystfmu.report.terminal import progress
+
+    kind = file.rpartition(".")[2].lower()
+    if kind not in ("fmu", "ssp"):
+        raise InputError(f"{file}: The file must end with .fmu or .ssp. 'hystfmu run' runs scenarios.")
+    for option in context.command.params:
+        stated = context.get_parameter_source(option.name or "") is click.core.ParameterSource.COMMANDLINE
+        if isinstance(option, _Of) and option.of != kind and stated:
+            raise InputError(f"{file}: {option.opts[-1]} is an option of .{option.of} files.")
+    if kind == "fmu":
+        from hystfmu.scenario.run_fmu import run_fmu
+
+        done = run_fmu(file, given, **how)
+        if as_json:
+            echo(json.dumps(done.summary()))
+        else:
+            say("\n".join(done.lines()))
+        return
+    from hystfmu.scenario.ssp.read import run_ssp
+
+    with progress("simulating") as report:
+        ran = run_ssp(file, engine, coupling, progress=report, **how)
+    if as_json:
+        echo(json.dumps(ran.summary()))
+    else:
+        (say if ran.passed else echo)("\n".join(ran.lines()))
+    sys.exit(0 if ran.passed else FAILED)
+
+
+@click.command(cls=Command)
+@click.argument("fmu", type=FILE)
+@of("fmu.check.check:validate", seconds="", confined="")
+@json_option
+def validate(fmu: str, as_json: bool, **how: Any) -> None:
     """Check an FMU of any origin, of FMI 1.0, 2.0 or 3.0.
 
     The command checks the archive, applies the static checks of fmpy and fmutool, and runs the FMU in a child process.
@@ -246,7 +365,7 @@ def validate(fmu: str, seconds: float, unconfined: bool, as_json: bool) -> None:
     from hystfmu.report.terminal import progress, table
 
     with progress("checking") as report:
-        problems = hy.validate(fmu, seconds, not unconfined, report)
+        problems = hy.validate(fmu, progress=report, **how)
     if as_json:
         checks = [asdict(c) for c in problems.checks]
         echo(json.dumps({"file": fmu, "problems": problems, "checks": checks}))

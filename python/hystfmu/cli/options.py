@@ -1,8 +1,8 @@
-"""Shared parts of the commands: checks of repeated options, exit status, file names, `--set` and `--json`."""
+"""Shared parts of the commands: checks of repeated options, exit status, file names, and `--json`."""
 
 from __future__ import annotations
 
-import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,6 +10,7 @@ from click.shell_completion import CompletionItem
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import keeping
+from hystfmu.cli.signature import Later
 from hystfmu.report.terminal import NORMAL, QUIET, VERBOSE, level, set_level
 
 if TYPE_CHECKING:
@@ -19,14 +20,8 @@ else:  # generic from click 8.4 on only
 
 FAILED, BAD_INPUT = 1, 2
 INTERRUPTED = 130  # as a shell tells of an interrupt: 128 and the number of the signal
-MOST_BYTES = 2**20  # of a file of settings
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-unconfined_option = click.option(
-    "--unconfined",
-    is_flag=True,
-    help="Run foreign FMUs with your rights, for example if one needs a licence server or another program.",
-)
 
 
 def _level(context: click.Context, option: click.Parameter, asked: bool) -> None:
@@ -60,14 +55,29 @@ class Command(click.Command):
         Text that states what remains after an interrupt; the command to repeat follows.
     """
 
+    _given: Sequence[click.Parameter | Later]
+    _made: list[click.Parameter]
+
     def __init__(self, *words: Any, interrupted: str = "files are whole or as they were; again:", **named: Any) -> None:
         super().__init__(*words, **named)
         self.interrupted = interrupted
-        for names, text in _HOW_MUCH:
-            self.params.append(click.Option(names, is_flag=True, expose_value=False, callback=_level, help=text))
-        if any(isinstance(p.type, (OutputFile, OutputFolder)) for p in self.params):
-            text = "Replace existing files with different content.  Without this option such a file is an error."
-            self.params.append(click.Option(["--force"], is_flag=True, expose_value=False, callback=_force, help=text))
+
+    @property
+    def params(self) -> list[click.Parameter]:
+        """Arguments and options. Those of a signature are made here, so that `hystfmu --help` reads no source."""
+        if not self._made:
+            made = [p for given in self._given for p in (given.made() if isinstance(given, Later) else [given])]
+            for names, text in _HOW_MUCH:
+                made.append(click.Option(names, is_flag=True, expose_value=False, callback=_level, help=text))
+            if any(isinstance(p.type, (OutputFile, OutputFolder)) for p in made):
+                text = "Replace existing files with different content.  Without this option such a file is an error."
+                made.append(click.Option(["--force"], is_flag=True, expose_value=False, callback=_force, help=text))
+            self._made = made
+        return self._made
+
+    @params.setter
+    def params(self, given: list[click.Parameter]) -> None:
+        self._given, self._made = given, []
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command."""
@@ -133,44 +143,3 @@ class OutputFile(File):
 
 
 FILE, OUTPUT_FILE, OUTPUT_FOLDER = File(), OutputFile(), OutputFolder()
-
-
-def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
-    """Parse `--set name=value`, and `--set @FILE`, a file with a JSON object of names and values.
-
-    A value is read as JSON if possible, else as text. A value on the command line overrides the value in a file.
-
-    Raises
-    ------
-    InputError
-        A pair is not of the form name=value, a name is repeated, or a file is invalid.
-    """
-    values: dict[str, Any] = {}
-    named: set[str] = set()
-    for pair in pairs:
-        if pair.startswith("@"):
-            values |= _settings(pair[1:])
-            continue
-        name, equals, text = pair.partition("=")
-        if not equals or not name:
-            raise InputError(f"--set must read name=value. Got {pair!r} instead.")
-        if name in named:
-            raise InputError(f"--set {name} takes one value. Got it more than once.")
-        named.add(name)
-        try:
-            values[name] = json.loads(text)
-        except json.JSONDecodeError:
-            values[name] = text
-    return values
-
-
-def _settings(path: str) -> dict[str, Any]:
-    from hystfmu.base.files import read_bytes  # brings pydantic, which --help does without
-
-    try:
-        values = json.loads(read_bytes(path, MOST_BYTES))
-    except ValueError as e:
-        raise e if isinstance(e, InputError) else InputError(f"{path}: --set @FILE must hold JSON. {e}") from None
-    if not isinstance(values, dict):
-        raise InputError(f"{path}: --set @FILE must hold an object of name: value. Got {type(values).__name__}.")
-    return values

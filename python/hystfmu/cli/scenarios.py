@@ -1,40 +1,218 @@
-"""Commands for scenarios and their reports: margins, compare and ssp."""
+"""Commands for scenarios: run, study, margins and compare; the scenarios in the current folder, or the shipped ones."""
 
 from __future__ import annotations
 
 import json
 import sys
-from typing import Literal
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from hystfmu.base.errors import InputError
-from hystfmu.cli import places
-from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, Command, json_option
-from hystfmu.report.terminal import VERBOSE, echo, level, say, wrong
+from hystfmu.base.errors import InputError, meant, meant_file
+from hystfmu.base.files import refuse_existing
+from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, OutputFile, json_option
+from hystfmu.cli.signature import of
+from hystfmu.report.terminal import VERBOSE, detail, echo, level, say, wrong
+
+if TYPE_CHECKING:
+    from hystfmu.scenario import Change
+
+RUN = "scenario.running:run"
+
+
+def found(paths: Sequence[str]) -> list[Path]:
+    """Return the paths of scenarios or studies; a shipped one has its name in the repository.
+
+    If a shipped scenario or study is used, a line on stderr states its folder.
+
+    Raises
+    ------
+    InputError
+        A path does not exist; the error suggests similar names.
+    """
+    from hystfmu.scenario.system.spec import here_or_shipped, shipped_names, shipped_scenarios
+
+    places = [here_or_shipped(p) for p in paths]
+    for p, place in zip(paths, places, strict=True):
+        if not place.exists():
+            raise InputError(f"{p}: No such file or directory.{meant_file(p) or meant(p, shipped_names())}")
+    if any(place != Path(p) for place, p in zip(places, paths, strict=True)):
+        echo(f"using the scenarios that HystFMU ships, in {shipped_scenarios()}", err=True)
+    return places
+
+
+def everything() -> list[Path]:
+    """Return the folders of all scenarios in ./scenarios, or of the shipped scenarios if this folder does not exist.
+
+    Raises
+    ------
+    InputError
+        There is no scenario.
+    """
+    (root,) = found(["scenarios"])
+    files = [f for depth in ("*", "*/*") for f in root.glob(f"{depth}/scenario.toml")]
+    if not files:
+        raise InputError("the current folder has no scenarios/*/scenario.toml")
+    return sorted(f.parent for f in files)
+
+
+def refuse_shipped(paths: Sequence[Path]) -> None:
+    """Raise an error if a command would write into the folder of an installed scenario.
+
+    Raises
+    ------
+    InputError
+        One of the paths is a scenario that was installed with the package.
+    """
+    from hystfmu.base import PACKAGE
+
+    for path in paths:
+        if PACKAGE in path.parents:
+            raise InputError(f"--record writes beside a scenario.toml. Copy {path} to a folder of your own first.")
+
+
+all_option = click.option(
+    "--all",
+    "all_of_them",
+    is_flag=True,
+    help="Take every scenario in ./scenarios; if this folder does not exist, the scenarios of HystFMU.",
+)
 
 
 @click.command(cls=Command)
 @click.argument("scenarios", type=FILE, nargs=-1)
-@click.option(
-    "--all",
-    "everything",
-    is_flag=True,
-    help="Take every scenario in ./scenarios; if this folder does not exist, the scenarios of HystFMU.",
+@all_option
+@of(
+    RUN,
+    set="UNIT.NAME=VALUE",
+    engine="",
+    coupling="",
+    seconds="--timeout",
+    confined="",
+    case="NAME",
+    out=("-o --out OUT.csv", {"type": OUTPUT_FILE}),
+    record="",
 )
-@click.option(
-    "--case",
-    "cases",
-    multiple=True,
-    metavar="NAME",
-    help="Compute only these cases, and do not check the limits; repeatable.",
-)
-@click.option("--at", metavar="UNIT.OUTPUT", default="", help="Signal at which the loop is opened.")
-@click.option("--delays", is_flag=True, help="Print a row for each further delay: 0, 1/2, 1 and 2 steps.")
+@click.option("--yes", is_flag=True, help="With --record: do not ask. Without this option, a terminal asks.")
+@click.option("--junit", type=OutputFile(folder=False), metavar="FILE", help="JUnit XML file to write the verdicts to.")
+@of(RUN, report=("DIR", {"type": OUTPUT_FOLDER}))
 @json_option
-def margins(
-    scenarios: tuple[str, ...], everything: bool, cases: tuple[str, ...], at: str, delays: bool, as_json: bool
+def run(
+    scenarios: tuple[str, ...],
+    all_of_them: bool,
+    yes: bool,
+    junit: str | None,
+    record: bool,
+    report: str | None,
+    as_json: bool,
+    **how: Any,
 ) -> None:
+    """Run scenarios and compare them with limits and baselines.
+
+    A scenario is a closed loop of FMUs, which fmpy simulates. If SCENARIOS is a folder of scenarios, all scenarios in
+    it run. A name such as scenarios/pid selects a shipped scenario if the current folder has no folder of this name.
+
+    'hystfmu simulate' runs an FMU or an SSP archive.
+
+    \b
+    Example: hystfmu run scenarios/sliding_mode --report out
+             hystfmu run scenarios/pid --case sine_10 -o sine_10.csv
+    """
+    if alone := next((s for s in scenarios if s.endswith((".fmu", ".ssp"))), None):
+        raise InputError(
+            f"{alone}: The scenario must be a folder. 'hystfmu simulate {alone}' runs an FMU or an archive."
+        )
+    import hystfmu as hy
+    from hystfmu.report.terminal import progress
+    from hystfmu.scenario.report.page import write_junit
+    from hystfmu.scenario.report.terminal import changes, every_metric, verdicts
+
+    if all_of_them == bool(scenarios):
+        raise InputError("run needs scenarios or --all (example: hystfmu run scenarios/pid)")
+    paths = everything() if all_of_them else found(scenarios)
+    if record:
+        refuse_shipped(paths)
+    pages = () if report is None else (Path(report, name) for name in ("report.html", "report.json"))
+    refuse_existing(*pages, *([junit] if junit is not None else []))  # they state times
+
+    def agreed(told: list[Change]) -> bool:
+        echo(changes(told), err=as_json)
+        agrees = yes or not sys.stdin.isatty() or not told or click.confirm("write the new baseline?", err=True)
+        echo("the baseline is written" if agrees else "nothing is written", err=True)
+        return agrees
+
+    with progress("running") as done:
+        results = hy.run(paths, record=record, report=report, progress=done, confirm=agreed, **how)
+    if junit is not None:
+        write_junit(results, junit)
+    if as_json:
+        echo(json.dumps([r.summary() for r in results]))
+    else:
+        say(verdicts(results))
+        detail(every_metric(results))
+        wrong([line for r in results for line in r.failures()])
+    sys.exit(0 if results.passed else FAILED)
+
+
+@click.command(cls=Command, interrupted="finished rows are kept; to go on with the others:")
+@click.argument("study", type=FILE)
+@of(
+    "studies.run:study",
+    folder=("-o --out DIR", {"type": OUTPUT_FOLDER, "required": True}),
+    workers="-j --jobs",
+    on="dask://HOST:PORT",
+    retry="",
+    confined="",
+)
+@json_option
+def study(study: str, as_json: bool, **how: Any) -> None:
+    """Run a scenario with many parameter variations.
+
+    The command prints the share of the variations inside the limits, with the 95 % interval of this share. It writes a
+    table (results.parquet) and a report. The report shows distributions, effects of the parameters, and the commands
+    that repeat the worst cases.
+
+    An interrupted study resumes where it stopped.
+
+    \b
+    Example: hystfmu study scenarios/pid/draws.study.toml -o out
+             hystfmu study scenarios/pid/draws.study.toml -o out --retry failed
+    """
+    import hystfmu as hy
+    from hystfmu.report.terminal import counter
+    from hystfmu.studies.report import spreads
+
+    (file,) = found([study])
+    with counter("running") as report:
+        outcome = hy.study(file, progress=report, **how)
+    summary = outcome.summary
+    facts = {"rows": len(outcome.rows), "ran": outcome.ran, "failed": len(outcome.failed)}
+    if as_json:
+        answer = summary and {
+            k: v for k, v in vars(summary).items() if k in ("draws", "inside", "unstable", "interval")
+        }
+        files = {"table": str(outcome.table), "report": str(outcome.report)}
+        echo(json.dumps(facts | files | {"seed": outcome.seed, "summary": answer}))
+    else:
+        say(
+            f"{facts['rows']} rows, {facts['ran']} of them computed now ({outcome.seconds:.1f} s), "
+            f"{facts['failed']} failed; seed {outcome.seed}"
+        )
+        if summary is not None:
+            say(spreads(summary, every=level() == VERBOSE))
+        shown = outcome.failed if level() == VERBOSE else outcome.failed[:10]
+        echo("".join(f"row {r['index']} ({r['case']}): {r['status']}: {r['reason']}\n" for r in shown), nl=False)
+        say(f"{outcome.table}\n{outcome.report}")
+
+
+@click.command(cls=Command)
+@click.argument("scenarios", type=FILE, nargs=-1)
+@all_option
+@of("scenario.loop.table:margin_table", case="NAME", at="UNIT.OUTPUT", delays="")
+@json_option
+def margins(scenarios: tuple[str, ...], all_of_them: bool, delays: bool, as_json: bool, **how: Any) -> None:
     """Compute the margins of loops and check their limits.
 
     The command opens the loop of each case at the input of its plant, and linearises the loop. Controllers, observers,
@@ -52,18 +230,18 @@ def margins(
     from hystfmu.report.terminal import progress
     from hystfmu.scenario.loop.table import margin_table
 
-    if everything == bool(scenarios):
+    if all_of_them == bool(scenarios):
         raise InputError("margins needs scenarios or --all (example: hystfmu margins scenarios/pid)")
     delays = delays or level() == VERBOSE
-    paths = places.everything() if everything else places.found(scenarios)
+    paths = everything() if all_of_them else found(scenarios)
     with progress("margins") as report:
-        found = margin_table(paths, cases or None, report, at=at, delays=delays)
+        table = margin_table(paths, progress=report, delays=delays, **how)
     if as_json:
-        echo(json.dumps(found.summary()))
+        echo(json.dumps(table.summary()))
     else:
-        say(found.text(delays))
-        wrong(found.broken())
-    sys.exit(0 if found.rows and not found.broken() else FAILED)
+        say(table.text(delays))
+        wrong(table.broken())
+    sys.exit(0 if table.rows and not table.broken() else FAILED)
 
 
 @click.command(cls=Command)
@@ -85,89 +263,12 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
     from hystfmu.scenario.report.compare import compare_reports
     from hystfmu.scenario.report.terminal import changes
     from hystfmu.studies.compare import compare_studies
-    from hystfmu.studies.facts import is_study
+    from hystfmu.studies.summary import is_study
 
     of_studies = is_study(before) or is_study(after)
-    found = (compare_studies if of_studies else compare_reports)(before, after, out)
+    changed = (compare_studies if of_studies else compare_reports)(before, after, out)
     if as_json:
-        echo(json.dumps([vars(c) | {"relative": c.relative} for c in found]))
+        echo(json.dumps([vars(c) | {"relative": c.relative} for c in changed]))
     else:
-        say(changes(found, "the two reports are the same"))
+        say(changes(changed, "the two reports are the same"))
         say(f"wrote {out}")
-
-
-@click.command(cls=Command)
-@click.argument("scenario", type=FILE)
-@click.option("-o", "--out", required=True, type=OUTPUT_FILE, metavar="X.ssp|X.fmu", help="Archive to write.")
-@click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: the first].")
-@click.option(
-    "--ssp",
-    "version",
-    type=click.Choice(["1.0", "2.0"]),
-    default="1.0",
-    show_default=True,
-    help="Version of the SSP standard.",
-)
-@click.option(
-    "--fmi",
-    type=click.Choice(["2", "3"]),
-    default="2",
-    show_default=True,
-    help="FMI version of the units exported here.",
-)
-@click.option("--connectors", is_flag=True, help="Add system outputs for the recorded signals; libcosim rejects them.")
-@click.option("--separate", is_flag=True, help="Make every unit a component [default: neighbouring units form one].")
-@click.option(
-    "--tolerance",
-    type=click.FloatRange(min=0),
-    default=0.1,
-    show_default=True,
-    metavar="PERCENT",
-    help="Largest accepted difference from the scenario, relative to the span of a recorded output.",
-)
-def ssp(
-    scenario: str,
-    out: str,
-    name: str | None,
-    version: Literal["1.0", "2.0"],
-    fmi: str,
-    connectors: bool,
-    separate: bool,
-    tolerance: float,
-) -> None:
-    """Export a scenario as an SSP archive or one FMU.
-
-    Other simulators run the archive. 'hystfmu simulate X.ssp' runs archives of other tools.
-
-    Other simulators step all components at once, and each component reads the values of the previous step. Therefore
-    neighbouring units become one component, which keeps the order of the scenario. The last lines of the printed text
-    state the largest difference from the scenario for each recorded output. If a difference is above --tolerance, the
-    command writes the archive but its exit status is 1.
-
-    With -o X.fmu the whole loop becomes one FMU. This FMU steps all its units in the order of the scenario.
-
-    \b
-    Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp
-    """
-    from hystfmu.scenario import Cases
-    from hystfmu.scenario.ssp.write import write_loop, write_ssp
-
-    case = Cases(places.found([scenario])[0]).named(name)
-    if out.endswith(".fmu"):
-        path = write_loop(case, out, 3 if fmi == "3" else 2)
-        say(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one, step {case.step:g} s")
-        return
-    written = write_ssp(case, out, version, connectors, 3 if fmi == "3" else 2, separate)
-    made = f"{len(case.units)} units in {written.components} component{'s' if written.components > 1 else ''}"
-    say(f"{out}: SSP {version}, case {case.name}, {made}, step {case.step:g} s")
-    listed = ", ".join(f"{name} {value:.2g} %" for name, value in written.differences.items())
-    say(f"largest difference to the scenario, of its span: {listed}")
-    if max(written.differences.values()) > 1e-6:
-        late = "values reach other components one step late; " if written.components > 1 else ""
-        say(f"its reason: {late}readers know no events inside a step and no finer steps")
-    if worse := [f"{name} differs by {x:.2g} %" for name, x in written.differences.items() if not x <= tolerance]:
-        echo(
-            f"{out}: does not reproduce the scenario within {tolerance:g} % of the span: {', '.join(worse)};"
-            " the file is kept, for a master that couples better"
-        )
-        sys.exit(FAILED)

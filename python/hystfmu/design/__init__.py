@@ -9,14 +9,12 @@ True
 """
 
 from hystfmu.design.delays import sampled
-from hystfmu.design.describing import DescribingFunction, describing_function
 from hystfmu.design.feedforward import scan_feedforward, scan_harmonics
-from hystfmu.design.gains import Gain, gains
-from hystfmu.design.linear import linearise, to_control
+from hystfmu.design.linear import Gain, gains, linearise, to_control
 from hystfmu.design.loop import Margins, loop, margins
-from hystfmu.design.loop_shaping import LoopShaping, loop_shaping
 from hystfmu.design.repetitive import RepetitiveFilters, repetitive_filters
-from hystfmu.design.sector import sector
+from hystfmu.design.sector import DescribingFunction, describing_function, sector
+from hystfmu.design.structures import LoopShaping, loop_shaping
 
 __all__ = [
     "DescribingFunction",

@@ -3,6 +3,8 @@
 A continuous transfer function stays a transfer function. Sampled systems become state spaces that are exact for a step
 h, because products of polynomials lose poles near z = 1. A controller with a smoothed switching term is linearised for
 small s. For a graph, the result is the exact tangent at rest; hysteresis has the slope of the ascending branch.
+
+Gains of a controller with units of measure. A gain needs its unit of measure for use in another loop.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 import importlib
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -294,3 +297,39 @@ _SAMPLED: dict[str, Callable[[Node, float], StateSpace]] = {
     "super_twisting": _super_twisting,
     "repetitive": _repetitive,
 }
+
+
+@dataclass(frozen=True)
+class Gain:
+    """One parameter of a controller.
+
+    Parameters
+    ----------
+    name, text : str
+        Name and meaning from the table of the block.
+    value : array, shape (n,)
+        Values.
+    unit : str
+        Unit of measure; "1" for a dimensionless value.
+    """
+
+    name: str
+    value: Array
+    unit: str
+    text: str
+
+    def __str__(self) -> str:
+        values = ", ".join(f"{v:.6g}" for v in self.value)
+        return f"{self.name} = {values}{'' if self.unit == '1' else ' ' + self.unit}  ({self.text})"
+
+
+@checked
+def gains(node: Node) -> list[Gain]:
+    """Return the numeric parameters of a block, in the order of its table.
+
+    Parameters
+    ----------
+    node : Node
+        Any block; enumerations are left out.
+    """
+    return [Gain(v.name, node.value(v.name), v.unit, v.text) for v in node.block.parameters if not v.choices]

@@ -18,8 +18,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.design.frequency import Complex
-from hystfmu.design.loop import response
+from hystfmu.design.loop import Complex, response
 from hystfmu.graph import Graph, Input, Node, Output
 
 POINTS = 4096  # of the discrete Fourier transform

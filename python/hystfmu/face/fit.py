@@ -7,10 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.face.model import Model, held_out
+from hystfmu.face.model import Model
+from hystfmu.model import run_along
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,9 +22,8 @@ if TYPE_CHECKING:
     from hystfmu.graph import Graph
     from hystfmu.graph.blocks import Block
     from hystfmu.identify.estimate.free import Spec
+    from hystfmu.identify.evidence import Evidence
     from hystfmu.identify.kinds import Kind
-
-__all__ = ["fit"]
 
 
 @checked
@@ -41,12 +43,14 @@ def fit(
     data : Dataset or data frame
         Data of the fit. The simulation of the model starts at row 0; the fit uses the residuals on `data.train`.
     key : str, Graph, block of `hystfmu.blocks` or Path
-        Kind of model (``hystfmu fit --models`` lists all kinds), or a graph of blocks with free parameters. A path
-        names a file with graph and free parameters, as for ``hystfmu fit --graph``. For a single block, the input is
-        scaled to [-1, 1], and the output of the model is a weighted sum of the outputs of the block. ``"auto"`` tests
-        the data for return-point memory and rate dependence. It discards the kinds of model that cannot represent these
-        properties. It then selects the kind with the smallest error on validation blocks, which are cut between
-        reversals in all parts of the training rows.
+        Kind of model; "auto" selects one from the data.
+
+        ``hystfmu fit --models`` lists all kinds. A graph of blocks has free parameters. A path names a file with graph
+        and free parameters, as for ``hystfmu fit --graph``. For a single block, the input is scaled to [-1, 1], and the
+        output of the model is a weighted sum of the outputs of the block. ``"auto"`` tests the data for return-point
+        memory and rate dependence. It discards the kinds of model that cannot represent these properties. It then
+        selects the kind with the smallest error on validation blocks, which are cut between reversals in all parts of
+        the training rows.
     seed : int
         Seed of the random starts. The same seed gives the same model.
     progress : function, optional
@@ -93,7 +97,6 @@ def fit(
     from threadpoolctl import threadpool_limits
 
     from hystfmu.data.reader.reading import dataset_of
-    from hystfmu.face.evidence import evidence_of
     from hystfmu.identify import fit, fit_graph
     from hystfmu.inverse import Inverses
 
@@ -118,3 +121,36 @@ def fit(
         model = Model(found.key, found.graph, found.step, found.text, found.fit, found.provenance)
         model = held_out(model, data)
         return replace(model, fit={**model.fit, "evidence": evidence_of(model, data).to_dict()})
+
+
+def evidence_of(model: Model, data: Dataset) -> Evidence:
+    """Find the evidence of linear dynamics in a record.
+
+    Parameters
+    ----------
+    model : Model
+        Model that was fitted to `data`. The output of its hysteresis is the input of the dynamics. If the model is not
+        a static part in front of linear dynamics, u is the input of the dynamics.
+    data : Dataset
+        Record with a measured output.
+    """
+    from hystfmu.identify.evidence import evidence
+    from hystfmu.inverse.dynamic import split
+
+    parts = split(model)
+    graph = model.graph if parts is None else parts.front.graph
+    # lags of creep pass the input at once, so that they count as static
+    static = all(n.block.rate in ("function", "hysteretic") or n.block.name == "creep" for n in graph.nodes)
+    return evidence(data, run_along(graph, data) if static else None)
+
+
+def held_out(model: Model, data: Dataset) -> Model:
+    """Return the model with its errors on the rows after the training rows; unchanged for too few rows."""
+    first = data.train.stop
+    if len(data.t) - first < 4 or not np.ptp(data.y[first:]) > 0:
+        return model
+    found = model.score(data, (first, len(data.t)))
+    # percent of the same span as the errors of the training rows
+    told = {f"held_out_{k}": found[k] for k in ("rms", "max")}
+    told |= {f"held_out_{k}_percent": 100 * found[k] / data.span for k in ("rms", "max")}
+    return replace(model, fit={**model.fit, **told})

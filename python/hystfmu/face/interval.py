@@ -1,4 +1,6 @@
-"""The 95 % interval of a fit. The model stores it as ``fit["interval"]``, for terminal, page and JSON.
+"""Errors of a model on the parts of a record, and the 95 % interval of its errors on new rows.
+
+A model stores the interval as ``fit["interval"]``, for terminal, page and JSON.
 
 The interval is computed from errors on rows that a fit did not use (`hystfmu.model.accuracy`). These are the rows
 outside the training rows. If all rows are training rows, the interval is computed by cross-validation over validation
@@ -24,9 +26,73 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
-from hystfmu.face.rows import free_run, held_out_errors
-from hystfmu.model import M, Model
-from hystfmu.model.accuracy import Interval, interval, rms
+from hystfmu.model import M, Model, run_along
+from hystfmu.model.accuracy import Interval, errors, interval, rms
+from hystfmu.report.page import Table, figure_of
+
+LEAST = 4  # rows with a varying output that an error needs
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the rows: its name, and the errors on these rows (`hystfmu.model.accuracy.errors`)."""
+
+    name: str
+    rows: slice
+    errors: dict[str, float]
+
+
+def free_run(model: Model, data: Dataset) -> Array:
+    """Return the output of a model, shape (n,); each record of the data starts from the initial state."""
+    return run_along(model.graph, data)
+
+
+def parts(y: Array, data: Dataset, fitted: bool) -> list[Part]:
+    """Compute the errors of an output y (n,) of a model.
+
+    Parameters
+    ----------
+    y : array, shape (n,)
+        Output of the model.
+    data : Dataset
+        Data with a measured output.
+    fitted : bool
+        Whether the model was fitted to the training rows. If True, percent errors refer to the span of y in the
+        training rows. If False, training rows are not a separate part, and percent errors refer to the span of y in all
+        rows.
+    """
+    n, train = len(data.t), data.train
+    named: list[tuple[str, slice]] = []
+    whole = (train.start, train.stop) == (0, n)
+    if fitted:
+        named.append(("training rows", train))
+        named += [("held-out rows", slice(*ends)) for ends in ((0, train.start), (train.stop, n))]
+    if not fitted:
+        named.append(("all rows", slice(0, n)))
+    if len(data.starts) > 1:
+        named += [(f"record {k}", rows) for k, rows in enumerate(data.records, 1)]
+    span = data.span if fitted and not whole else float(np.ptp(data.y))
+    if not span > 0:
+        return []
+    return [
+        Part(name, rows, errors(y[rows], data.y[rows], span)) for name, rows in named if rows.stop - rows.start >= LEAST
+    ]
+
+
+def table_of(found: list[Part], unit: str) -> Table:
+    """Make a table of errors. `unit` is the unit of measure of y."""
+    of = f" ({unit})" if unit else ""
+    head = ("errors", "rows", "RMS %FS", "max %FS", f"RMS{of}", f"max{of}")
+    keys = ("rms_percent", "max_percent", "rms", "max")
+    rows = [(p.name, f"{p.rows.start}:{p.rows.stop}", *(figure_of(p.errors[k], k) for k in keys)) for p in found]
+    return Table(head, rows)
+
+
+def held_out_errors(y: Array, data: Dataset) -> Array:
+    """Return measured minus model on the rows outside the training rows, shape (m,)."""
+    e = data.y - y
+    return np.concatenate([e[: data.train.start], e[data.train.stop :]])
+
 
 FOLDS = (1, 2)  # of every four blocks; never the first, which alone starts from rest, nor those that kinds hold out
 FAILED = 2.0  # times the error on the rows that both fitted: a search that ended elsewhere

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -17,7 +15,6 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.printable import escape
 from hystfmu.data import Dataset
 from hystfmu.data.reader.arrays import Columns
-from hystfmu.face.summary import evidence_lines, names, tables
 from hystfmu.graph.blocks import Block
 from hystfmu.report.page import table
 from hystfmu.report.plot import LOOP_POINTS, Line, Plot
@@ -31,14 +28,28 @@ if TYPE_CHECKING:
 __all__ = ["Model"]
 
 InverseMethod = Literal["auto", "exact", "implicit", "learned", "adaptive"]
-POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an inverse carries a warning
 
 
 @checked
 class Model(hystfmu.model.Model):
-    """A model with the verbs of all rooms: `hystfmu.model.Model` states its fields.
+    """A model: blocks with values, the origin of the values, and errors of the fit.
 
     `hystfmu.fit` and `Model.load` return a model. The inverse of a model is also a model.
+
+    Parameters
+    ----------
+    key : str
+        Kind of model, e.g. ``"zhao_tan_mlp"``.
+    graph : Graph
+        The blocks in the order of evaluation, with all values (normalisation included).
+    step : float or None
+        Sample step of the identification in seconds; None if the model has no step.
+    text : str
+        One line for a reader.
+    fit : dict
+        Numbers of the identification, e.g. ``{"rms_percent": 0.7, "parameters": 49}``.
+    provenance : dict
+        Data file, rows, options, versions.
 
     Examples
     --------
@@ -247,12 +258,7 @@ class Model(hystfmu.model.Model):
         data : Dataset or data frame
             Data of the fit, with their training rows.
         path : str or Path
-            The file, ``*.html``.
-
-        Returns
-        -------
-        Path
-            The file.
+            The file, ``*.html``; the method returns it.
 
         Raises
         ------
@@ -268,7 +274,7 @@ class Model(hystfmu.model.Model):
         """
         from hystfmu.base.files import write_text
         from hystfmu.data.reader.reading import dataset_of
-        from hystfmu.face.fit_page import fit_page
+        from hystfmu.face.page import fit_page
 
         self._one_to_one("report")
         data = dataset_of(data)
@@ -326,17 +332,7 @@ class Model(hystfmu.model.Model):
         """
         from hystfmu.inverse import inverse
 
-        if method != "auto":
-            return _warned(inverse(self, method, seed, progress, **options))
-        if options:
-            raise InputError(
-                f"The method of an inverse with options must be named. Got {next(iter(options))!r} for 'auto'."
-            )
-        last: InverseMethod = "learned" if len(self.graph.inputs) == 1 else "implicit"  # no network with covariates
-        for each in ("exact", "implicit"):
-            with suppress(InputError):
-                return inverse(self, each, seed)
-        return _warned(inverse(self, last, seed, progress))
+        return inverse(self, method, seed, progress, **options)
 
     def with_in_range(self) -> Model:
         """Return the model with a second output ``in_range``.
@@ -378,9 +374,9 @@ class Model(hystfmu.model.Model):
         Parameters
         ----------
         path : str or Path
-            The file, usually ``*.fmu``. After an error no incomplete file remains.
+            FMU to write, usually ``*.fmu``. After an error no incomplete file remains.
         fmi : {2, 3}
-            Version of the standard.
+            Version of the FMI standard.
         name : str, optional
             Model name, any text; by default the record and the key of the model. The model identifier is the first 60
             characters of the name. Each character that is not an ASCII letter or a digit becomes _.
@@ -389,11 +385,6 @@ class Model(hystfmu.model.Model):
         source : bool
             Whether the FMU also contains the C source: one C99 file, which needs the headers of the FMI standard and
             the C library.
-
-        Returns
-        -------
-        Path
-            The file.
 
         Raises
         ------
@@ -406,7 +397,7 @@ class Model(hystfmu.model.Model):
         >>> hy.fit(hy.synthetic.piezo(60, 1000.0), "prandtl_ishlinskii").export("piezo.fmu", fmi=3).name
         'piezo.fmu'
         """
-        from hystfmu.face.explore import explorer_of
+        from hystfmu.face.page import explorer_of
         from hystfmu.fmu.write.export import export_fmu
 
         return export_fmu(self, path, fmi, name, platforms, source, explorer_of(self))
@@ -429,11 +420,6 @@ class Model(hystfmu.model.Model):
         sheet : mapping of (str, float), optional
             Data sheet of the actuator in SI units: ``stroke`` with ``blocking_force``, ``capacitance`` (small signal),
             ``capacitance_ratio`` (mean over small signal, default 1.6), ``resonance`` (one end held), ``damping``.
-
-        Returns
-        -------
-        Path
-            The folder.
 
         Raises
         ------
@@ -469,6 +455,8 @@ class Model(hystfmu.model.Model):
     # ---- for people -------------------------------------------------------------------------------------------------
     def __repr__(self) -> str:
         """Return one line with kind, ports, parameters and error."""
+        from hystfmu.face.page import names
+
         parts = [repr(self.key), f"{names(self, 'input')} -> {names(self, 'output')}"]
         if "parameters" in self.fit:
             parts.append(f"{self.fit['parameters']} parameters")
@@ -480,6 +468,7 @@ class Model(hystfmu.model.Model):
 
     def __str__(self) -> str:
         """Return one screen of text with kind, ports, parameters, errors and warnings."""
+        from hystfmu.face.page import evidence_lines, tables
         from hystfmu.report.terminal import table as columns
 
         lines = [f"{self.key}: {self.text}" if self.text else self.key]
@@ -490,6 +479,8 @@ class Model(hystfmu.model.Model):
 
     def _repr_html_(self) -> str:
         """Return the content of `print` as HTML for a notebook."""
+        from hystfmu.face.page import evidence_lines, tables
+
         warnings = "".join(f"<p><b>warning:</b> {escape(w)}</p>" for w in self.fit.get("warnings", ()))
         title = f"<p><b>{escape(self.key)}</b>{': ' if self.text else ''}{escape(self.text)}</p>"
         shown = "".join(f"<p>{escape(line)}</p>" for line in evidence_lines(self))
@@ -502,29 +493,6 @@ class Model(hystfmu.model.Model):
                 f"The model of {verb}() must have one output, one input and covariates beside it. "
                 f"Got {self.graph.n_inputs} inputs and {self.graph.n_outputs} outputs of {self.key}."
             )
-
-
-def held_out(model: Model, data: Dataset) -> Model:
-    """Return the model with its errors on the rows after the training rows; unchanged for too few rows."""
-    first = data.train.stop
-    if len(data.t) - first < 4 or not np.ptp(data.y[first:]) > 0:
-        return model
-    found = model.score(data, (first, len(data.t)))
-    # percent of the same span as the errors of the training rows
-    told = {f"held_out_{k}": found[k] for k in ("rms", "max")}
-    told |= {f"held_out_{k}_percent": 100 * found[k] / data.span for k in ("rms", "max")}
-    return replace(model, fit={**model.fit, **told})
-
-
-def _warned(model: Model) -> Model:
-    rms = model.fit.get("cascade_rms_percent")
-    if rms is None or rms <= POOR:
-        return model
-    line = (
-        f"a poor inverse: in cascade with its model, RMS {rms:.2g} % of the span; the method 'implicit' is exact for "
-        "static models"
-    )
-    return replace(model, fit={**model.fit, "warnings": [*model.fit.get("warnings", []), line]})
 
 
 def _with_unit(name: str, unit: str) -> str:

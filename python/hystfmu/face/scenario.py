@@ -13,14 +13,11 @@ import numpy as np
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check
-from hystfmu.face.defaults import completed
-from hystfmu.face.parts import What, described, files
-from hystfmu.face.saved import save
+from hystfmu.face.table import What, completed, described, files, save
 from hystfmu.model import Model
 from hystfmu.scenario import Cases, Engine, Result, run
 from hystfmu.scenario.system.case import NAME, split_end
-from hystfmu.scenario.system.folders import inside
-from hystfmu.scenario.system.spec import MetricKind, ScenarioSpec, Scheme, UnitSpec
+from hystfmu.scenario.system.spec import MetricKind, ScenarioSpec, Scheme, UnitSpec, inside
 
 if TYPE_CHECKING:
     from hystfmu.scenario.loop.opened import OpenedLoop
@@ -57,9 +54,11 @@ class Scenario:
     InputError
         The name is invalid, or the step is not greater than 0.
 
-    Notes ----- If connections or metrics name a unit ``reference`` that was not added, this unit is made. Its output
-    `r` is a sine over 80 % of the stroke of the plant. Its output `r_lead` is the same sine one step ahead, for an
-    inverse.
+    Notes
+    -----
+    The methods that change a scenario return it. If connections or metrics name a unit ``reference`` that was not
+    added, this unit is made. Its output `r` is a sine over 80 % of the stroke of the plant. Its output `r_lead` is the
+    same sine one step ahead, for an inverse.
 
     Examples
     --------
@@ -172,11 +171,6 @@ class Scenario:
         text : str
             One line for a reader.
 
-        Returns
-        -------
-        Scenario
-            This one.
-
         Raises
         ------
         InputError
@@ -256,11 +250,6 @@ class Scenario:
             For rms_percent, rms and max_percent: whether to use only the lines of a scan, without its turns.
         text : str
             One line for a reader.
-
-        Returns
-        -------
-        Scenario
-            This one.
         """
         numbers = {"limit": limit, "stroke": stroke, "after": after}
         self._edit()
@@ -296,19 +285,15 @@ class Scenario:
         stop, after : float, optional
             End of the run (s), and first time at which metrics are evaluated (s).
         set : mapping, optional
-            ``{"unit.parameter": value}``. A string ``"*1.2"`` is a factor. limits : mapping, optional Limits of metrics
-            by name.
+            ``{"unit.parameter": value}``. A string ``"*1.2"`` is a factor.
+        limits : mapping, optional
+            Limits of metrics by name.
         units : mapping, optional
             Units to add or to replace. A replaced unit keeps its settings for running, such as `fine` and `every`.
         order : sequence of str, optional
             Order of the units; by default the order of the scenario.
         connections : mapping, optional
             Connections to add or to replace, ``{"unit.input": "unit.output"}``.
-
-        Returns
-        -------
-        Scenario
-            This one.
         """
         table: dict[str, Any] = {"name": name}
         table |= {"text": text} if text else {}
@@ -372,11 +357,6 @@ class Scenario:
         expected_unstable : sequence of str
             Cases whose linearised loop is unstable for a slope of the path although the simulated run meets its limits.
             Every other case must be stable.
-
-        Returns
-        -------
-        Scenario
-            This one.
         """
         numbers = {"Ms_db": Ms_db, "stable_to_steps": stable_to_steps}
         table = {"case": case} | {k: _number(v) for k, v in numbers.items()} | {"corners": list(corners)}
@@ -466,21 +446,10 @@ class Scenario:
         ----------
         path : str or Path
             The file, usually ``*.fmu``. After an error no incomplete file remains.
-        fmi : {2, 3}
-            Version of the standard.
         case : str, optional
             Case whose values the controller has; by default the first case.
-        name : str, optional
-            Model name and identifier; by default the name of the scenario.
-        platforms : {"host", "all"}
-            Platforms whose binaries the FMU contains: this machine or all platforms. A missing binary is an error.
-        source : bool
-            Whether the FMU also contains the C source.
-
-        Returns
-        -------
-        Path
-            The file.
+        fmi, name, platforms, source
+            See `Model.export`; the default name is the name of the scenario.
 
         Raises
         ------
@@ -498,7 +467,7 @@ class Scenario:
         >>> loop.export_controller("controller.fmu").name
         'controller.fmu'
         """
-        from hystfmu.scenario.deploy.unit import write_controller
+        from hystfmu.scenario.deploy import write_controller
 
         ready = self.ready().named(case)
         return write_controller(ready, path, fmi, name, platforms, source).path
@@ -570,7 +539,7 @@ class Scenario:
 
     def _repr_html_(self) -> str:
         """Return HTML for a notebook: units in their order, connections, metrics, cases."""
-        from hystfmu.face.listed import scenario_html
+        from hystfmu.face.table import scenario_html
 
         return scenario_html(self._spec)
 

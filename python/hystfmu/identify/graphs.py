@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
+import numpy as np
+
+from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 
@@ -25,6 +28,13 @@ def device(
     """
     first = Input("u", tuple(to), data.unit_u, float(data.u[0]) if start is None else start)
     return Graph(nodes, wires, [first, *beside], [Output("y", source, data.unit_y)])
+
+
+def scaled_input(seen: Array, span: float = 2.0) -> tuple[Node, float, float]:
+    """Return the block ``input``, by which `seen` fills a range of `span` around 0, with its gain and offset."""
+    gain = span / float(np.ptp(seen))
+    offset = -gain * float(seen.min() + seen.max()) / 2
+    return Node("input", "scaling", {"n": 1}, {"gain": gain, "offset": offset}), gain, offset
 
 
 def wired(nodes: list[Node]) -> list[tuple[str, str]]:

@@ -23,6 +23,7 @@ frequency, and the lag is removed.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -61,32 +62,31 @@ def inverse(
     ----------
     model : Model
         Model with one input and one output, and optional covariates, which are also inputs of the inverse.
-    method : {"exact", "implicit", "learned", "adaptive"}
-        See the module docstring.
-    seed : int
-        Seed of the learned inverse, for the initial weights of the network and the training reversals.
-    progress : function, optional
-        Function that is called with the fraction done, 0..1, while an inverse is learned.
-    **options
-        The implicit inverse takes ``lo`` and ``hi``, the limits of the input; the default is the range of the data
-        (provenance ``span_u``). The learned inverse takes the options of ``play_bank_mlp``. The adaptive inverse takes
-        the options of `hystfmu.inverse.adaptive`.
+    method, seed, progress, options
+        See `hystfmu.Model.inverse`, whose default is the method "auto".
 
     Returns
     -------
     Model
         Inverse model. `fit` contains ``cascade_rms_percent`` and ``cascade_max_percent`` if the model states the range
-        of its input (provenance ``span_u``).
+        of its input (provenance ``span_u``), and a warning if the errors are large.
 
     Raises
     ------
     InputError
         The model has no inverse of this kind; the message states the reason and the remedy.
     """
+    if method == "auto":
+        if options:
+            raise InputError(
+                f"The method of an inverse with options must be named. Got {next(iter(options))!r} for 'auto'."
+            )
+        for each in ANALYTIC:
+            with suppress(InputError):
+                return _with_cascade(model, invert(model, each, seed))
+        method = "learned" if len(model.graph.inputs) == 1 else "implicit"  # no network with covariates
     made = invert(model, method, seed, progress, **options)
-    if method == "adaptive":  # other ports: what it is worth shows beside a plant
-        return made
-    return replace(made, fit={**made.fit, **_cascade(model, made)})
+    return _warned(made if method == "adaptive" else _with_cascade(model, made))  # other ports: a plant shows its worth
 
 
 def invert(
@@ -130,6 +130,21 @@ def invert(
         return implicit_inverse(part, **options) if method == "implicit" else exact_inverse(part)
 
     return static(model) if parts is None else dynamic_inverse(model, parts, static)
+
+
+def _with_cascade(model: M, made: M) -> M:
+    return replace(made, fit={**made.fit, **_cascade(model, made)})
+
+
+def _warned(made: M) -> M:
+    rms = made.fit.get("cascade_rms_percent")
+    if rms is None or rms <= POOR:
+        return made
+    line = (
+        f"a poor inverse: in cascade with its model, RMS {rms:.2g} % of the span; the method 'implicit' is exact for "
+        "static models"
+    )
+    return replace(made, fit={**made.fit, "warnings": [*made.fit.get("warnings", []), line]})
 
 
 def _cascade(model: Model, made: Model) -> dict[str, float]:

@@ -47,18 +47,8 @@ class Model:
 
     Parameters
     ----------
-    key : str
-        Kind of model, e.g. ``"zhao_tan_mlp"``.
-    graph : Graph
-        Blocks in evaluation order, with all values (normalisation included).
-    step : float or None
-        Sample step of the identification (s); None if the model has none.
-    text : str
-        Description, one line.
-    fit : dict
-        Results of the identification, e.g. ``{"rms_percent": 0.7, "parameters": 49}``.
-    provenance : dict
-        Data file, rows, options, versions.
+    key, graph, step, text, fit, provenance
+        See `hystfmu.Model`.
     """
 
     key: str

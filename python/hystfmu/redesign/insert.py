@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hystfmu.base.errors import InputError
-from hystfmu.redesign.roles import Limit, Roles
+from hystfmu.redesign.corners import Limit, Roles
 
 UNIT, SUM, WITHIN = "repetitive", "with_repetitive", "within"
 MEMORY, SHARE = 2.0, 0.1  # periods of the lag that remembers a limit, and the share of one step that is forgotten

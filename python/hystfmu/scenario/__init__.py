@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from hystfmu.scenario.engine.master import Engine
-from hystfmu.scenario.engine.simulation import Run, chunks, simulate
-from hystfmu.scenario.outcome.baseline import Change
-from hystfmu.scenario.outcome.result import Verdict
+from hystfmu.scenario.engine.simulation import Engine, Run, chunks, simulate
+from hystfmu.scenario.outcome.result import Change, Verdict
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.result import Result, Results
 from hystfmu.scenario.running import run
-from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Cases
-from hystfmu.scenario.system.fused import to_graph
+from hystfmu.scenario.system.system import build, to_graph
 
 __all__ = [
     "Cases",

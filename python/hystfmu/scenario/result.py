@@ -25,6 +25,26 @@ class Result(CaseResult):
     `trace` contains the signals (``result.trace["plant.y"]``), and `verdicts` contains the metrics. `passed` is True if
     all limits are met and no metric differs from the baseline. `failures()` returns a line for each missed limit and
     each difference.
+
+    Parameters
+    ----------
+    system : System
+    verdicts : tuple of Verdict
+        One verdict per metric.
+    lines : tuple of str
+        One line per failure: scenario/case, metric, value, limit.
+    trace : Trace, optional
+        Signals that the case records or uses in loops and metrics. The trace has all rows; for a long run it has only
+        the rows for a plot (`simulate` returns all rows, and `chunks` returns all rows in parts). None if a unit
+        stopped the run.
+    seconds : float
+        Duration of the run (s).
+    notes : tuple of str
+        Remarks that are not failures, for example on discontinuities between two steps.
+    counted : Sweeps
+        Sweeps of an iterative coupling.
+    loop : LoopFigures, optional
+        Margins of the loop of the case; None if there are none.
     """
 
     def plot(self) -> Figure:
@@ -40,7 +60,7 @@ class Result(CaseResult):
         return Figure(case_plots(self.system, self.trace))
 
     def report(self, folder: str | Path) -> Path:
-        """Write report.html and report.json; the path of the first."""
+        """Write report.html and report.json into `folder`; return the path of the first."""
         return Results([self]).report(folder)
 
     def _repr_html_(self) -> str:
@@ -49,7 +69,7 @@ class Result(CaseResult):
 
 
 class Results(list[Result]):
-    """Results of several cases, in the order of the cases."""
+    """Results of several cases, in the order of the cases; `iterable` gives them."""
 
     @property
     def passed(self) -> bool:
@@ -57,7 +77,7 @@ class Results(list[Result]):
         return all(r.passed for r in self)
 
     def report(self, folder: str | Path) -> Path:
-        """Write report.html and report.json; the path of the first."""
+        """Write report.html and report.json into `folder`; return the path of the first."""
         return write_report(self, folder)
 
     def to_pandas(self) -> pandas.DataFrame:

@@ -91,15 +91,17 @@ def run_fmu(
     path : path
         The FMU.
     given : path, optional
-        Table with a column of time and a column for each driven input. A column has the name of its input (`u`, or
-        `u_1`, `u_2` for an array). Inputs without a column keep their start values.
+        Table of inputs with a column of time and a column for each driven input. A column has the name of its input
+        (`u`, or `u_1`, `u_2` for an array). Inputs without a column keep their start values.
     settings : mapping, optional
         Values of parameters by name.
-    step, stop : float, optional
-        Step and stop time (s); by default the values of the default experiment. Without a stop time there, the run ends
-        at the last time in the table.
+    step : float, optional
+        Step (s); by default the step in the file.
+    stop : float, optional
+        Stop time (s); by default the stop time in the file. Without it there, the run ends at the last time in the
+        table of inputs.
     out : path, optional
-        File for the outputs.
+        CSV file for all outputs.
     seconds, confined
         See `Run`.
 

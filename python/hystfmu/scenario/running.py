@@ -15,20 +15,16 @@ from typing import Any
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError, meant
 from hystfmu.scenario.engine.fmu_member import FmuStore
-from hystfmu.scenario.engine.master import Engine
-from hystfmu.scenario.engine.simulation import Run, chunks, silent
-from hystfmu.scenario.loop.limits import loop_figures
-from hystfmu.scenario.outcome.baseline import CHANGED, Baseline, Change, Kept, Record, changes, save_baseline
+from hystfmu.scenario.engine.simulation import Engine, Run, chunks, silent
+from hystfmu.scenario.loop.opening import loop_figures
 from hystfmu.scenario.outcome.metrics import Measure
-from hystfmu.scenario.outcome.result import judge
+from hystfmu.scenario.outcome.result import CHANGED, Baseline, Change, Kept, Record, changes, judge, save_baseline
 from hystfmu.scenario.outcome.trace import Picture, Stopped, Sweeps, Trace, row_file
 from hystfmu.scenario.result import Result, Results
-from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Case, Cases, ScenarioLike, split_end
 from hystfmu.scenario.system.events import missed
-from hystfmu.scenario.system.folders import scenario_folders
-from hystfmu.scenario.system.spec import Scheme
-from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.spec import Scheme, scenario_folders
+from hystfmu.scenario.system.system import System, build
 
 
 @dataclass(frozen=True)
@@ -172,13 +168,13 @@ def run(
         "fmpy" simulates FMUs (the reference). "native" runs the whole loop in the C core. Both engines give the same
         bits.
     set : mapping, optional
-        ``{"unit.parameter": value}`` for every case with this unit. A string ``"*1.2"`` is a factor. Then only the
+        Values by ``unit.parameter``, for every case with this unit. A string ``"*1.2"`` is a factor. Then only the
         limits are tested. A case that sets the parameter itself keeps its value, unless the value is a factor or `case`
         names the case.
     coupling : str, optional
-        Coupling scheme for all cases; it replaces the schemes of the cases.
-    seconds : float
-        Time limit of a case with foreign FMUs (s). These FMUs run in a child process.
+        Coupling scheme; it replaces the stated schemes.
+    seconds : float in (0, inf)
+        Time limit of a run with foreign FMUs (s). These FMUs run in a child process.
     confined : bool
         Whether foreign FMUs run without network and with write access to a private folder only, if the system supports
         this.
@@ -192,7 +188,7 @@ def run(
     progress : function, optional
         Called with the fraction done, 0..1.
     out : path, optional
-        CSV file for all outputs, if a single case runs.
+        CSV file for all outputs of the one case that runs.
 
     Returns
     -------

@@ -2,6 +2,10 @@
 
 A controller is used only if it meets its margins for all plants of the set, and if every drawn device stays bounded in
 simulation. Otherwise the loop consists of feed-forward and inverse, and a note states this.
+
+Overshoot and settling time for a reference with jumps, from a run.
+
+A compared controller structure, with an error for each reference and a step response.
 """
 
 from __future__ import annotations
@@ -24,14 +28,79 @@ from hystfmu.face.model import Model
 from hystfmu.face.scenario import Scenario
 from hystfmu.scenario import Result, Results
 from hystfmu.scenario.loop.table import MarginTable, margin_table
-from hystfmu.start.contender import Contender
 from hystfmu.start.device import FINE, SLOPES, Device, device
 from hystfmu.start.loop import command_of, draws, loop_scenario
-from hystfmu.start.misfit import HARMONICS, Misfit, misfit
-from hystfmu.start.promise import Promise, expected_percent, promises
+from hystfmu.start.promise import HARMONICS, Misfit, Promise, expected_percent, misfit, promises
 from hystfmu.start.references import Tried, references
 from hystfmu.start.requirements import JUMPS, OVERSHOOT, Amplifier, Requirements
-from hystfmu.start.step_response import StepResponse, step_response
+
+WITHIN = 0.02  # of a step: settled
+
+
+@dataclass(frozen=True)
+class StepResponse:
+    """Overshoot and settling time of the worst step of a reference.
+
+    Attributes
+    ----------
+    name : str
+        Name of the reference.
+    overshoot : float
+        Overshoot beyond the new level, in percent of the step.
+    settling : float
+        Time until the output stays within 2 % of the step (s). It is infinite if the output does not settle before the
+        next step.
+    """
+
+    name: str
+    overshoot: float
+    settling: float
+
+
+def step_response(tried: Tried, result: Result) -> StepResponse:
+    """Measure overshoot and settling time in a run.
+
+    Parameters
+    ----------
+    tried : Tried
+        The reference.
+    result : Result
+        Result of the case of this reference.
+    """
+    trace = result.trace
+    if trace is None:
+        return StepResponse(tried.name, np.inf, np.inf)
+    r, y = trace["reference.r"], trace[result.system.case.metrics["tracking"].signal]
+    at = np.flatnonzero(np.diff(r)) + 1
+    at = at[trace.t[at] > tried.after - 0.5 * result.system.case.step]  # not the way from rest
+    overshoot, settling = 0.0, 0.0
+    for first, end in zip(at, [*at[1:], len(r)], strict=True):
+        size = r[first] - r[first - 1]
+        beyond = (y[first:end] - r[first]) / size
+        overshoot = max(overshoot, 100 * float(beyond.max()))
+        outside = np.flatnonzero(np.abs(beyond) > WITHIN)
+        last = int(outside[-1]) + 1 if len(outside) else 0
+        settling = max(settling, np.inf if first + last >= end else float(trace.t[first + last] - trace.t[first]))
+    return StepResponse(tried.name, overshoot, settling)
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One row of the comparison table.
+
+    Attributes
+    ----------
+    tuned : Tuned
+    errors : dict of str to float
+        Expected RMS error in percent of peak to peak, for each reference without jumps.
+    step : StepResponse or None
+        Response to the first reference with jumps, simulated with the identified device.
+    """
+
+    tuned: Tuned
+    errors: dict[str, float]
+    step: StepResponse | None
+
 
 WORSE, NOISY = 2.0, 3.0  # times the error without feedback, and times that of the noise: a drawn device stays bounded
 SLOWER = (1.0, 2.0, 4.0, 8.0, 16.0)  # times that a jump is shaped more
@@ -335,6 +404,3 @@ def _missed(said: tuple[Promise, ...], steps: tuple[StepResponse, ...], asked: R
         if asked.settling is not None and not s.settling <= asked.settling:
             lines.append(f"{s.name}: settling within {asked.settling:g} s is asked for; got {s.settling:.3g} s")
     return lines
-
-
-__all__ = ["ClosedLoop", "close"]

@@ -19,7 +19,7 @@ from hystfmu.data.reversals import turning_points
 from hystfmu.design.feedforward import transfer_function
 from hystfmu.design.plants import SIGMAS, UNSEEN_SHARE, UNSEEN_ZETA, Plant, Unseen
 from hystfmu.design.sector import static_gain
-from hystfmu.face.evidence import evidence_of
+from hystfmu.face.fit import evidence_of
 from hystfmu.face.model import Model
 from hystfmu.graph import Graph, Input, Node
 from hystfmu.identify.evidence import Evidence, Mode

@@ -16,11 +16,11 @@ import numpy as np
 from hystfmu.design.feedforward import Preview
 from hystfmu.design.plants import LEAST_SPREAD, LESS_DAMPED, SIGMAS, Plant
 from hystfmu.design.race import Tuned
-from hystfmu.face.parts import What
 from hystfmu.face.scenario import Scenario
+from hystfmu.face.table import What
 from hystfmu.graph import Graph, Input, Node, Output, blocks
 from hystfmu.start.device import FINE, SLOPES, Device, plant_model
-from hystfmu.start.misfit import Misfit
+from hystfmu.start.promise import Misfit
 from hystfmu.start.references import Tried
 from hystfmu.start.requirements import Requirements
 

@@ -112,22 +112,26 @@ class Requirements:
     error : float or None
         Largest RMS error in percent of peak to peak of a reference.
     controller : str or None
-        Structure of the controller: a key of `hystfmu.design.structures.STRUCTURES`, or "none".
+        Structure of the controller, which ``hystfmu design --help`` lists, or "none" for no feedback. The default is
+        the best structure.
     bandwidth : float or None
         Required bandwidth: smallest allowed frequency at which the sensitivity reaches -3 dB (Hz).
     ms : float
-        Largest allowed peak of the sensitivity of the identified plant (dB).
+        Largest allowed peak of the sensitivity of the identified plant (dB). The default is 6.
     settling : float or None
         Longest allowed settling time of a step, to within 2 % (s).
     overshoot : float or None
-        Largest allowed overshoot of a step in percent. If None, the shaping of jumps is for `OVERSHOOT`.
+        Largest allowed overshoot of a step in percent. Without it, the shaping of jumps is for 10 %.
     reference : tuple of Wanted
-        References. If empty, they are sine, nested reversals, triangle and a step at the rate of the record.
+        References: sine, nested, triangle, step, staircase, each with or without :HZ, or a CSV file with t and r.
+
+        If empty, they are sine, nested reversals, triangle and a step at the rate of the record.
     delay : int
-        Steps between a measurement and its command.
+        Steps between a measurement and its command. The default is 1.
     resonance : (float, float) or None
         Frequency (Hz) and damping ratio of a known resonance. It replaces the resonance at an unknown frequency.
     amplifier : Amplifier or None
+        Limits of the amplifier: slew, max, min, current, capacitance.
     """
 
     error: float | None = None

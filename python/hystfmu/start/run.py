@@ -1,4 +1,7 @@
-"""The steps of `hystfmu start`: read, fit, invert, tune, run, export, report."""
+"""The steps of `hystfmu start`: read, fit, invert, tune, run, export, report.
+
+Study of a loop of `start`: it draws devices around the fitted model, and computes the share within the limits.
+"""
 
 from __future__ import annotations
 
@@ -13,18 +16,87 @@ from typing import Any
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
+from hystfmu.base.files import write_toml
 from hystfmu.base.steps import Steps
 from hystfmu.data import Dataset
+from hystfmu.design.plants import LEAST_SPREAD, LESS_DAMPED, SIGMAS
 from hystfmu.face.interval import with_interval
 from hystfmu.face.model import Model
 from hystfmu.identify.auto import REFUSED
 from hystfmu.start.closed_loop import ClosedLoop, close
-from hystfmu.start.device import reference_frequency, unsuited
-from hystfmu.start.drawn import write_study
+from hystfmu.start.device import DYNAMICS_NAME, Device, reference_frequency, unsuited
 from hystfmu.start.excitation import write_excitation
-from hystfmu.start.page import write_page
+from hystfmu.start.loop import GAIN
+from hystfmu.start.page import verdict, write_page, write_verdict
 from hystfmu.start.requirements import Requirements
-from hystfmu.start.verdict import verdict, write_verdict
+
+WIDTH = 0.1  # by which thresholds differ; gain and modes as in the draws of the loop
+DRAWS = 200
+
+
+def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
+    """Write a study file, and return whether the model has parameters that can be drawn.
+
+    Parameters
+    ----------
+    path : Path
+        Path of the file, in the parent folder of the scenario.
+    loop : ClosedLoop
+        Loop. The limit of each drawn device is the largest limit of the drawn devices in the scenario.
+    scenario : str
+        Name of the folder of the scenario.
+    name : str
+        Name of the device.
+    """
+    parameters = drawn(loop.device)
+    limits = [r.system.case.metrics["tracking"].limit for r in loop.results if r.case not in loop.references]
+    known = [v for v in limits if v is not None]
+    if not parameters or not known:
+        return False
+    case = loop.promises[0].name
+    content = {
+        "name": f"{name}_devices",
+        "text": "What share of the devices stays bounded if gain, dynamics and loop width are drawn around the model?",
+        "scenario": scenario,
+        "cases": [case],
+        "method": "random",
+        "n": DRAWS,
+        "seed": "run",
+        "limits": {case: {"tracking": max(known)}},
+        "parameters": parameters,
+    }
+    write_toml(path, content, f"Devices around the fitted model: hystfmu study {path} -o {path.parent / 'devices'}")
+    return True
+
+
+def drawn(found: Device) -> dict[str, dict[str, Any]]:
+    """Return the drawn parameters with their ranges.
+
+    These are gain, natural frequency, damping and width of the loops, if the model has such parameters.
+    """
+    graph = found.model.graph
+    ranges: dict[str, dict[str, Any]] = {}
+    if len(found.plant.f_n) == 1:
+        (f_n,), (zeta,), ((f_se, _, _),) = found.plant.f_n, found.plant.zeta, found.errors
+        ranges[f"plant.{DYNAMICS_NAME}"] = {
+            "second_order": {
+                "gain": _around(1.0, GAIN),
+                "f_n": _around(f_n, max(SIGMAS * f_se / f_n, LEAST_SPREAD)),
+                "zeta": _around(zeta, 1 - LESS_DAMPED),
+            }
+        }
+    last = graph.node(graph.outputs[0].source.split(".")[0])
+    if not ranges and last.type == "scaling" and last.dims == {"n": 1}:
+        ranges[f"plant.{last.name}_gain"] = {"scale": _around(1.0, GAIN)}
+    for n in graph.nodes:
+        if n.block.rate == "hysteretic" and any(v.name == "r" for v in n.block.parameters):
+            ranges[f"plant.{n.name}_r"] = {"scale": _around(1.0, WIDTH)}
+    return ranges
+
+
+def _around(value: float, share: float) -> list[float]:
+    return [float(f"{value * (1 + sign * share):.6g}") for sign in (-1, 1)]
+
 
 CARRIED = 0.2  # of the sampling rate: a sine with five rows in a period
 SEEN = 2.0  # times what the record shows
@@ -43,7 +115,7 @@ class Started:
     loop : ClosedLoop or str
         The loop with the inverse of the model, or the reason why there is none.
     verdict : dict
-        Content of verdict.json, see `hystfmu.start.verdict.SCHEMA`.
+        Content of verdict.json, see `hystfmu.start.page.SCHEMA`.
     files : dict of str to (Path, str)
         Each file or folder, with the command that makes it.
     notes : list of str
@@ -237,6 +309,3 @@ def _files_of_loop(folder: Path, name: str, model: Model, loop: ClosedLoop) -> d
         "FMU of the controller": (deployed, f"hystfmu export {into} --controller -o {deployed}"),
         **({"study of drawn devices": (study, f"hystfmu study {study} -o {drawn}")} if written else {}),
     }
-
-
-__all__ = ["Started", "start"]

@@ -16,11 +16,10 @@ from hystfmu.base.printable import escape
 from hystfmu.report.diagrams import Bar, Bars, Parallel
 from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.report.plot import Line, Plot
-from hystfmu.scenario.outcome.baseline import Change
-from hystfmu.scenario.system.measures import label
-from hystfmu.studies.facts import WORDS, Read, is_study, read_study
+from hystfmu.scenario.outcome.metrics import label
+from hystfmu.scenario.outcome.result import Change
 from hystfmu.studies.figures import coordinate
-from hystfmu.studies.summary import interval
+from hystfmu.studies.summary import WORDS, Read, interval, is_study, read_study
 
 Bools = np.ndarray[Any, np.dtype[np.bool_]]
 WHICH = ("old", "new")

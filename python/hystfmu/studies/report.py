@@ -12,17 +12,14 @@ from hystfmu.base.arrays import Array
 from hystfmu.report.diagrams import Bars
 from hystfmu.report.page import Diagram, Section, Table
 from hystfmu.report.terminal import table as text_table
+from hystfmu.scenario.outcome.metrics import label, unit_of
 from hystfmu.scenario.report.loops import loop_explorer
 from hystfmu.scenario.report.page import write_report as write_page
-from hystfmu.scenario.system.measures import label, unit_of
 from hystfmu.scenario.system.system import System
-from hystfmu.studies.effects import effects
-from hystfmu.studies.facts import facts
-from hystfmu.studies.figures import all_draws, distribution, scatter, shares, strongest, tuning
-from hystfmu.studies.loop_limits import LoopLimits
+from hystfmu.studies.figures import all_draws, distribution, effects, scatter, shares, strongest, tuning
 from hystfmu.studies.spec import Study
-from hystfmu.studies.summary import PERCENTILES, Row, Summary, command, metric_unit, save_settings, worst_rows
-from hystfmu.studies.task import OUTSIDE
+from hystfmu.studies.summary import PERCENTILES, Row, Summary, command, facts, metric_unit, save_settings, worst_rows
+from hystfmu.studies.task import OUTSIDE, LoopLimits
 
 MOST_PLOTS = 24
 

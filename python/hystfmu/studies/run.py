@@ -12,9 +12,8 @@ from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError, extras
 from hystfmu.report.plot import Figure
 from hystfmu.scenario import Run, build
-from hystfmu.studies.dask_pool import DaskPool
 from hystfmu.studies.figures import distributions, outcome_html
-from hystfmu.studies.pool import Pool
+from hystfmu.studies.pool import DaskPool, Pool
 from hystfmu.studies.report import write_report
 from hystfmu.studies.sampling import sampler
 from hystfmu.studies.spec import LOOP_METRICS, Study, StudySpec
@@ -137,9 +136,10 @@ def study(
     path : str or Path
         A file ``*.study.toml``.
     folder : str or Path, optional
-        Folder for the table and the report. A study that exists in it resumes. The default is a folder with the name of
-        the study file, in the current folder.
-    workers : int, optional
+        Folder for the table and the report. A study that exists in it resumes.
+
+        The default is a folder with the name of the study file, in the current folder.
+    workers : int in [1, 1024], optional
         Number of local processes; by default one per core.
     on : str, optional
         Scheduler of a Dask cluster, ``dask://HOST:PORT``, instead of local processes.

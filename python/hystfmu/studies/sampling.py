@@ -11,8 +11,8 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError, extras
-from hystfmu.studies.loop_limits import LoopLimits
 from hystfmu.studies.spec import MOST_ROWS, Study
+from hystfmu.studies.task import LoopLimits
 
 
 class Sampler(Protocol):

@@ -9,8 +9,8 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import signals
-from hystfmu.design import sliding_bound
 from hystfmu.graph import Graph, Input, Node, Output
+from papers import sliding_bound
 from papers.rate_plant import RATE, actuator
 from papers.row import Row
 from papers.statements import relay_sum

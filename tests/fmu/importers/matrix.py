@@ -40,7 +40,7 @@ from hystfmu.graph.graph import sample_time
 from hystfmu.identify import METHODS
 from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_loop, write_ssp
-from hystfmu.scenario.system.folders import shipped_scenarios
+from hystfmu.scenario.system.spec import shipped_scenarios
 from hystfmu.unit import Unit
 
 ROOT = Path(__file__).parents[3]
@@ -398,15 +398,16 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
         "# Importers",
         wrapped(
             """`make importers` runs every kind of model and every shipped loop in importers of other projects, and
-            writes this page. A cell is the largest difference, relative to the span. The results of a model are
-            compared with those of `hystfmu predict`, and the results of a loop with the reference in its archive.
+            writes this page. Each cell states the largest difference, relative to the span of the output. The
+            results of a model are compared with those of `hystfmu predict`, and the results of a loop with the
+            reference in its archive.
             The entry "bits" means that the results are bit-identical. The exit status is 1 if a cell exceeds its
             bound."""
         ),
         "## Kinds of model",
         wrapped(
-            f"""The input has nested reversals over the range of the data, in {N} rows of 1 ms. Some columns need an
-            explanation:"""
+            f"""The input of each model consists of nested reversals over the range of its training data. It has {N}
+            rows with a step of 1 ms. Some columns need an explanation:"""
         ),
         "\n".join(
             wrapped(line, "  ")

@@ -36,8 +36,8 @@ from hystfmu.inverse import inverse
 from hystfmu.scenario import Cases
 from hystfmu.scenario.engine.simulation import simulate
 from hystfmu.scenario.ssp.write import write_loop, write_ssp
-from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Case
+from hystfmu.scenario.system.system import build
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 SHIPPED = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.rglob("scenario.toml"))

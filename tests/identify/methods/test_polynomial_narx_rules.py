@@ -101,7 +101,7 @@ def test_training_row_by_row(training, zone):
         zone = 1.2 * left if zone is None else zone / s.half
     want = phi @ recursion(phi[rows], y, 0.03, zone) * s.half + s.middle
     assert graph.run(data.u, H).reshape(-1)[3:] == pytest.approx(want[3:], rel=1e-5)
-    assert told == pytest.approx([0.4, 0.4, 0.4 + 0.6 * 500 / 1100, 0.4 + 0.6 * 1000 / 1100])
+    assert told == [0.4]
 
 
 def test_a_covariate_scales_a_network_of_its_own():

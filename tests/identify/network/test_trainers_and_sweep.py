@@ -12,7 +12,7 @@ import torch
 from torch import nn
 
 from hystfmu import InputError
-from hystfmu.identify.network import hidden_sweep as sweep
+from hystfmu.identify.network import readout as sweep
 from hystfmu.identify.network import torch_module
 from hystfmu.identify.network.training import decay_for, train
 from hystfmu.identify.solvers import trainers

@@ -78,7 +78,7 @@ def test_derivatives_of_the_output_by_weights_creep_and_gains(after, followed):
         np.array([0.6, 0.4]), np.array([0.2, 1.0, 0.3]), np.array([0.1, 0.2]),
         0.0, np.array([0.3, 0.0][:n]), np.full((n, 3), 0.1) * ([[1, 0, 0]] * n if n else 1),
     )  # fmt: skip
-    linear, free, target = bent_sum._linearised(p, s)
+    linear, free, target = bent_sum._after(p, s, bent_sum._before(p, s))
     here, e = bent_sum.model(p, s), 1e-6
 
     def moved(name, j):

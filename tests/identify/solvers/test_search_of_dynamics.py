@@ -105,7 +105,7 @@ def test_each_point_is_filtered_once():
 @pytest.mark.parametrize(("at", "sign"), [(HI[2] - 2e-5, 1), (HI[2] - 0.5e-5, -1)])
 def test_a_difference_stays_inside_the_bounds(at, sign):
     seen = []
-    of = Differences(lambda p: (seen.append(np.array(p)), p)[1], LO, HI, np.ones(3))
+    of = Differences(lambda p: (seen.append(np.array(p)), p)[1], np.ones(3), (LO, HI))
     assert of.jacobian(np.array([1.0, 1.0, at])) == pytest.approx(np.eye(3), abs=1e-9)
     steps = np.array(seen[1:]) - seen[0]
     assert np.diag(steps) == pytest.approx([1e-5, 1e-5, sign * 1e-5], rel=1e-6)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.outcome.baseline import (
+from hystfmu.scenario.outcome.result import (
     BASELINE_ROWS,
     Baseline,
     Change,

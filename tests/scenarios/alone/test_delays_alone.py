@@ -11,9 +11,8 @@ from engines import ready
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.report.loops import Delay, delay_budget
-from hystfmu.scenario.system.folders import inside, is_relative, scenario_folders
-from hystfmu.scenario.system.spec import UnitSpec
-from hystfmu.scenario.system.unit_graph import delayed, sizes
+from hystfmu.scenario.system.case import delayed, sizes
+from hystfmu.scenario.system.spec import UnitSpec, inside, is_relative, scenario_folders
 
 
 def delay(**more: Any) -> UnitSpec:

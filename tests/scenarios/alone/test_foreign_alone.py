@@ -13,8 +13,7 @@ import pytest
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.system import foreign as module
-from hystfmu.scenario.system.foreign import Foreign, _ports
-from hystfmu.scenario.system.unit_graph import (
+from hystfmu.scenario.system.case import (
     changed,
     first_outputs,
     parameter_names,
@@ -22,6 +21,7 @@ from hystfmu.scenario.system.unit_graph import (
     start_values,
     with_values,
 )
+from hystfmu.scenario.system.foreign import Foreign, _ports
 
 
 def variable(name: str, causality: str = "input", type_: str = "Float64", start: Any = None, **more: Any) -> Any:

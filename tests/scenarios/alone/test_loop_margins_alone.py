@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from hystfmu.design.repetitive import PeriodMemory
-from hystfmu.scenario.loop.held import held
 from hystfmu.scenario.loop.opened import OpenedLoop, _covariance, _turns
-from hystfmu.scenario.loop.plant import PlantSide
+from hystfmu.scenario.loop.plant import PlantSide, held
 from hystfmu.scenario.system.system import behind
 
 H = 0.01

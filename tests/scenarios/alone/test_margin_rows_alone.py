@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from hystfmu.scenario.loop import table as module
-from hystfmu.scenario.loop.limits import LoopVerdict
+from hystfmu.scenario.loop.opening import LoopVerdict
 from hystfmu.scenario.loop.table import COLUMNS, FALLING, LoopRow, MarginTable
 
 LINEAR = dict.fromkeys(COLUMNS, 1.5) | {

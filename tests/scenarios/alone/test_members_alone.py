@@ -21,9 +21,8 @@ from reference_fmus import reference_fmu
 from hystfmu.fmu.foreign.instance import Finding
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario.engine.master import ENGINES, chunks_here
 from hystfmu.scenario.engine.native import Native
-from hystfmu.scenario.engine.simulation import ENDED, TASK, main
+from hystfmu.scenario.engine.simulation import ENDED, ENGINES, TASK, chunks_here, main
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.system.system import System
 

@@ -13,10 +13,10 @@ from scipy.optimize import brentq
 from scipy.signal import cont2discrete
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.loop import limits, opened
+from hystfmu.scenario.loop import opened, opening
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.loop.plant import as_gain, dynamics, for_small_signals, has_memory, plant_side, slopes_of
-from hystfmu.scenario.loop.simulated import _delayed
+from hystfmu.scenario.loop.table import _delayed
 from hystfmu.scenario.report.loops import delay_table, loop_rows
 from hystfmu.scenario.system.system import System
 
@@ -259,7 +259,7 @@ def test_without_an_inverse_the_gain_of_the_plant_counts(write: Any) -> None:
     s = system(write, "play lag reference law", {"law": law, "lag": LAG | FINE, "play": play}, WIRES, 4)
     p, z = np.exp(-0.01 * 1.5 / 0.02), np.exp(1j * np.linspace(1e-4, np.pi, 20000))
     pole = p - Kp * (1 - p)
-    found = limits.loop_figures(s)
+    found = opening.loop_figures(s)
     assert found is not None
     assert found.stable == (abs(pole) < 1)
     if found.stable:
@@ -269,16 +269,16 @@ def test_without_an_inverse_the_gain_of_the_plant_counts(write: Any) -> None:
 
 def test_a_long_case_without_inverse_does_not_run_again(write: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     s = system(write, "play lag reference law", CHAIN, WIRES, 4)
-    assert limits.loop_figures(s) is not None
-    monkeypatch.setattr(limits, "MOST_STEPS", s.n_steps - 1)
-    assert limits.loop_figures(s) is None
+    assert opening.loop_figures(s) is not None
+    monkeypatch.setattr(opening, "MOST_STEPS", s.n_steps - 1)
+    assert opening.loop_figures(s) is None
 
 
 def test_numbers_at_the_ends_of_the_range_end(write: Any) -> None:
     """A plant that overflows in a step has no margins; a pole that rounding keeps below 1 adds noise without end."""
     wild = {"lag": LAG | FINE | {"values": {"b": [1.0], "a": [-1e-6, 1.0]}}}
     s = system(write, "play lag reference law", CHAIN | wild, WIRES, 4)
-    assert limits.loop_figures(s) is None
+    assert opening.loop_figures(s) is None
     assert not np.isfinite(opened._covariance(np.eye(1), np.eye(1))).any()
     with pytest.raises(InputError, match=r"stop: must be a multiple of the step 4\.94066e-324 s; got 1$"):
         ready(
@@ -307,7 +307,7 @@ def test_an_integrating_plant_has_margins(write: Any) -> None:
     wires = {"inverse.y": "law.u", "play.u": "inverse.u", "lag.u": "play.y"}
     s = system(write, "play lag reference law inverse", units, wires, 4)
     z = np.exp(1j * np.linspace(1e-4, np.pi, 20000))
-    found = limits.loop_figures(s)
+    found = opening.loop_figures(s)
     assert found is not None
     assert found.Ms_db == pytest.approx(peak_db(Kp * k * 0.01 / (z - 1)), abs=0.01)
     assert open_loop(s).slopes == pytest.approx((1.0, 1.0), abs=1e-9)
@@ -359,7 +359,7 @@ def test_loops_whose_plant_is_not_held_are_refused(write: Any, unit: str, how: d
     s = system(write, "play lag reference law", units | {unit: units[unit] | how}, WIRES)
     with pytest.raises(InputError, match=f"^s/nominal: {re.escape(said)}$"):
         open_loop(s, (1.0, 1.0))
-    assert limits.loop_figures(s) is None
+    assert opening.loop_figures(s) is None
 
 
 # ---- in rows -------------------------------------------------------------------------------------------------------

@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.outcome.baseline import CHANGED, Change
-from hystfmu.scenario.outcome.result import CaseResult, LoopFigures, Verdict
+from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Change, LoopFigures, Verdict
 from hystfmu.scenario.outcome.trace import Trace
-from hystfmu.scenario.report import cases, compare, machine, page
+from hystfmu.scenario.report import cases, compare, page
 from hystfmu.scenario.report.compare import compare_reports
 from hystfmu.scenario.system.spec import MetricSpec
 
@@ -189,7 +188,7 @@ def test_the_title_of_a_page(names: str, title: str) -> None:
 
 # ---- for machines --------------------------------------------------------------------------------------------------
 def test_values_as_json() -> None:
-    found = machine._plain({1: (np.float64(0.5), np.int64(2), math.inf, [math.nan]), "a": {"b": None}})
+    found = page._plain({1: (np.float64(0.5), np.int64(2), math.inf, [math.nan]), "a": {"b": None}})
     assert found == {"1": [0.5, 2, "inf", ["nan"]], "a": {"b": None}}
     assert json.dumps(found)
 

@@ -15,9 +15,9 @@ from drawn_unit import Variable, drawn_fmu
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario.ssp.coupling import as_readers_run
-from hystfmu.scenario.ssp.elements import SSC, SSV, changes
+from hystfmu.scenario.ssp.container import as_readers_run
 from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp
+from hystfmu.scenario.ssp.write import SSC, SSV, changes
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, UnitSpec
 

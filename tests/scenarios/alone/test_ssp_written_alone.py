@@ -11,11 +11,9 @@ import pytest
 from engines import ready
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.ssp.container import _check
-from hystfmu.scenario.ssp.coupling import joined
+from hystfmu.scenario.ssp.container import _check, joined
 from hystfmu.scenario.ssp.write import SSC, SSD, _structure, write_ssp
-from hystfmu.scenario.system.build import build
-from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.system import System, build
 
 
 @pytest.fixture

@@ -11,11 +11,10 @@ import pytest
 from engines import ready
 
 from hystfmu.base.errors import InputError
+from hystfmu.scenario.outcome.metrics import label, unit_of, unit_of_metric
 from hystfmu.scenario.system import system as module
-from hystfmu.scenario.system.folders import here_or_shipped, shipped_scenarios
-from hystfmu.scenario.system.fused import fuse, segments, to_graph
-from hystfmu.scenario.system.measures import label, unit_of, unit_of_metric
-from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.spec import here_or_shipped, shipped_scenarios
+from hystfmu.scenario.system.system import System, fuse, segments, to_graph
 
 
 @pytest.fixture

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.outcome.baseline import CHANGED, Change
 from hystfmu.scenario.outcome.metrics import Measure
-from hystfmu.scenario.outcome.result import CaseResult, LoopFigures, Verdict, judge
+from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Change, LoopFigures, Verdict, judge
 from hystfmu.scenario.report import terminal
 from hystfmu.scenario.system.spec import MetricSpec
 

@@ -18,7 +18,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Node
 from hystfmu.scenario import Run, simulate
-from hystfmu.scenario.engine.master import ENGINES, chunks_here
+from hystfmu.scenario.engine.simulation import ENGINES, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
 

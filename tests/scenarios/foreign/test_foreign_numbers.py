@@ -9,7 +9,7 @@ import pytest
 from bad_fmu import bad_fmu
 from engines import ready
 
-from hystfmu.scenario.engine.master import ENGINES, chunks_here
+from hystfmu.scenario.engine.simulation import ENGINES, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
 H = 1e-3

@@ -15,10 +15,9 @@ from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
 from hystfmu.scenario import simulate
-from hystfmu.scenario.engine.adapted_member import AdaptedMember
-from hystfmu.scenario.engine.fmu_member import FmuMember
-from hystfmu.scenario.engine.master import ENGINES
+from hystfmu.scenario.engine.fmu_member import AdaptedMember, FmuMember
 from hystfmu.scenario.engine.member import SteppedMember
+from hystfmu.scenario.engine.simulation import ENGINES
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
 

@@ -14,7 +14,7 @@ from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.scenario.outcome.baseline import Baseline
+from hystfmu.scenario.outcome.result import Baseline
 
 ROOT = Path(__file__).parents[3] / "scenarios"
 SLOPES = (0.68, 1.64)  # of plant over inverse in the corners

@@ -16,7 +16,7 @@ from hystfmu.cli import main
 from hystfmu.identify.estimate.dynamics import hysteresis
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.scenario.outcome.baseline import Baseline
+from hystfmu.scenario.outcome.result import Baseline
 
 ROOT = Path(__file__).parents[3]
 ROD = ROOT / "scenarios" / "magnetostrictive"

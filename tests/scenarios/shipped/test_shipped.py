@@ -18,7 +18,7 @@ from hystfmu.data.signals import decaying_sine
 from hystfmu.identify import fit
 from hystfmu.model import Model
 from hystfmu.scenario import Cases, build
-from hystfmu.scenario.outcome.baseline import Baseline
+from hystfmu.scenario.outcome.result import Baseline
 from papers.ipmc_sensor import RATE, STROKE, sensor
 
 ROOT = Path(__file__).parents[3] / "scenarios"

@@ -15,9 +15,8 @@ import numpy as np
 from start.devices.device import Device, Simulated
 
 import hystfmu as hy
-from hystfmu.scenario.system.build import build
 from hystfmu.scenario.system.case import Case
-from hystfmu.scenario.system.fused import fuse
+from hystfmu.scenario.system.system import build, fuse
 
 WITHOUT_FEEDBACK = "inverse_only"  # the case of `start` that has none
 SHAPES = {"nested": "random_reversals", "staircase": "steps", "step": "steps"}  # of verdict.json, in the block

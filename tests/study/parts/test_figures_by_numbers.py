@@ -12,7 +12,7 @@ from scipy.stats import spearmanr
 
 from hystfmu.report.page import Section
 from hystfmu.studies import figures, report
-from hystfmu.studies.effects import Effects
+from hystfmu.studies.figures import Effects
 from hystfmu.studies.report import sensitivity
 from hystfmu.studies.spec import ObjectiveSpec, ParameterSpec
 from hystfmu.studies.summary import Spread, Summary, interval

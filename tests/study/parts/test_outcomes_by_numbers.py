@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hystfmu.studies import effects, summary
+from hystfmu.studies import figures, summary
 from hystfmu.studies.summary import Spread, Summary
 
 
@@ -158,7 +158,7 @@ def draws(n, p, seed=1):
 def test_indices_of_a_product_and_a_sum():
     x = draws(400, 3)
     y = np.column_stack([legendre(x[:, 0]) * legendre(x[:, 1]) + 2 * legendre(x[:, 0]), np.full(400, 3.0)])
-    found = effects.effects(x, y)
+    found = figures.effects(x, y)
     assert found.first == pytest.approx(np.array([[0.8, 0], [0, 0], [0, 0]]), abs=1e-9)
     assert found.total == pytest.approx(np.array([[1.0, 0], [0.2, 0], [0, 0]]), abs=1e-9)
     assert found.explained == pytest.approx([1.0, 0.0], abs=1e-9)
@@ -177,40 +177,40 @@ def test_what_is_explained_is_the_leave_one_out_error():
             rest = np.delete(np.arange(60), k)
             errors.append(y[k] - A[k] @ np.linalg.lstsq(A[rest], y[rest], rcond=None)[0])
         best = max(best, 1 - np.mean(np.square(errors)) / y.var())
-    assert effects.effects(x, y[:, None]).explained[0] == pytest.approx(best, rel=1e-6)
+    assert figures.effects(x, y[:, None]).explained[0] == pytest.approx(best, rel=1e-6)
 
 
 @pytest.mark.parametrize(("n", "explained"), [(3, 0.0), (4, 1.0), (5, 1.0)])
 def test_two_runs_a_term_are_needed(n, explained):
     x = np.linspace(0, 1, n)[:, None]
-    assert effects.effects(x, legendre(x)).explained[0] == pytest.approx(explained, abs=1e-6)
+    assert figures.effects(x, legendre(x)).explained[0] == pytest.approx(explained, abs=1e-6)
 
 
 @pytest.mark.parametrize(("degree", "found"), [(12, 1.0), (13, 0.0)])
 def test_degrees_up_to_twelve_and_three_hundred_terms(degree, found):
     x = draws(900, 1)
     y = np.polynomial.legendre.legval(2 * x - 1, np.eye(degree + 1)[degree])
-    assert round(effects.effects(x, y).explained[0], 2) == pytest.approx(found, abs=0.1)
+    assert round(figures.effects(x, y).explained[0], 2) == pytest.approx(found, abs=0.1)
     many = draws(700, 23, 3)  # 300 terms of degree 2
     y = legendre(many[:, :1]) * legendre(many[:, 1:2])
-    assert effects.effects(many, y).total[0, 0] == pytest.approx(1.0, abs=1e-6)
+    assert figures.effects(many, y).total[0, 0] == pytest.approx(1.0, abs=1e-6)
     more = draws(700, 24, 3)  # 325 terms
     y = legendre(more[:, :1]) * legendre(more[:, 1:2])
-    assert effects.effects(more, y).explained[0] < 0.5
+    assert figures.effects(more, y).explained[0] < 0.5
 
 
 @pytest.mark.parametrize(("levels", "exact"), [(64, True), (65, False)])
 def test_polynomials_of_up_to_64_levels_are_orthonormal_over_them(levels, exact):
     column = np.repeat(np.linspace(0, 1, levels) ** 2, 3)
-    b = effects._orthonormal(column)
+    b = figures._orthonormal(column)
     assert b.shape == (3 * levels, 13)
     assert np.allclose(b.T @ b / len(b), np.eye(13), atol=1e-9) is exact
-    two = effects._orthonormal(np.array([0.0, 1.0, 1.0, 0.0]))
+    two = figures._orthonormal(np.array([0.0, 1.0, 1.0, 0.0]))
     assert two.shape == (4, 2)
     assert two.T @ two / 4 == pytest.approx(np.eye(2))
 
 
 def test_a_parameter_that_stays_needs_no_runs():
     x = np.column_stack([np.linspace(0, 1, 6), np.full(6, 0.5), np.full(6, 0.1)])
-    found = effects.effects(x, legendre(x[:, :1]))
+    found = figures.effects(x, legendre(x[:, :1]))
     assert found.total[:, 0] == pytest.approx([1.0, 0, 0], abs=1e-9)

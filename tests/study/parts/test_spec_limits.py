@@ -8,8 +8,17 @@ from typing import Any
 import pydantic
 import pytest
 
-from hystfmu.studies.designs import LearntLoops, LoopShapingDesign, RepetitiveDesign, Weight
-from hystfmu.studies.spec import LoopSpec, ObjectiveSpec, ParameterSpec, SecondOrderSpec, StudySpec
+from hystfmu.studies.spec import (
+    LearntLoops,
+    LoopShapingDesign,
+    LoopSpec,
+    ObjectiveSpec,
+    ParameterSpec,
+    RepetitiveDesign,
+    SecondOrderSpec,
+    StudySpec,
+    Weight,
+)
 
 STUDY: dict[str, Any] = {"name": "s", "scenario": ".", "method": "random", "parameters": {"a.b": {"range": [0.0, 1.0]}}}
 LOOP: dict[str, Any] = {"case": "c"}

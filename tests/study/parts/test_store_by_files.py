@@ -12,9 +12,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.studies import folder_lock, store
-from hystfmu.studies.folder_lock import close_locked, open_locked
-from hystfmu.studies.store import Store
+from hystfmu.studies import store
+from hystfmu.studies.store import Store, close_locked, open_locked
 
 
 def row(k: int, **more: Any) -> dict[str, Any]:
@@ -184,7 +183,7 @@ def test_files_that_are_read_only_stay_as_they_are(made: Any, tmp_path: Path) ->
 # ---- the lock -------------------------------------------------------------------------------------------------------
 def test_a_lock_that_fails_leaves_no_handle_open(tmp_path: Path, monkeypatch: Any) -> None:
     handles: list[int] = []
-    held = dict(folder_lock._HELD)  # of other tests
+    held = dict(store._HELD)  # of other tests
 
     def lock(error: OSError) -> Any:
         def fail(handle: int) -> None:
@@ -196,12 +195,12 @@ def test_a_lock_that_fails_leaves_no_handle_open(tmp_path: Path, monkeypatch: An
     for error, caught in (
         (BlockingIOError(), InputError), (PermissionError(), InputError), (OSError("no locks"), OSError),
     ):  # fmt: skip
-        monkeypatch.setattr(folder_lock, "_lock", lock(error))
+        monkeypatch.setattr(store, "_lock", lock(error))
         with pytest.raises(caught):
             open_locked(tmp_path / "file")
         with pytest.raises(OSError, match="Bad file descriptor"):
             os.fstat(handles[-1])
-    assert held == folder_lock._HELD
+    assert held == store._HELD
     monkeypatch.undo()
     handle = open_locked(tmp_path / "file")
     with pytest.raises(InputError, match="another study is writing into this folder"):

@@ -71,20 +71,29 @@ def read(
     path : str, Path, data frame, dict or array, or sequence of them
         The file, or the columns: a data frame of pandas, polars or pyarrow, a dict of arrays, or an array (n, 3) of
         time, input and output. Each of several files is a record with its own memory.
-    time, input, output : str or int
-        Heading of a column with or without its unit of measure, ``"Zeit [ms]"`` or ``"Zeit"``, or the number of the
-        column from 1. If empty, the column is recognised by its name, such as t, u, y, or by its unit of measure. If
-        `output` is None, no output is read.
+    time : str or int
+        Heading of the time column with or without its unit of measure, ``"Zeit [ms]"`` or ``"Zeit"``, or its number
+        from 1. If empty, the column is recognised by its name, such as t, u, y, or by its unit of measure.
+    input : str or int
+        Input column, given like `time`.
+    output : str or int, optional
+        Output column, given like `time`.
+
+        If None, no output is read.
     rate : float, optional
         Sample rate (Hz), instead of a time column.
     train : slice, (first, end) or "first:end", optional
-        Data rows whose errors a fit minimises. Rows are counted from 0, and the end is excluded. The rows of several
+        Data rows whose errors a fit minimises, first:end. The model runs from row 0 in any case.
+
+        Rows are counted from 0, and the end is excluded. The rows of several
         records are numbered consecutively.
     resample : float or "median", optional
-        New rate (Hz) for a record with uneven steps, or "median" for 1 / median step. Without this option, an uneven
+        New rate (Hz) for a record with uneven steps, or "median" for 1 / median step.
+
+        Without this option, an uneven
         record is resampled, with a remark, only if at most 2 % of the samples were lost and time stamps deviate by at
         most 0.3 steps. Other uneven records are refused.
-    lag : int
+    lag : int in [0, inf)
         Delay of the output sensor in rows: y of row k + lag belongs to u of row k.
     record : str or int, optional
         Column that numbers the records: a new record starts where its value changes.

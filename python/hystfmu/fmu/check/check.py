@@ -38,7 +38,7 @@ class Check:
         Extent of the check, such as ``3 instances, 250 steps``; empty if the check does not apply to the FMU.
     problems : int
         Number of problems.
-    seconds : float
+    seconds : float in (0, inf)
         Duration (s).
     """
 

@@ -209,12 +209,6 @@ def _log_categories() -> ET.Element:
     return categories
 
 
-def _scalars(graph: Graph) -> Iterator[tuple[Port, int, str]]:
-    for p in graph.ports:
-        for i, name in enumerate(p.scalar_names):
-            yield p, i, name
-
-
 def _continuous(graph: Graph) -> Iterator[tuple[dict[str, str], str, int | None]]:
     """Yield attributes and unit of measure of all states, then of all derivatives, with the index of their state.
 
@@ -229,101 +223,77 @@ def _continuous(graph: Graph) -> Iterator[tuple[dict[str, str], str, int | None]
         yield {**named, "description": f"time derivative of {x.name}", **local}, rate_unit(x.unit), k
 
 
-def _variables2(graph: Graph, known: Mapping[str, Facts]) -> ET.Element:
-    tags = {"real": "Real", "int": "Integer", "bool": "Boolean"}
-    variables = ET.Element("ModelVariables")
-    for p, i, name in _scalars(graph):
-        facts = known.get(p.name, Facts())
-        scalar = ET.SubElement(variables, "ScalarVariable", _attributes(p, name, p.reference + i, facts))
-        kind = ET.SubElement(scalar, tags.get(p.var.type, "Enumeration"))
-        if p.var.choices:
-            kind.set("declaredType", _type_name(graph, p))
-        if p.var.type == "real" and p.unit:
-            kind.set("unit", p.unit)
-        kind.attrib.update(_limits(p.var, facts))
-        if p.kind != "output":
-            kind.set("start", _number(p.var, p.start[i]))
-    n = len(variables)
-    for attributes, unit, of in _continuous(graph):
-        kind = ET.SubElement(ET.SubElement(variables, "ScalarVariable", attributes), "Real", unit=unit)
-        if of is not None:
-            kind.set("derivative", str(n + of + 1))
-    return variables
+_TAGS: dict[Fmi, dict[str, str]] = {
+    2: {"real": "Real", "int": "Integer", "bool": "Boolean"},
+    3: {"real": "Float64", "int": "Int32", "bool": "Boolean"},
+}
 
 
-def _variables3(graph: Graph, known: Mapping[str, Facts]) -> ET.Element:
-    tags = {"real": "Float64", "int": "Int32", "bool": "Boolean"}
+def _typed(graph: Graph, fmi: Fmi, p: Port, start: Sequence[float], facts: Facts) -> dict[str, str]:
+    """Return the attributes of the type of a variable, or of one of its elements."""
+    found = {"declaredType": _type_name(graph, p)} if p.var.choices else {}
+    if p.var.type == "real":
+        found |= {"intermediateUpdate": "true"} if fmi == 3 and p.kind == "input" else {}
+        found |= {"unit": p.unit} if p.unit else {}
+    found |= _limits(p.var, facts)
+    return found if p.kind == "output" else found | {"start": " ".join(_number(p.var, x) for x in start)}
+
+
+def _variables(graph: Graph, fmi: Fmi, known: Mapping[str, Facts]) -> ET.Element:
+    """List the variables: in FMI 2.0 every element of an array is one, and its type is an element inside it."""
     variables = ET.Element("ModelVariables")
+
+    def add(kind: str, attributes: dict[str, str], typed: dict[str, str]) -> ET.Element:
+        tag = _TAGS[fmi].get(kind, "Enumeration")
+        if fmi == 3:
+            return ET.SubElement(variables, tag, attributes | typed)
+        return ET.SubElement(ET.SubElement(variables, "ScalarVariable", attributes), tag, typed)
+
     for p in graph.ports:
         facts = known.get(p.name, Facts())
-        attributes = _attributes(p, p.name, p.reference, facts)
-        if p.var.choices:
-            attributes["declaredType"] = _type_name(graph, p)
-        if p.kind == "input" and p.var.type == "real":
-            attributes["intermediateUpdate"] = "true"
-        if p.var.type == "real" and p.unit:
-            attributes["unit"] = p.unit
-        attributes.update(_limits(p.var, facts))
-        if p.kind != "output":
-            attributes["start"] = " ".join(_number(p.var, x) for x in p.start)
-        variable = ET.SubElement(variables, tags.get(p.var.type, "Enumeration"), attributes)
-        if p.size > 1:
-            ET.SubElement(variable, "Dimension", start=str(p.size))
-    name, taken = "time", {p.name for p in graph.ports} | {x.name for x in graph.continuous_states}
-    while name in taken:
-        name += "_"
-    reference = sum(p.size for p in graph.ports)  # the binary has the time under the first free reference
-    time = {"name": name, "valueReference": str(reference), "causality": "independent", "variability": "continuous"}
-    ET.SubElement(variables, "Float64", {**time, "unit": "s", "description": "simulation time"})
+        for i, name in enumerate(p.scalar_names if fmi == 2 else [p.name]):
+            start = p.start[i : i + 1] if fmi == 2 else p.start
+            attributes = _attributes(p, name, p.reference + i, facts)
+            variable = add(p.var.type, attributes, _typed(graph, fmi, p, start, facts))
+            if fmi == 3 and p.size > 1:
+                ET.SubElement(variable, "Dimension", start=str(p.size))
+    total = sum(p.size for p in graph.ports)  # the binary has the time under this reference
+    if fmi == 3:
+        name, taken = "time", {p.name for p in graph.ports} | {x.name for x in graph.continuous_states}
+        while name in taken:
+            name += "_"
+        time = {"name": name, "valueReference": str(total), "causality": "independent", "variability": "continuous"}
+        add("real", time, {"unit": "s", "description": "simulation time"})
     for attributes, unit, of in _continuous(graph):
-        more = {} if of is None else {"derivative": str(reference + 1 + of)}
-        ET.SubElement(variables, "Float64", {**attributes, "unit": unit, **more})
+        # the index from 1 of FMI 2.0, which has no time, is the reference of FMI 3.0
+        add("real", attributes, {"unit": unit} | ({} if of is None else {"derivative": str(total + 1 + of)}))
     return variables
 
 
 def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
     """Declare direct feed-through of outputs and derivatives; without it importers assume algebraic loops.
 
-    Initial unknowns have no `dependencies` attribute, which means that they may depend on every parameter and input.
+    FMI 3.0 names variables by their references, FMI 2.0 by their indices from 1, and has none for the time. Initial
+    unknowns have no `dependencies` attribute, which means that they may depend on every parameter and input.
     """
     outputs, derivatives = dependencies(graph.nodes, graph.links, graph.ports)
-    n_states, total = len(derivatives), sum(p.size for p in graph.ports)
+    first = sum(p.size for p in graph.ports) + 1  # continuous state, then the derivatives
+    of = {p.name: [p.reference] if fmi == 3 else [p.reference + 1 + i for i in range(p.size)] for p in graph.ports}
+
+    def listed(known: Knowns) -> str:
+        found = {k for name in known.inputs for k in of[name]} | {first + k for k in known.states}
+        return " ".join(map(str, sorted(found | ({first - 1} if known.time and fmi == 3 else set()))))
+
+    rates = [(first + len(derivatives) + k, listed(known)) for k, known in enumerate(derivatives)]
+    direct = [(k, listed(outputs[p.name])) for p in graph.ports if p.kind == "output" for k in of[p.name]]
+    initial = [(k, "") for k in [*(k for k, _ in direct), *range(first, first + 2 * len(derivatives))]]
     structure = ET.Element("ModelStructure")
-    if fmi == 3:
-
-        def known3(known: Knowns) -> str:
-            listed = {graph.port(name).reference for name in known.inputs} | {total + 1 + k for k in known.states}
-            return " ".join(map(str, sorted(listed | ({total} if known.time else set()))))
-
-        of_outputs = [(str(p.reference), outputs[p.name]) for p in graph.ports if p.kind == "output"]
-        of_derivatives = [(str(total + 1 + n_states + k), known) for k, known in enumerate(derivatives)]
-        for tag, unknowns in (("Output", of_outputs), ("ContinuousStateDerivative", of_derivatives)):
-            for reference, known in unknowns:
-                ET.SubElement(structure, tag, valueReference=reference, dependencies=known3(known))
-        states = [str(total + 1 + k) for k in range(n_states)]
-        for reference in [r for r, _ in of_outputs] + states + [r for r, _ in of_derivatives]:
-            ET.SubElement(structure, "InitialUnknown", valueReference=reference)
-        return structure
-
-    index: dict[str, list[int]] = {}
-    for k, (p, _, _) in enumerate(_scalars(graph)):
-        index.setdefault(p.name, []).append(k + 1)
-
-    def known2(known: Knowns) -> str:  # FMI 2.0 has no variable for the time
-        listed = {k for name in known.inputs for k in index[name]} | {total + 1 + k for k in known.states}
-        return " ".join(map(str, sorted(listed)))
-
-    scalar = [(k, known2(outputs[p.name])) for p in graph.ports if p.kind == "output" for k in index[p.name]]
-    rates = [(total + 1 + n_states + k, known2(known)) for k, known in enumerate(derivatives)]
-    for tag, unknowns2 in (("Outputs", scalar), ("Derivatives", rates)):
-        listed = ET.SubElement(structure, tag) if unknowns2 else structure
-        for k, dependent in unknowns2:
-            ET.SubElement(listed, "Unknown", index=str(k), dependencies=dependent)
-    initial = [k for k, _ in scalar] + [total + 1 + k for k in range(2 * n_states)]
-    if initial:
-        listed = ET.SubElement(structure, "InitialUnknowns")
-        for k in initial:
-            ET.SubElement(listed, "Unknown", index=str(k))
+    for kind, unknowns in (("Output", direct), ("Derivative", rates), ("InitialUnknown", initial)):
+        above, tag, key = structure, "ContinuousStateDerivative" if kind == "Derivative" else kind, "valueReference"
+        if fmi == 2 and unknowns:
+            above, tag, key = ET.SubElement(structure, f"{kind}s"), "Unknown", "index"
+        for k, dependent in unknowns:
+            ET.SubElement(above, tag, {key: str(k)} | ({} if unknowns is initial else {"dependencies": dependent}))
     return structure
 
 
@@ -417,6 +387,6 @@ def model_description(
     step = suitable_step(graph)
     end, size = _without_dust(1000 * step if stop is None else stop), _without_dust(step)
     ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=end, stepSize=size)
-    root.append(_variables2(graph, known or {}) if fmi == 2 else _variables3(graph, known or {}))
+    root.append(_variables(graph, fmi, known or {}))
     root.append(_structure(graph, fmi))
     return xml_file(root)

@@ -145,7 +145,7 @@ def search(
 
     def problem(beside: Beside) -> Differences:
         most, least = np.append(hi, np.ones(len(beside))), np.append(lo, -np.ones(len(beside)))
-        return Differences(lambda p: residuals(Dynamics.at(p, h, beside)) / scale, least, most, np.ones(len(most)))
+        return Differences(lambda p: residuals(Dynamics.at(p, h, beside)) / scale, np.ones(len(most)), (least, most))
 
     def refine(p: Array, beside: Beside) -> tuple[float, Dynamics]:
         start = np.append(p, [share for *_, share in beside])
@@ -188,7 +188,7 @@ def uncertainty(residuals: Callable[[Dynamics], Array], g: Dynamics, data: Datas
     lo, hi = bounds(data, options)
     p = g.point(data.h)
     free = (p > lo + 1e-6 * (hi - lo)) & (p < hi - 1e-6 * (hi - lo))
-    near = Differences(lambda p: residuals(Dynamics.at(p, data.h, g.beside)), lo, hi, np.ones(3))
+    near = Differences(lambda p: residuals(Dynamics.at(p, data.h, g.beside)), np.ones(3), (lo, hi))
     return standard_errors(residuals(g), near.jacobian(np.clip(p, lo, hi)), free)
 
 

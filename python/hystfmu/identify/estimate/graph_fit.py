@@ -23,7 +23,7 @@ from hystfmu.identify.estimate.free import Free, Spec, read
 from hystfmu.identify.estimate.linear_parts import linear_parts
 from hystfmu.identify.estimate.objective import Linear, Objective, OutOfTime
 from hystfmu.identify.estimate.search import determined, search
-from hystfmu.identify.graphs import device
+from hystfmu.identify.graphs import device, scaled_input
 
 TEXT = "graph of blocks, free parameters by least squares on the free run"
 REPEATED = 1e-4  # part of an effect that those of other parameters leave, which counts as none
@@ -198,9 +198,8 @@ def around(node: Node, data: Dataset) -> tuple[Graph, dict[str, Spec]]:
         raise InputError(
             f"A block to fit alone must have one input and an output. Got {node.type}: make a graph of it."
         )
-    seen = data.u[: data.train.stop]
-    middle, half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
-    first = (float(data.u[0]) - middle) / half
+    scaling, gain, offset = scaled_input(data.u[: data.train.stop])
+    first = gain * float(data.u[0]) + offset
     rows = [v for v in block.parameters if v.type == "real" and v.name not in node.values]
     rest = {v.name: first for v in rows if v.follows and group(block, v) == "Start"}
     ends = [
@@ -209,7 +208,7 @@ def around(node: Node, data: Dataset) -> tuple[Graph, dict[str, Spec]]:
         for k in range(sizes[v.name])
     ]
     nodes = [
-        Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half}),
+        scaling,
         node.with_values(**rest),
         Node("readout", "sum", {"n": len(ends)}, {"k": np.ones(len(ends))}),
     ]

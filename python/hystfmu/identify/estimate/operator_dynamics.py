@@ -40,14 +40,14 @@ EVALUATIONS = (15, 60)  # limit on evaluations of residuals and Jacobian: per st
 class Operator:
     """A class of operators with a searched shape, a point (n,) with bounds `lo`, `hi` and `scale`.
 
-    `nodes` returns the blocks for a record: ``input``, which scales u, then ``operator`` and further blocks. `wires`
-    connect these blocks. `shape` returns the values of these blocks at a point, by ``node.parameter``. `searched`
+    `nodes` are the blocks: ``input``, which scales u, then ``operator`` and further blocks. `wires` connect these
+    blocks. `shape` returns the values of these blocks at a point, by ``node.parameter``. `searched`
     returns the parameters with their bounds at (p, lo, hi), for ``bounded`` of the fit. The weighted sum of the ports
     `columns` enters the dynamics. `starts` are start points of the search, the likeliest first; `bank` contains the
     points of the bank.
     """
 
-    nodes: Callable[[Dataset], list[Node]]
+    nodes: list[Node]
     shape: Callable[[Array], dict[str, float]]
     lo: Array
     hi: Array
@@ -112,10 +112,10 @@ def build(operator: Operator, data: Dataset, options: Options, progress: Progres
 
 def _bank(operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) -> Callable[[Dynamics], Array]:
     """Return a function of the dynamics: the residuals of the best sum of 1 and filtered responses of the bank."""
-    front, found = operator.nodes(data), []
+    found = []
     for point in operator.bank:
         given = [(*name.partition(".")[::2], value) for name, value in operator.shape(point).items()]
-        nodes = [n.with_values(**{k: v for node, k, v in given if node == n.name}) for n in front]
+        nodes = [n.with_values(**{k: v for node, k, v in given if node == n.name}) for n in operator.nodes]
         found.append(_run(operator, nodes, data.u))
     responses, y = np.column_stack([found[0][:, 0], *(c[:, 1:] for c in found)]), data.y[rows]
 
@@ -144,7 +144,7 @@ class _Chains:
         g0, *late = Dynamics.at(p, self.data.h).nodes(self.data.h, self.hold)
         shape: dict[str, float] = self.operator.shape(p[3:])
         if late and "input.offset" in shape:  # before its first input the delay gives the first row
-            gain = float(self.operator.nodes(self.data)[0].value("gain")[0])
+            gain = float(self.operator.nodes[0].value("gain")[0])
             shape["delay.y0"] = gain * float(self.data.u[0]) + shape["input.offset"]
         return {"g0.b": g0.value("b"), "g0.a": g0.value("a"), **shape}
 
@@ -153,7 +153,7 @@ class _Chains:
         dynamics = Dynamics.at(p, self.data.h).nodes(self.data.h, self.hold)
         key = dynamics[0].dims["na"], dynamics[1].dims["n"] if len(dynamics) > 1 else 0
         if key not in self.made:
-            scaling, *operator = self.operator.nodes(self.data)
+            scaling, *operator = self.operator.nodes
             x_0 = float((scaling.value("gain") * self.data.u[0] + scaling.value("offset"))[0])
             late = [n.with_values(y0=x_0) for n in dynamics[1:]]
             total = Node("hysteresis", "sum", {"n": len(self.operator.columns)})

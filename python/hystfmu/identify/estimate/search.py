@@ -53,8 +53,13 @@ class Differences:
     """
 
     def __init__(
-        self, residuals: Callable[[Array], Array], lo: Array, hi: Array, scale: Array, step: float = DIFFERENCE
+        self,
+        residuals: Callable[[Array], Array],
+        scale: Array,
+        bounds: tuple[Array | float, Array | float] = (-np.inf, np.inf),
+        step: float = DIFFERENCE,
     ) -> None:
+        lo, hi = (np.broadcast_to(bound, scale.shape) for bound in bounds)
         self.coordinates, self._of, self._step = Coordinates(lo, hi, scale, lambda p: {}), residuals, step
         self._last: tuple[bytes, Array] = b"", np.zeros(0)
 

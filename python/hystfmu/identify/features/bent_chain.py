@@ -26,7 +26,7 @@ from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Following, Problem
 from hystfmu.identify.features.plays import plays, thresholds, u0_of
 from hystfmu.identify.features.smooth_density import RelaySum
-from hystfmu.identify.graphs import covariate_inputs, device, wired
+from hystfmu.identify.graphs import covariate_inputs, device, scaled_input, wired
 
 MOST_ROWS = 6000  # more rows are thinned evenly, after filtering at the full rate
 BETTER, NEEDED = 0.95, 0.5  # ratio of validation errors below which a part, or a bend without inverse, is kept
@@ -65,16 +65,15 @@ class Trial:
 class Fitting:
     """Columns and rows of one fit, and the structures fitted to them.
 
-    Fields: scaled input x = (u - middle) / half and its start x0; thresholds r of the plays; covariates theta, scaled
+    Fields: the block that scales u to x in [-1, 1], the start x0; thresholds r of the plays; covariates theta, scaled
     to [-1, 1] from their range low..high; all counted rows, the fitted rows, and the held-out rows.
     """
 
     def __init__(self, data: Dataset, options: Options) -> None:
         rows, self.data, self.options = data.train, data, options
         u = data.u[: rows.stop]
-        self.middle, self.half = float(u[rows].max() + u[rows].min()) / 2, float(np.ptp(u[rows])) / 2
-        self.x0 = (u0_of(data, options) - self.middle) / self.half
-        x = (u - self.middle) / self.half
+        self.scaling, gain, offset = scaled_input(u[rows])
+        self.x0, x = gain * u0_of(data, options) + offset, gain * u + offset
         self.r = thresholds(x[rows], options["N"])
         self.noise = noise(data.y[data.counted])
         self.relays = RelaySum(x, rows)
@@ -135,7 +134,7 @@ def chain(f: Fitting, parts: Parts, s: BentSum) -> Graph:
     data = f.data
     slope, r, weights, at_0 = dead_zones(s.q)
     front = [
-        Node("input", "scaling", {"n": 1}, {"gain": 1 / f.half, "offset": -f.middle / f.half}),
+        f.scaling,
         _hysteresis(f, parts.operator, s.w),
         Node("bend", "dead_zones", {"n": len(r)}, {"w0": slope, "r": r, "w": weights}),
     ]

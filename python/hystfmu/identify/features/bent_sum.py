@@ -119,6 +119,11 @@ class BentSum:
     c: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
+    def variables(self) -> tuple[Array, Array, Array]:
+        """The variables of the Gauss-Newton steps."""
+        return self.w, self.k, self.g
+
+    @property
     def monotone(self) -> bool:
         """True if the bend rises, or falls, on the whole range of v and of the covariates."""
         slope = legendre.legval(GRID, legendre.legder(self.q)) if len(self.q) > 1 else np.zeros(1)
@@ -166,10 +171,6 @@ class Problem:
         """Return columns after the dynamics, on the rows of the fit."""
         return np.asarray((columns if self.after is None else self.after(columns))[self.rows])
 
-    def lag(self, columns: Array, T: float) -> Array:
-        """Return a first-order lag of columns from the steady state; inputs are held over each step as in `creep`."""
-        return lagged(columns, -np.expm1(-self.h / T))
-
     def crept(self, columns: Array, k: Array) -> Array:
         """Return columns with their creep."""
         used = k > 0
@@ -214,8 +215,8 @@ def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
     for left in range(STEPS - 1, -1, -1):
         step = _newton(p, best)
         for share in SHARES:
-            moved = {name: old + share * (getattr(step, name) - old) for name, old in _variables(best).items()}
-            trial = _with_bend(p, replace(best, **moved))
+            w, k, g = (old + share * (new - old) for old, new in zip(best.variables, step.variables, strict=True))
+            trial = _with_bend(p, replace(best, w=w, k=k, g=g))
             if trial.rms < best.rms:
                 break
         else:
@@ -244,13 +245,9 @@ def residuals(p: Problem, s: BentSum) -> Callable[[Filter | None], Array]:
     return left
 
 
-def _variables(s: BentSum) -> dict[str, Array]:
-    return {"w": s.w, "k": s.k, "g": s.g}
-
-
 def _newton(p: Problem, s: BentSum) -> BentSum:
     """Return the weights that minimise the linearised error at `s`."""
-    linear, free, target = _linearised(p, s)
+    linear, free, target = _after(p, s, _before(p, s))
     x, v = p.solved(linear, target, free)
     w, k, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
     w[0] = max(w[0], p.least * w.sum())
@@ -258,19 +255,14 @@ def _newton(p: Problem, s: BentSum) -> BentSum:
     return replace(s, w=w, k=k, g=g)
 
 
-def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array, Array]:
-    """Return the derivatives of the output at `s`, by w and k, then by free variables, and the common target."""
-    return _after(p, s, _before(p, s))
-
-
 def _before(p: Problem, s: BentSum) -> Array:
-    """Return the columns that `_linearised` filters by the dynamics.
+    """Return the columns of a linearisation before the dynamics.
 
     They are the derivatives by w, the output, the derivatives by k, and the free columns.
     """
     v = p.columns @ s.w
     slope, b = (f(v, s.q, s.c, s.g)[:, None] for f in (p.following.slope, p.following.value))
-    parts = [p.crept(slope * p.columns, s.k), p.crept(b, s.k), *(p.lag(b - b[:1], T) for T in p.T)]
+    parts = [p.crept(slope * p.columns, s.k), p.crept(b, s.k), *(lagged(b - b[:1], -np.expm1(-p.h / T)) for T in p.T)]
     if len(p.following.gains):
         own = np.asarray(legendre.legval(v, s.q), float)[:, None]
         parts.append(p.crept(p.following.theta[:, p.following.gains] * own, s.k))
@@ -278,6 +270,7 @@ def _before(p: Problem, s: BentSum) -> Array:
 
 
 def _after(p: Problem, s: BentSum, before: Array) -> tuple[Array, Array, Array]:
+    """Return the derivatives of the output at `s`, by w and k, then by free variables, and the common target."""
     n, m = len(s.w), len(p.T)
     seen = p.seen(before)
     moved, creep, gained = seen[:, :n], seen[:, n + 1 : n + 1 + m], seen[:, n + 1 + m :]

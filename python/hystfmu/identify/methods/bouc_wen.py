@@ -18,7 +18,7 @@ from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.search import determined, search
 from hystfmu.identify.features.plays import DEAD_BAND
-from hystfmu.identify.graphs import device
+from hystfmu.identify.graphs import device, scaled_input
 
 TEXT = "Bouc-Wen operator as a grey box, nonlinear least squares"
 CANDIDATES = (Candidate(OPENS, 0.2, 0.4, quick={"starts": 1}),)
@@ -45,13 +45,9 @@ def limits(n_max: float) -> tuple[Array, Array, Array]:
 
 def nodes(data: Dataset) -> list[Node]:
     """Return ``input``, which scales u to about [-1, 1], and ``operator``."""
-    seen = data.u[: data.train.stop]  # later rows do not affect the training rows
-    middle, half = (seen.max() + seen.min()) / 2, np.ptp(seen) / 2
-    first = float((data.u[0] - middle) / half)
-    return [
-        Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half}),
-        Node("operator", "bouc_wen", {}, {"A": 1.0, "alpha": 0.0, "k": 1.0, "u0": first}),
-    ]
+    scaling, gain, offset = scaled_input(data.u[: data.train.stop])  # later rows do not affect the training rows
+    first = gain * float(data.u[0]) + offset
+    return [scaling, Node("operator", "bouc_wen", {}, {"A": 1.0, "alpha": 0.0, "k": 1.0, "u0": first})]
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:

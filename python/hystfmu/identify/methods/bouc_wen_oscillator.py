@@ -14,7 +14,6 @@ the fastest component, and of 0.03 % with 100 rows.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import product
 
 import numpy as np
@@ -22,7 +21,7 @@ import numpy as np
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective
@@ -69,7 +68,8 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
         return {f"plant.{name}": float(value) for name, value in found.items()}
 
     bound = np.array([3.0, 6.0, 6.0, 6.0, 50.0, 50.0])
-    start = graph({"nu": options["nu"]}, data)
+    plant = Node("plant", "bouc_wen_oscillator", {}, {"nu": options["nu"]})
+    start = device(data, [plant], [], ["plant.u"], "plant.y")
     objective = Objective(data, start, Coordinates(-bound, bound, SCALES, values), size=size, rows=rows)
     starts = [
         np.array([0.0, 0.0, np.log(1 - share), np.log(share), *np.asarray(shape) / share ** options["nu"]])
@@ -80,11 +80,6 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     limits = zip(names, p.tolist(), (-bound).tolist(), bound.tolist(), strict=True)
     bounded = {name: tuple(of) for name, *of in limits}
     return objective.graph(p), len(p), {"bounded": bounded, "free": determined(objective, p).table}
-
-
-def graph(values: Mapping[str, float], data: Dataset) -> Graph:
-    """Return the graph of the block with these parameter values, input `u` and output `y`."""
-    return device(data, [Node("plant", "bouc_wen_oscillator", {}, dict(values))], [], ["plant.u"], "plant.y")
 
 
 def linear_oscillator(u: Array, y: Array, h: float, rounds: int = 10) -> tuple[float, float, float]:

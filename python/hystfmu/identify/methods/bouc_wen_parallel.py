@@ -27,7 +27,7 @@ from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.features.bent_sum import lagged
-from hystfmu.identify.graphs import device
+from hystfmu.identify.graphs import device, scaled_input
 from hystfmu.identify.methods.bouc_wen import limits, searched, shape
 from hystfmu.model.accuracy import rms
 
@@ -69,9 +69,9 @@ class _Fitting:
     """Columns and rows of a fit."""
 
     def __init__(self, data: Dataset, options: Options) -> None:
-        seen = data.u[data.counted]  # a curve of high degree knows nothing beyond the rows that it is fitted to
-        self.middle, self.half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
-        self.data, self.x = data, (data.u[: data.train.stop] - self.middle) / self.half
+        # a curve of high degree knows nothing beyond the rows that it is fitted to
+        self.scaling, gain, offset = scaled_input(data.u[data.counted])
+        self.data, self.x = data, gain * data.u[: data.train.stop] + offset
         self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
         self.lo, self.hi, self.scale = limits(options["n_max"])
 
@@ -96,7 +96,7 @@ class _Fitting:
             e = self.project(replace(parts, p=p), rows)[0]
             return np.asarray(e / (self.data.span * np.sqrt(len(e))))
 
-        found = refined(Differences(misfit, self.lo, self.hi, self.scale), parts.p, evaluations, TOLERANCE)
+        found = refined(Differences(misfit, self.scale, (self.lo, self.hi)), parts.p, evaluations, TOLERANCE)
         return replace(parts, p=found.p)
 
     def tried(self, parts: Parts) -> tuple[float, Parts]:
@@ -156,7 +156,7 @@ def _graph(f: _Fitting, parts: Parts, c: Array) -> Graph:
     of_x, b, of_z = c[m : m + n], float(c[m + n]), c[m + n + 1 :]
     values = operator(f.x[:2], parts.p)[0]
     nodes = [
-        Node("input", "scaling", {"n": 1}, {"gain": 1 / f.half, "offset": -f.middle / f.half}),
+        f.scaling,
         Node("operator", "bouc_wen", {}, {**values, "alpha": 0.0, "k": 1.0}),
         Node("spring", "dead_zones", {"n": len(r)}, {"w0": slope, "r": r, "w": weights}),
     ]

@@ -7,17 +7,15 @@ last 30 % of the training rows.
 
 from __future__ import annotations
 
-import numpy as np
-
 from hystfmu.base.arrays import Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import CLOSES, Candidate, Option, Options
 from hystfmu.identify.features.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.features.plays import branch_option, u0_of, u0_option
+from hystfmu.identify.graphs import scaled_input
 from hystfmu.identify.methods.fitted_operator_mlp import BEND, straightened
-from hystfmu.identify.network.hidden_sweep import hidden_sweep
-from hystfmu.identify.network.readout import Features, fit_readout, network_options
+from hystfmu.identify.network.readout import Features, fit_readout, hidden_sweep, network_options
 
 TEXT = "constraint-factor operator and a network on (x, h)"
 COVARIATES = True
@@ -46,8 +44,7 @@ def fit_operator(data: Dataset, options: Options) -> tuple[Features, Branch]:
     """Fit ``scaling -> constraint_factor``; the features are the scaled input x and the operator h."""
     u, y, rows = data.u, data.y, data.counted
     u0 = u0_of(data, options)
-    gain = options["range"] / float(np.ptp(u[data.train]))
-    offset = -gain * float(u[data.train].min() + u[data.train].max()) / 2
+    scaling, gain, offset = scaled_input(u[data.train], options["range"])
     x, x0 = gain * u + offset, gain * u0 + offset
     where = stack_coordinates(x, x0, options["memory"])
     if options["branch"] == "literal":
@@ -56,10 +53,7 @@ def fit_operator(data: Dataset, options: Options) -> tuple[Features, Branch]:
         v, free = straightened(x[rows], y[rows], options["bend"], data.covariates.values[rows])
         branch = increasing_branch(where, v, free, rows, options["m"], options["roughness"])
     values = {"a0": branch.a[0], "a": branch.a[1:], "d_max": branch.d_max, "memory": options["memory"], "x0": x0}
-    nodes = [
-        Node("input", "scaling", {"n": 1}, {"gain": gain, "offset": offset}),
-        Node("operator", "constraint_factor", {}, values),
-    ]
+    nodes = [scaling, Node("operator", "constraint_factor", {}, values)]
     ends = ["input.y", "operator.h"]
     return Features(nodes, [("input.y", "operator.x")], ["input.u"], ends, data), branch
 

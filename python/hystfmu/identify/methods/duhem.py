@@ -15,20 +15,21 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option, Options
+from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.features.plays import DEAD_BAND
-from hystfmu.identify.graphs import device, wired
+from hystfmu.identify.graphs import device, scaled_input, wired
 
 TEXT = "polynomial slopes for rising and falling input, least squares, refined on the free run"
 MEMORY = Memory(1700.0, "q")
 EVALUATIONS = (60, 30)  # limit on evaluations of residuals and Jacobian: for k and c, on the free run
 STARTS = (0.0, 0.5, 1.0)  # of k, relative to the slope of the straight line
+TOLERANCE, STEP = 1e-8, 1e-7  # relative change that ends a search; step of a finite difference
 PIECE = 5.0  # length of a piece of the path in dead bands: the noise at its ends is an eighth of it
 CLOSE = 0.05  # RMS error, relative to half the span, from which on no other start is refined
 ROOM = 3.0  # bound of |w|, relative to the largest in the data
@@ -146,15 +147,14 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     If the rows of rising or of falling input are fewer than the coefficients, an InputError is raised.
     """
     rows, counted, m, q = data.train, data.counted, options["m"], options["q"]
-    seen = data.u[: rows.stop]  # later rows do not affect the training rows
-    middle, half = (seen.max() + seen.min()) / 2, np.ptp(seen) / 2
-    u = (seen - middle) / half
+    scaling, gain, shift = scaled_input(data.u[: rows.stop])  # later rows do not affect the training rows
+    u = gain * data.u[: rows.stop] + shift
     centre, size = float(data.y[counted].mean()), data.span / 2
     y = (data.y[rows] - centre) / size
     kept = np.zeros(len(data.u), dtype=bool)
     kept[counted] = True
     kept = kept[rows]
-    slopes = _Slopes(u[rows], y, kept, m, q, PIECE * options["dead_band"] / half)
+    slopes = _Slopes(u[rows], y, kept, m, q, PIECE * options["dead_band"] * gain)
     if min(map(len, slopes.parts)) < slopes.terms:
         rises, falls = map(len, slopes.parts)
         raise InputError(
@@ -162,28 +162,27 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
             f"{slopes.terms} rows of rising and of falling u. Got {rises} and {falls} instead."
         )
 
-    def increments(p: Array) -> Array:
-        return slopes.solve(p[0], p[1])[2]
-
     line = np.linalg.lstsq(np.column_stack([u[rows], np.ones(len(y))])[kept], y[kept], rcond=None)[0]
+    increments = Differences(lambda p: slopes.solve(p[0], p[1])[2], np.full(2, 0.1), step=STEP)
     tries = []
     for i, share in enumerate(STARTS):
         progress(0.3 * i / len(STARTS))
-        tries.append(least_squares(increments, [share * line[0], 0.0], x_scale=0.1, max_nfev=EVALUATIONS[0]))
+        tries.append(refined(increments, np.array([share * line[0], 0.0]), EVALUATIONS[0], TOLERANCE))
     # the increments may be followed best by slopes whose free run leaves the data: the free run decides
-    starts = sorted((_Start(slopes, r.x, u, y, rows, kept) for r in tries), key=lambda s: s.cost)
-    refined = []
+    starts = sorted((_Start(slopes, r.p, u, y, rows, kept) for r in tries), key=lambda s: s.cost)
+    results = []
     for i, start in enumerate(starts):
         progress(0.3 + 0.6 * i / len(starts))
-        found = least_squares(start.error, np.zeros(3 + 2 * slopes.terms), x_scale="jac", max_nfev=EVALUATIONS[1])
-        refined.append((start, found))
-        if np.sqrt(2 * found.cost) < CLOSE:
+        p = np.zeros(3 + 2 * slopes.terms)
+        found = refined(Differences(start.error, p + 1, step=STEP), p, EVALUATIONS[1], TOLERANCE, by_jacobian=True)
+        results.append((start, found))
+        if found.misfit < CLOSE:
             break
-    start, found = min(refined, key=lambda pair: pair[1].cost)
-    now, slope, offset, w0 = start.parts(found.x)
+    start, found = min(results, key=lambda pair: pair[1].cost)
+    now, slope, offset, w0 = start.parts(found.p)
     nodes = [
-        Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half}),
+        scaling,
         _node(now, slope, w0, float(u[0]), start.w_max, m, q),
         Node("readout", "scaling", {"n": 1}, {"gain": size, "offset": centre + size * offset}),
     ]
-    return device(data, nodes, wired(nodes)), len(found.x)
+    return device(data, nodes, wired(nodes)), len(found.p)

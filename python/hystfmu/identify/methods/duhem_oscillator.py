@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective
@@ -76,7 +76,9 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
         n = 3 + knots
         c = Coordinates(np.full(n, -np.inf), np.full(n, np.inf), np.ones(n), values)
-        return Objective(data, graph(knots, z_max, data), c, size=size * np.sqrt(count), rows=rows[:count])
+        plant = Node("plant", "duhem_oscillator", {"n": knots}, {"z_max": z_max})
+        graph = device(data, [plant], [], ["plant.u"], "plant.y")
+        return Objective(data, graph, c, size=size * np.sqrt(count), rows=rows[:count])
 
     def search(p: Array, z_max: float, count: int, done: float) -> Trial:
         progress(done)
@@ -128,9 +130,3 @@ def physical(p: Array) -> Array:
     right = np.minimum(f, f[::-1])
     first = np.arange(len(f)) < (len(f) + 1) // 2
     return np.concatenate([np.maximum(p[:3], SOFTEST), np.where(first, left, right)])
-
-
-def graph(knots: int, z_max: float, data: Dataset) -> Graph:
-    """Return the graph of the block with these knots up to a force of z_max."""
-    node = Node("plant", "duhem_oscillator", {"n": knots}, {"z_max": z_max})
-    return device(data, [node], [], ["plant.u"], "plant.y")

@@ -27,7 +27,7 @@ OPTIONS = (Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"), *DY
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Build the graph; the result has the form of `operator_dynamics.build`."""
     operator = operator_dynamics.Operator(
-        bouc_wen.nodes,
+        bouc_wen.nodes(data),
         bouc_wen.shape,
         *bouc_wen.limits(options["n_max"]),
         ("input.y", "operator.z"),

@@ -20,6 +20,7 @@ from hystfmu.identify.catalogue import LATE, Built, Candidate, Memory, Option, O
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate import operator_dynamics
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS
+from hystfmu.identify.graphs import scaled_input
 from hystfmu.model import run_along
 from hystfmu.model.accuracy import rms
 
@@ -70,26 +71,21 @@ def _squares(data: Dataset, options: Options) -> bool:
 
 def _operator(data: Dataset, strain: bool) -> operator_dynamics.Operator:
     """Return the class of operators, with a part M^2 for strain."""
-    seen = data.u[: data.train.stop]  # later rows do not affect the training rows
-    middle, half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
+    scaling, _, offset = scaled_input(data.u[: data.train.stop])  # later rows do not affect the training rows
 
-    def nodes(data: Dataset) -> list[Node]:
-        scaling = Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half})
-        square = [Node("square", "product", {"n": 2, "m": 0})] if strain else []
-        return [scaling, Node("operator", "jiles_atherton", {}, {"Ms": 1.0}), *square]
+    square = [Node("square", "product", {"n": 2, "m": 0})] if strain else []
 
     def shape(p: Array) -> dict[str, float]:
         a, k = float(np.exp(p[0])), float(np.exp(p[1]))
         values = {"a": a, "k": k, "c": float(p[2]), "alpha": 3 * a * float(p[3])}
-        offset = -middle / half - float(p[4])
-        return {"input.offset": offset, **{f"operator.{name}": value for name, value in values.items()}}
+        return {"input.offset": offset - float(p[4]), **{f"operator.{name}": value for name, value in values.items()}}
 
     def point(a: float, k: float, c: float, share: float) -> Array:
         # the search starts with loops about the middle of u where u hardly changes its sign, else about u = 0
-        return np.array([np.log(a), np.log(k), c, share, 0.0 if abs(middle) > half / 2 else -middle / half])
+        return np.array([np.log(a), np.log(k), c, share, 0.0 if abs(offset) > 0.5 else offset])
 
     return operator_dynamics.Operator(
-        nodes,
+        [scaling, Node("operator", "jiles_atherton", {}, {"Ms": 1.0}), *square],
         shape,
         LO,
         HI,

@@ -22,11 +22,11 @@ import numpy as np
 
 from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LAGS, Built, Candidate, Memory, Option, Options
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, Dynamics, search, told, uncertainty
 from hystfmu.identify.features.plays import plays, thresholds, u0_of, u0_option
-from hystfmu.identify.graphs import device, wired
+from hystfmu.identify.graphs import device, scaled_input, wired
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "weighted plays, then G0(s) with delay, variable projection"
@@ -51,14 +51,12 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     """
     rows, h = data.counted, data.h
     u0 = u0_of(data, options)
-    seen = data.u[data.train]
-    middle, half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
-    x = (data.u - middle) / half
-    x0 = (u0 - middle) / half
+    scaling, gain, shift = scaled_input(data.u[data.train])
+    x, x0 = gain * data.u + shift, gain * u0 + shift
     stride = -(-len(data.y[rows]) // MOST_ROWS)
     y = data.y[rows][::stride]
     ones = np.ones((len(y), 1))
-    hold, least = options["hold"], options["w0_min"] * half
+    hold, least = options["hold"], options["w0_min"] / gain
 
     def project(g: Dynamics, columns: Array) -> tuple[Array, Array, float]:
         """Return residuals, weights and offset."""
@@ -81,22 +79,8 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
         progress(0.5 + 0.5 * (i + 1) / ROUNDS)
     _, w, offset = project(g, columns)
     spread = uncertainty(lambda g: project(g, columns)[0], g, data, options)
-    made = graph(g, w, r, x0, (middle, half, offset), hold, data)
-    return made, len(r) + 5, told(g, spread, data, options)
-
-
-def graph(
-    g: Dynamics, w: Array, r: Array, x0: float, scale: tuple[float, float, float], hold: str, data: Dataset
-) -> Graph:
-    """Build the graph with input `u` and output `y`; `scale` contains middle and half range of u, and offset of y."""
-    middle, half, offset = scale
-    dynamics = g.nodes(data.h, hold)
-    if len(dynamics) > 1:
-        dynamics[1] = dynamics[1].with_values(y0=float(w.sum() * x0))
-    chain = [
-        Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half}),
-        Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": w[0], "r": r, "w": w[1:], "u0": x0}),
-        *dynamics,
-        Node("readout", "scaling", {"n": 1}, {"offset": offset}),
-    ]
-    return device(data, chain, wired(chain))
+    hysteresis = Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": w[0], "r": r, "w": w[1:], "u0": x0})
+    g0, *delays = g.nodes(h, hold)
+    late = [node.with_values(y0=float(w.sum() * x0)) for node in delays]
+    chain = [scaling, hysteresis, g0, *late, Node("readout", "scaling", {"n": 1}, {"offset": offset})]
+    return device(data, chain, wired(chain)), len(r) + 5, told(g, spread, data, options)

@@ -31,8 +31,8 @@ from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options
 from hystfmu.identify.features.plays import RANGE, branch_option, u0_of, u0_option
-from hystfmu.identify.graphs import covariate_inputs, device
-from hystfmu.identify.solvers.recursive import Recursive
+from hystfmu.identify.graphs import covariate_inputs, device, scaled_input
+from hystfmu.identify.solvers.ridge import least_squares, recursive
 
 TEXT = "polynomial of the lagged input and Zhao-Tan operator, least squares"
 MEMORY = Memory(4600.0)
@@ -40,7 +40,6 @@ COVARIATES = True
 RANGES = (1.0, 2.0, 4.0)  # trial ranges of x in the operator
 QUICK_LAGS = 3  # lags in the trials
 MOST_PARAMETERS = 5000
-CHUNK = 2000  # rows per QR, which fit the cache
 ROOM = 1.2  # default dead zone, relative to the largest error of the batch solution
 
 CANDIDATES = (Candidate(ANY, 0.05, 0.02),)
@@ -104,48 +103,25 @@ class Signals:
 def signals(data: Dataset, span: float, memory: str, u0: float, margin: float) -> Signals:
     """Run the front end of the model, ``scaling -> zhao_tan``, over the data."""
     u, y = data.u[data.train], data.y[data.counted]
-    lo, hi, width = float(u.min()), float(u.max()), float(np.ptp(u))
-    gain = span / width
-    offset = -gain * (lo + hi) / 2
-    limits = {"gain": gain, "offset": offset, "lo": lo - margin * width, "hi": hi + margin * width}
+    (scaling, gain, offset), room = scaled_input(u, span), margin * float(np.ptp(u))
     nodes = (
-        Node("input", "scaling", {"n": 1}, limits),
+        scaling.with_values(lo=float(u.min()) - room, hi=float(u.max()) + room),
         Node("operator", "zhao_tan", {}, {"memory": memory, "x0": gain * u0 + offset}),
     )
     ends = [Output("x", "input.y"), Output("f", "operator.h")]
     x, f = Graph(nodes, [("input.y", "operator.x")], [Input("u", ("input.u",))], ends).run(data.u, data.h).T
     middle, half = float(y.min() + y.max()) / 2, float(np.ptp(y)) / 2
-    scaling = _scaling(data, margin)
-    c = (data.covariates.values - scaling["middle"]) / scaling["half"]
+    beside = _scaling(data, margin)
+    c = data.covariates.values * beside["gain"] + beside["offset"]
     return Signals(nodes, x, f, (data.y - middle) / half, middle, half, c)
 
 
 def _scaling(data: Dataset, margin: float) -> dict[str, Array]:
-    """Return middle, half range and limits of the covariates in the training rows."""
+    """Return the scaling of the covariates to [-1, 1] in the training rows, with limits beyond them."""
     c = data.covariates.values[data.train]
-    lo, hi = c.min(axis=0), c.max(axis=0)
-    return {
-        "middle": (lo + hi) / 2,
-        "half": (hi - lo) / 2,
-        "lo": lo - margin * (hi - lo),
-        "hi": hi + margin * (hi - lo),
-    }
-
-
-def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
-    """Minimise |y - phi theta|^2 + rows ridge^2 |theta|^2 by QR; return theta (n,) and the RMS of y - phi theta.
-
-    The ridge equals that of recursive least squares with P(0) = I / (rows ridge^2).
-    """
-    from scipy.linalg import solve_triangular
-
-    rows, n = phi.shape
-    r: Array = np.sqrt(rows) * ridge * np.eye(n, n + 1)
-    for i in range(0, rows, CHUNK):
-        chunk = np.column_stack([phi[i : i + CHUNK], y[i : i + CHUNK]])
-        r = np.asarray(np.linalg.qr(np.vstack([r, chunk]), mode="r"))
-    theta = np.asarray(solve_triangular(r[:n, :n], r[:n, n]))
-    return theta, float(np.sqrt(np.mean((y - phi @ theta) ** 2)))
+    lo, hi, wide = c.min(axis=0), c.max(axis=0), np.ptp(c, axis=0)
+    limits = {"lo": lo - margin * wide, "hi": hi + margin * wide}
+    return {"gain": 2 / wide, "offset": -(lo + hi) / wide, **limits}
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
@@ -187,7 +163,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
             raise InputError(
                 f"The option 'dead_zone' must come with training = 'dead_zone'. Got {options['training']!r}."
             )
-        theta = _recursive(seen, data.counted, lags, options, theta, gains, progress)
+        theta = _recursive(seen, data.counted, lags, options, theta, gains)
     weights = (theta.reshape(-1, count(n_u + n_f + n_y, q)) * basis(gains, q)).ravel()
     graph = assemble(data, seen, dict(zip(("n_u", "n_f", "n_y", "n_k"), lags, strict=True)), q, weights)
     if data.covariates:
@@ -202,21 +178,14 @@ def solve(seen: Signals, rows: Rows, lags: list[int], q: int, ridge: float) -> t
     return theta, rms * seen.half, gains
 
 
-def _recursive(
-    seen: Signals, rows: Rows, lags: list[int], options: Options, batch: Array, gains: Array, progress: Progress
-) -> Array:
+def _recursive(seen: Signals, rows: Rows, lags: list[int], options: Options, batch: Array, gains: Array) -> Array:
     """Return the weights after one pass over the training rows, starting from 0."""
     z, _ = seen.lags(*lags)
     z, y, q = z[rows] * gains, seen.y[rows], options["q"]
     r = options["dead_zone"]
     if options["training"] == "dead_zone":
         r = ROOM * float(np.abs(y - basis(z, q) @ batch).max()) if r is None else r / seen.half
-    model = Recursive(len(batch), 1 / (len(y) * options["ridge"] ** 2), dead_zone=r)
-    for k in range(len(y)):
-        model.update(basis(z[k], q), y[k])
-        if k % 500 == 0:
-            progress(0.4 + 0.6 * k / len(y))
-    return model.theta
+    return recursive(basis(z, q), y, options["ridge"], r)
 
 
 def _weighted(graph: Graph, data: Dataset, scaling: Mapping[str, Array], theta: Array) -> Graph:
@@ -224,10 +193,9 @@ def _weighted(graph: Graph, data: Dataset, scaling: Mapping[str, Array], theta: 
     names, first = data.covariates.names, graph.node("network")
     n = len(names)
     parts = theta.reshape(n + 1, -1)
-    limits = {"gain": 1 / scaling["half"], "offset": -scaling["middle"] / scaling["half"]}
     nodes = [n for n in graph.nodes if n.name != first.name]
     nodes += [first.with_values(theta=parts[0]), Node("total", "sum", {"n": n + 1})]
-    nodes.append(Node("covariates", "scaling", {"n": n}, {**limits, "lo": scaling["lo"], "hi": scaling["hi"]}))
+    nodes.append(Node("covariates", "scaling", {"n": n}, scaling))
     wires = [w for w in graph.wires if w[1] != "readout.u"]
     wires += [(f"{first.name}.y", "total.u[1]"), ("total.y", "readout.u")]
     for i, name in enumerate(names, 1):

@@ -24,6 +24,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options
+from hystfmu.identify.features.bent_sum import lagged
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.graphs import device
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
@@ -136,21 +137,14 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     tried: list[tuple[float, Array, Array, float]] = []
     for free in [np.zeros((len(u), 0))] * (options["rate"] != "yes") + [rate.columns] * (options["rate"] != "no"):
         problem = Penalised(bounded, free, sign * y, (density.along_mean, density.along_width))
-        strengths, error = best_strengths(problem, LEVELS, partial(_report, progress, 0.2 + 0.4 * len(tried)))
+        done = 0.2 + 0.4 * len(tried)
+        strengths, error = best_strengths(problem, LEVELS, lambda f, done=done: progress(done + 0.4 * f))  # type: ignore[misc]
         if not tried or error < BETTER * tried[-1][0]:
             tried.append((error, *problem.solve(strengths)))
     _, x, v, offset = tried[-1]
     hysteresis = density.node("hysteresis", sign * (density.E @ x), sign * offset)
-    graph = rate.behind(hysteresis, sign * v, data) if len(v) else _alone(hysteresis, data)
-    return graph, len(x) + len(v) + 1
-
-
-def _report(progress: Progress, done: float, fraction: float) -> None:
-    progress(done + 0.4 * fraction)
-
-
-def _alone(hysteresis: Node, data: Dataset) -> Graph:
-    return device(data, [hysteresis], (), ["hysteresis.u"], "hysteresis.y")
+    alone = device(data, [hysteresis], (), ["hysteresis.u"], "hysteresis.y")
+    return rate.behind(hysteresis, sign * v, data) if len(v) else alone, len(x) + len(v) + 1
 
 
 class _Rate:
@@ -163,9 +157,8 @@ class _Rate:
         self.T_bend = 4 * h
         self.middle = float(data.u[data.train].mean())
         self.s = knots(data.u[data.train] - self.middle, DEAD_ZONES)
-        lagged = [data.along(partial(lag, h=h, T=T))[rows] for T in self.T]
-        bent = data.along(partial(lag, h=h, T=self.T_bend))[rows]
-        self.columns = np.column_stack([*lagged, dead_zones(bent - self.middle, self.s)])
+        *crept, bent = (data.along(partial(lag, h=h, T=T))[rows] for T in (*self.T, self.T_bend))
+        self.columns = np.column_stack([*crept, dead_zones(bent - self.middle, self.s)])
 
     def behind(self, hysteresis: Node, v: Array, data: Dataset) -> Graph:
         """Return the graph of the hysteresis and the terms with weights v, in the order of the columns."""
@@ -196,5 +189,5 @@ def dead_zones(u: Array, s: Array) -> Array:
 
 
 def lag(u: Array, h: float, T: float) -> Array:
-    """Run a first-order lag of u (n,) from its steady state in the C core; step h (s), time constant T (s)."""
-    return Graph.single(Node("lag", "creep", {}, {"w": 1.0, "T": T, "start": "steady"})).run(u, h)
+    """Run a first-order lag of u (n,) from its steady state; step h (s), time constant T (s)."""
+    return lagged(u[:, None], -np.expm1(-h / T))[:, 0]

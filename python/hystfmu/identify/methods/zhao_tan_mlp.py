@@ -7,14 +7,13 @@ exchanged, this kind gives the inverse model of the paper (section III).
 
 from __future__ import annotations
 
-import numpy as np
-
 from hystfmu.base.arrays import Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import CLOSES, OPENS, Candidate, Option, Options
 from hystfmu.identify.features.plays import RANGE, branch_option, u0_of, u0_option
+from hystfmu.identify.graphs import scaled_input
 from hystfmu.identify.network.readout import Features, fit_readout, network_options
 
 TEXT = "Zhao-Tan operator and a network on (x, h)"
@@ -43,22 +42,17 @@ OPTIONS = (
 
 def features(data: Dataset, span: float, memory: str, u0: float, operator: str = "zhao_tan") -> Features:
     """Build ``scaling -> zhao_tan`` or ``scaling -> inverse``; the features are the scaled input and the output."""
-    u = data.u[data.train]
-    gain = span / float(np.ptp(u))
+    scaling, gain, offset = scaled_input(data.u[data.train], span)
     if operator == "zhao_tan":
-        offset = -gain * float(u.min() + u.max()) / 2
         values: dict[str, Value] = {"memory": memory, "x0": gain * u0 + offset}
     elif memory == "dominant":
-        offset, values = -gain * u0, {}  # an inverse operator rests at h = 0
+        scaling, values = scaling.with_values(offset=-gain * u0), {}  # an inverse operator rests at h = 0
     else:
         raise InputError(
             f"The 'memory' option with the operator {operator!r} must be 'dominant'. Got {memory!r} instead."
         )
     takes, gives = OPERATORS[operator]
-    nodes = [
-        Node("input", "scaling", {"n": 1}, {"gain": gain, "offset": offset}),
-        Node("operator", operator, {}, values),
-    ]
+    nodes = [scaling, Node("operator", operator, {}, values)]
     return Features(nodes, [("input.y", f"operator.{takes}")], ["input.u"], ["input.y", f"operator.{gives}"], data)
 
 

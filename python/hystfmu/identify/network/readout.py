@@ -1,18 +1,26 @@
-"""Network readout of a model: features of the input limited to their training range, mlp, and output scaling."""
+"""Network readout of a model: features of the input limited to their training range, mlp, and output scaling.
+
+A sweep over the number of hidden neurons scores a network of each size on a validation split.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
-from hystfmu.base.arrays import Array, Progress
+from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.catalogue import Option, Options
 from hystfmu.identify.graphs import covariate_inputs
 from hystfmu.identify.network.training import LEAST_DECAY, MOST_ROWS, decay_for, train
+from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.identify.solvers.trainers import TRAINERS
+
+WORKERS = 2  # threads of a sweep
 
 
 def network_options(hidden: int, starts: int, iterations: int, least_decay: float = LEAST_DECAY) -> tuple[Option, ...]:
@@ -98,7 +106,8 @@ def fit_readout(
     x, y = features.values[data.counted], data.y[data.counted]
     middle, gain = centre_and_gain(x)
     scaled = (x - middle) * gain
-    a = least_squares(scaled, y) if linear else np.zeros(0)
+    # the ridge limits nearly equal features
+    a = least_squares(np.column_stack([scaled, np.ones(len(y))]), y, 1e-6)[0] if linear else np.zeros(0)
     rest = y - (scaled @ a[:-1] + a[-1]) if linear else y
     (rest_middle,), (rest_gain,) = centre_and_gain(rest[:, None])
     target = (rest - rest_middle) * rest_gain
@@ -143,9 +152,37 @@ def fit_readout(
     return graph, network.parameters + len(a), rms * scale
 
 
-def least_squares(x: Array, y: Array) -> Array:
-    """Fit weights (m + 1,) of the columns of x (n, m) and a constant; a ridge of 1e-6 limits nearly equal columns."""
-    columns = np.column_stack([x, np.ones(len(x))])
-    n = columns.shape[1]
-    ridge = 1e-6 * np.sqrt(len(x)) * np.eye(n)
-    return np.asarray(np.linalg.lstsq(np.vstack([columns, ridge]), np.concatenate([y, np.zeros(n)]), rcond=None)[0])
+def hidden_sweep(
+    x: Array,
+    y: Array,
+    fitted: slice,
+    validation: slice,
+    counts: Sequence[int],
+    chosen: Options,
+    seed: int = 0,
+    progress: Progress = silent,
+) -> dict[int, float]:
+    """Compute the mean square validation error for every number of hidden neurons (Shen & Ma 2017, table 2).
+
+    Networks from x (n, n_in) to y (n,) are trained on the rows `fitted`. Activation, starts, trainer, iterations and
+    decay are options of a network readout. Each size has its own random starts, so the order of the work does not
+    matter. Threads share the sizes, the largest first; BLAS has one thread in each, because threads of small
+    factorisations wait for each other longer than they compute. The progress weights each size by the cost of its
+    iterations. Errors are in the square of the unit of measure of y, in the order of `counts`.
+    """
+    middle, gain = centre_and_gain(x[fitted])
+    (y_middle,), (y_gain,) = centre_and_gain(y[fitted][:, None])
+    scaled, target = (x - middle) * gain, (y - y_middle) * y_gain
+    decay = decay_for(target[fitted]) if chosen["decay"] is None else chosen["decay"]
+    options = {k: chosen[k] for k in ("activation", "starts", "iterations")} | {"decay": decay, "seed": seed}
+    found: dict[int, float] = {}
+    cost = {n: 10 + n**2 for n in counts}
+
+    def score(n: int) -> None:
+        network, _ = train(scaled[fitted], target[fitted], n, trainer=TRAINERS[chosen["trainer"]], **options)
+        found[n] = float(np.mean((network(scaled[validation]) - target[validation]) ** 2)) / float(y_gain) ** 2
+        progress(sum(cost[i] for i in tuple(found)) / sum(cost.values()))
+
+    with threadpool_limits(1), ThreadPoolExecutor(WORKERS) as pool:
+        list(pool.map(score, sorted(cost, reverse=True)))
+    return {n: found[n] for n in counts}

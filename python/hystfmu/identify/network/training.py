@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hystfmu.base.arrays import Array, Progress, silent
+from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.identify.solvers.trainers import TRAINERS, Squares, Trainer
 
 LEAST_DECAY = 1e-9
@@ -100,9 +101,7 @@ def start(
     b1 = -np.sum(W1 * centre, axis=1)
     f = np.column_stack([_hidden(x @ W1.T + b1, activation)[0], np.ones(len(x))])
     # a small ridge keeps the initial output weights from cancelling each other
-    ridge = 1e-3 * np.sqrt(len(x)) * np.eye(hidden + 1)
-    out = np.linalg.lstsq(np.vstack([f, ridge]), np.concatenate([y, np.zeros(hidden + 1)]), rcond=None)[0]
-    return np.concatenate([W1.ravel(), b1, out])
+    return np.concatenate([W1.ravel(), b1, least_squares(f, y, 1e-3)[0]])
 
 
 def train(

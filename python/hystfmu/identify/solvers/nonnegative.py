@@ -49,7 +49,7 @@ def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
     A zero column of A, or a column in the range of F, has weight 0. Dependent columns of F share a weight (least norm).
     """
     if len(b) > MANY:  # a triangle has the same solution; further copies of so many rows would not fit
-        R = _reduced(A, F, b)
+        R = _triangle(A, F, b)
         A, F, b = R[:, : A.shape[1]], R[:, A.shape[1] : -1], R[:, -1]
     U, s, Vt = np.linalg.svd(F, full_matrices=False)
     keep = s > 1e-12 * s.max(initial=0.0)
@@ -67,12 +67,12 @@ def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
     return x, v
 
 
-def _reduced(A: Array, F: Array, b: Array) -> Array:
-    """Return the triangle of the QR factors of [A F b], computed from successive parts of the rows."""
-    R = np.zeros((0, A.shape[1] + F.shape[1] + 1))
-    for k in range(0, len(b), MANY):
-        rows = slice(k, k + MANY)
-        R = _factor(np.vstack([R, np.column_stack([A[rows], F[rows], b[rows]])]))
+def _triangle(*columns: Array) -> Array:
+    """Return the triangle of the QR factors of arrays (n, ..) side by side, computed from successive parts of rows."""
+    R: Array = np.zeros((0, np.column_stack([c[:1] for c in columns]).shape[1]))
+    for k in range(0, len(columns[0]), MANY):
+        part = np.column_stack([c[k : k + MANY] for c in columns])
+        R = np.linalg.qr(np.vstack([R, part]), mode="r")  # type: ignore[assignment]
     return R
 
 
@@ -132,19 +132,10 @@ def _priced(A: Array, b: Array, working: Array, weights: Array) -> Array:
 
 def _direct(A: Array, b: Array) -> Array:
     if A.shape[0] > 2 * A.shape[1]:  # the triangle of the QR factors has the same solution and fewer rows
-        A, b = _triangle(A, b)
+        R = _triangle(A, b)
+        A, b = R[:, :-1], R[:, -1]
     x, _ = nnls(A, b, maxiter=30 * A.shape[1] + 300)
     return np.asarray(x)
-
-
-def _triangle(A: Array, b: Array) -> tuple[Array, Array]:
-    R = _factor(np.column_stack([A, b]))
-    return R[:, :-1], R[:, -1]
-
-
-def _factor(A: Array) -> Array:
-    R: Array = np.linalg.qr(A, mode="r")  # type: ignore[assignment]
-    return R
 
 
 def positive_solution(A: Array, b: Array) -> Array | None:

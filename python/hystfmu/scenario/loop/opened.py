@@ -17,12 +17,10 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.design.delays import StateSpace, close
-from hystfmu.design.frequency import Complex, beside, grid, least, on_grid, response_of
 from hystfmu.design.linear import NO_STATES, python_control
-from hystfmu.design.loop import Margins, margins_of
+from hystfmu.design.loop import Complex, Margins, beside, grid, least, margins_of, on_grid, response_of
 from hystfmu.design.repetitive import PeriodMemory
-from hystfmu.scenario.loop.held import held
-from hystfmu.scenario.loop.plant import PlantSide, slopes_of
+from hystfmu.scenario.loop.plant import PlantSide, held, slopes_of
 from hystfmu.scenario.system.system import Link, System
 
 DELAYS = (0.0, 0.5, 1.0, 2.0)  # steps beyond those of the case

@@ -1,4 +1,10 @@
-"""Table of the margins of scenarios. Each different loop has a row with the cases of this loop."""
+"""Table of the margins of scenarios. Each different loop has a row with the cases of this loop.
+
+Delay margin by simulation. It is for loops whose gain depends on the amplitude, which have no linear margin.
+
+A delay of whole fine steps is added after the command. Bisection finds the largest delay for which the case does not
+fail. The case fails if the run stops, if the error grows, or if the error is far above the error without this delay.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +18,68 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.report.terminal import table
-from hystfmu.scenario.loop.limits import LoopVerdict, stability_of, verdicts_of
+from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opened import DELAYS, OpenedLoop
-from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.scenario.loop.simulated import MOST, simulated_delay
+from hystfmu.scenario.loop.opening import LoopVerdict, open_loop, stability_of, verdicts_of
+from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.running import plan, read
+from hystfmu.scenario.system.spec import UnitSpec
+from hystfmu.scenario.system.system import Link, System, build
+
+MOST = 4  # steps
+GROWTH = 1.5  # references whose errors differ from half to half
+FAR = 0.005  # of the stroke
+NAME = "further_delay"
+
+
+def simulated_delay(system: System, entry: Link, growth: float = GROWTH, far: float = FAR) -> float:
+    """Return the largest further delay for which a case does not fail, in steps, up to `MOST`.
+
+    Return NaN if the case fails without further delay. `entry` is the connection of the command to the units at the
+    rate of the plant. The largest error may grow by the factor `growth` from the first to the second half of the window
+    of the metric. Relative to the stroke, the error may be `far` above the error without further delay.
+    """
+    ripple = system.case.ripple
+    first = _errors(system)
+    if first is None or first[1] > growth * first[0]:
+        return float("nan")
+    most = max(first) + far
+    holds, fails = 0, MOST * ripple + 1
+    while fails - holds > 1:
+        n = (holds + fails) // 2
+        found = _errors(_delayed(system, entry, n))
+        if found is None or found[1] > growth * found[0] or max(found) > most:
+            fails = n
+        else:
+            holds = n
+    return holds / ripple
+
+
+def _delayed(system: System, entry: Link, n: int) -> System:
+    """Insert a delay of n fine steps into a connection. The delay steps after the unit that it reads."""
+    case, maker, reader = system.case, system.maker(entry), system.parts[entry.to]
+    at = case.order.index(maker.name) + 1
+    end = f"{reader.name}.{reader.inputs[entry.input]}"
+    unit = UnitSpec.model_validate({"block": "delay", "dims": {"n": n}, "fine": case.ripple > 1})
+    connections = case.connections | {end: f"{NAME}.y", f"{NAME}.u": case.connections[end]}
+    units = case.units | {NAME: unit}
+    changed = replace(case, units=units, order=(*case.order[:at], NAME, *case.order[at:]), connections=connections)
+    return build(changed)
+
+
+def _errors(system: System) -> tuple[float, float] | None:
+    """Return the largest error, relative to the stroke, in each half of the window of the metric; None after a stop."""
+    metric = next(m for m in system.case.metrics.values() if m.against is not None)
+    ends = [metric.signal, str(metric.against)]
+    try:
+        trace = Native(system, ends).run()
+    except Stopped:
+        return None
+    y, r = (trace[end][trace.t >= metric.after] for end in ends)
+    error = np.abs(y - r) / (metric.stroke or float(np.ptp(r)) or 1.0)
+    half = len(error) // 2
+    return float(error[:half].max()), float(error[half:].max())
+
 
 COLUMNS = {
     "Ms_db": "Ms dB",
@@ -184,13 +247,13 @@ def margin_table(
     paths : sequence of path
         Folders of scenarios, or of groups of them.
     case : str or sequence of str, optional
-        Compute only these cases; then limits are not checked.
+        Compute only the cases with this name; then limits are not checked.
     progress : function
         Called with the fraction done.
     at : str
         Signal `unit.output` at which the loops are opened; by default the input of the plant.
     delays : bool
-        Whether to compute also the margins for each of `DELAYS`.
+        Whether to compute also the margins for each further delay: 0, 1/2, 1 and 2 steps.
     """
     plans = plan(read(paths, {}, None), case, {}, record=True)
     systems = [(p, s) for p in plans for s in p.systems]

@@ -1,20 +1,234 @@
-"""Result of one case of a scenario: verdicts against limits and baseline, failures, signals for plots."""
+"""Result of one case of a scenario: verdicts against limits and baseline, failures, signals for plots.
+
+Baseline of a run: baseline.toml (metrics, memories) and baseline.csv (rows of the recorded signals).
+
+By default, a run is compared row by row with `tolerance`. If the scenario has a `[tube]`, there are tolerances in time
+and value: a row of the baseline is met if the signal of the run passes through a box around this row. The tube is
+computed around the run, because a run has all rows and a baseline has only some rows.
+"""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pydantic
 
+from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.outcome.baseline import CHANGED, ROUNDING, Baseline, Kept, compare
+from hystfmu.base.files import MOST_BYTES, own, read_toml, write_text
+from hystfmu.data.columns import read_header
 from hystfmu.scenario.outcome.metrics import Measure
-from hystfmu.scenario.outcome.trace import Sweeps, Trace
+from hystfmu.scenario.outcome.trace import Excerpt, Sweeps, Trace
 from hystfmu.scenario.system.case import Case
+from hystfmu.scenario.system.spec import TubeSpec
 from hystfmu.scenario.system.system import System
+
+CHANGED = "changed against the baseline"  # in every line on a change, so that the terminal output can count changes
+ROUNDING = 1e-9  # percent of stroke, or unit of the signal: an error that is rounding alone may change by as much
+BASELINE_ROWS = 24  # of every case in baseline.csv
+
+
+class _BaselineCase(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
+    metrics: dict[str, float]
+    final_states: dict[str, str] = {}
+
+
+class _BaselineFile(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
+    case: dict[str, _BaselineCase] = {}
+
+
+@dataclass(frozen=True)
+class Record:
+    """Data of one case in a baseline.
+
+    metrics : by name;  rows : shape (n, 1 + signals), time first;  final_states : hash, by unit.
+    """
+
+    metrics: dict[str, float]
+    rows: Array
+    final_states: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """A recorded result: metrics of each case, some rows of the recorded signals, and hashes of the final states."""
+
+    metrics: dict[str, dict[str, float]]
+    rows: dict[str, Array]
+    signals: tuple[str, ...]
+    final_states: dict[str, dict[str, str]]
+
+    @classmethod
+    def load(cls, folder: Path) -> Baseline | None:
+        """Read the baseline of a scenario; None if there is none. Files with invalid content are an InputError."""
+        file = folder / "baseline.toml"
+        if not file.exists():
+            return None
+        cases = read_toml(file, _BaselineFile).case
+        rows: dict[str, list[list[float]]] = {}
+        table = folder / "baseline.csv"
+        header, separator, body = read_header(table, MOST_BYTES)
+        if header[:2] != ["case", "t"]:
+            raise InputError(f"{table}: line 1: must begin with case,t; record the baseline again with --record")
+        for i, line in enumerate(body.splitlines(), 2):
+            name, *cells = line.split(separator)
+            try:
+                numbers = [float(v) for v in cells]
+            except ValueError:
+                numbers = []
+            if len(numbers) != len(header) - 1 or not np.isfinite(numbers).all():  # no value differs from NaN
+                raise InputError(f"{table}: line {i}: must have {len(header) - 1} numbers; got {cells}")
+            rows.setdefault(name, []).append(numbers)
+        metrics, states = {n: c.metrics for n, c in cases.items()}, {n: c.final_states for n, c in cases.items()}
+        return cls(metrics, {n: np.array(r) for n, r in rows.items()}, tuple(header[2:]), states)
+
+
+class Kept:
+    """Rows of a run for a new baseline or for the comparison with a baseline.
+
+    For a tube, the rows around each row of the baseline are included.
+    """
+
+    def __init__(self, system: System, baseline: Baseline | None) -> None:
+        case, n = system.case, system.n_steps + 1
+        picked = np.unique(np.linspace(0, n - 1, min(BASELINE_ROWS, n)).round().astype(np.int64))
+        rows, self.h = picked, system.h
+        if case.tube is not None and baseline is not None and case.name in baseline.rows:
+            room = 2 + int(np.ceil(case.tube.time / system.h))
+            t = baseline.rows[case.name][:, 0]
+            around = system.rows(np.clip(np.concatenate([[0.0, case.stop], t]), 0.0, case.stop))
+            windows = [np.arange(max(r - room, 0), min(r + room + 1, n)) for r in around.tolist()]
+            rows = np.unique(np.concatenate([picked, *windows]))
+        self._at, self._record = np.searchsorted(rows, picked), case.record
+        self._excerpt = Excerpt(case.record, rows)
+        self.add = self._excerpt.add
+
+    @property
+    def trace(self) -> Trace:
+        """All stored rows."""
+        return self._excerpt.trace()
+
+    def rows(self) -> Array:
+        """Rows for baseline.csv, shape (at most BASELINE_ROWS, 1 + number of recorded signals)."""
+        trace = self.trace
+        return np.column_stack([trace.t[self._at], *[trace[s][self._at] for s in self._record]])
+
+
+def save_baseline(folder: Path, signals: tuple[str, ...], runs: dict[str, Record]) -> None:
+    """Write baseline.toml and baseline.csv atomically. Only an explicit `--record` calls this function."""
+    cases = ["# generated from scenario.toml by 'hystfmu run --record' - do not edit", "[case]"]
+    lines = [",".join(["case", "t", *signals])]
+    for name, r in runs.items():
+        tables = [("metrics", r.metrics)] + ([("final_states", r.final_states)] if r.final_states else [])
+        cases += [f"{name if '.' not in name else json.dumps(name)}.{key} = {_inline(table)}" for key, table in tables]
+        lines += [",".join([name, *[repr(float(v)) for v in row]]) for row in r.rows]
+    own(folder / "baseline.csv", folder / "baseline.toml")
+    write_text(folder / "baseline.csv", "\n".join(lines) + "\n")
+    write_text(folder / "baseline.toml", "\n".join(cases) + "\n")
+
+
+def _inline(table: dict[str, float] | dict[str, str]) -> str:
+    """Return a table as one line of TOML."""
+    return f"{{ {', '.join(f'{name} = {json.dumps(value)}' for name, value in table.items())} }}"
+
+
+@dataclass(frozen=True)
+class Change:
+    """One change of a baseline by a new record. `what` has changed in the case `title` (scenario/case).
+
+    `old` and `new` are numbers, or text for a hash of final states. A missing value is None.
+    """
+
+    title: str
+    what: str
+    old: float | str | None
+    new: float | str | None
+
+    @property
+    def relative(self) -> float | None:
+        """Relative change (new - old) / |old| of numbers."""
+        if isinstance(self.old, float) and isinstance(self.new, float) and self.old != 0:
+            return (self.new - self.old) / abs(self.old)
+        return None
+
+
+def changes(scenario: str, old: Baseline | None, runs: dict[str, Record]) -> list[Change]:
+    """Return the changes by a new record: metrics, largest change of each signal, final states, removed cases."""
+    if old is None:
+        old = Baseline({}, {}, (), {})
+    found = []
+    for case in dict.fromkeys([*old.metrics, *runs]):
+        title, r = f"{scenario}/{case}", runs.get(case, Record({}, np.zeros((0, 1)), {}))
+        pairs = [(n, old.metrics.get(case, {}), r.metrics) for n in {**old.metrics.get(case, {}), **r.metrics}]
+        found += [Change(title, n, a.get(n), b.get(n)) for n, a, b in pairs if a.get(n) != b.get(n)]
+        before = old.rows.get(case)
+        if before is not None and before.shape == r.rows.shape:
+            for k, signal in enumerate(old.signals, 1):
+                worst = int(np.abs(r.rows[:, k] - before[:, k]).argmax())
+                a, b = float(before[worst, k]), float(r.rows[worst, k])
+                if a != b:
+                    found.append(Change(title, f"{signal} at {before[worst, 0]:g} s", a, b))
+        hashes = old.final_states.get(case, {})
+        found += [
+            Change(title, f"final states of {unit}", hashes.get(unit), r.final_states.get(unit))
+            for unit in {**hashes, **r.final_states}
+            if hashes.get(unit) != r.final_states.get(unit)
+        ]
+    return found
+
+
+def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
+    """Return a line for each change of a recorded signal or of final states."""
+    old, trace, rows = baseline.rows.get(case.name), kept.trace, kept.rows()
+    if old is None or old.shape != rows.shape or baseline.signals != case.record:
+        return [f"{case.title}: baseline.csv has other rows or signals than the scenario: run with --record"]
+    lines = []
+    for k, signal in enumerate(case.record, 1):
+        size = max(float(np.abs(old[:, k]).max()), 1e-300)
+        if case.tube is not None:
+            gap = _outside(case.tube, kept, signal, old[:, 0], old[:, k], case.tube.value * size)
+            allowed = f"the tube of {case.tube.time:g} s and {case.tube.value:g} of its largest value"
+        else:
+            gap = np.abs(rows[:, k] - old[:, k]) - case.tolerance * size
+            allowed = f"tolerance {case.tolerance:g} of its largest value"
+        if gap.max() > 0:
+            t, was = old[int(gap.argmax()), [0, k]]
+            now = float(np.interp(t, trace.t, trace[signal]))
+            lines.append(f"{case.title}: {signal} = {now:.9g} at t = {t:g} s {CHANGED} {was:.9g} ({allowed})")
+    known = baseline.final_states.get(case.name, {})
+    for unit, found in trace.final_states.items():
+        if unit not in known:
+            lines.append(f"{case.title}: no baseline of the final states of {unit}: run with --record")
+        elif found != known[unit]:
+            lines.append(f"{case.title}: the final states of {unit} ({found}) {CHANGED} {known[unit]}")
+    return lines
+
+
+def _outside(tube: TubeSpec, kept: Kept, signal: str, at: Array, was: Array, room: float) -> Array:
+    """Return the distance of each baseline value from the tube around the signal of this run; inside it is at most 0.
+
+    Beyond its ends the signal is extended by point reflection, because a late signal has not yet reached its last
+    value.
+    """
+    trace, h = kept.trace, kept.h  # the rows near the ends and near `at` are all there
+    n = min(int(np.ceil(tube.time / h)), len(trace.t) - 1)
+    now = np.pad(trace[signal], n, "reflect", reflect_type="odd") if n else trace[signal]
+    t = np.concatenate([trace.t[0] - h * np.arange(n, 0, -1), trace.t, trace.t[-1] + h * np.arange(1, n + 1)])
+    ends = np.stack([at - tube.time, at + tube.time])
+    edges = np.interp(ends, t, now)
+    low, high = edges.min(axis=0), edges.max(axis=0)
+    for k, (a, b) in enumerate(np.searchsorted(t, ends).T.tolist()):
+        if a < b:
+            low[k], high[k] = min(low[k], now[a:b].min()), max(high[k], now[a:b].max())
+    return np.asarray(np.maximum(low - was, was - high) - room)
 
 
 @dataclass(frozen=True)
@@ -123,28 +337,7 @@ class LoopFigures:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """Verdicts, failures and signals of one case after its run; `hystfmu.scenario.Result` can draw them.
-
-    Parameters
-    ----------
-    system : System
-    verdicts : tuple of Verdict
-        One verdict per metric.
-    lines : tuple of str
-        One line per failure: scenario/case, metric, value, limit.
-    trace : Trace, optional
-        Signals that the case records or uses in loops and metrics. The trace has all rows; for a long run it has only
-        the rows for a plot (`simulate` returns all rows, and `chunks` returns all rows in parts). None if a unit
-        stopped the run.
-    seconds : float
-        Duration of the run (s).
-    notes : tuple of str
-        Remarks that are not failures, for example on discontinuities between two steps.
-    counted : Sweeps
-        Sweeps of an iterative coupling.
-    loop : LoopFigures, optional
-        Margins of the loop of the case; None if there are none.
-    """
+    """Verdicts, failures and signals of one case after its run; `hystfmu.scenario.Result` states the fields."""
 
     system: System
     verdicts: tuple[Verdict, ...]

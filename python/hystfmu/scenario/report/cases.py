@@ -13,10 +13,9 @@ from hystfmu.base.printable import escape
 from hystfmu.report.axis import path
 from hystfmu.report.page import figure, figure_of
 from hystfmu.report.plot import Line, Plot
-from hystfmu.scenario.outcome.baseline import CHANGED
-from hystfmu.scenario.outcome.result import CaseResult, Verdict
+from hystfmu.scenario.outcome.metrics import label, unit_of, unit_of_metric
+from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Verdict
 from hystfmu.scenario.outcome.trace import Trace, drawn
-from hystfmu.scenario.system.measures import label, unit_of, unit_of_metric
 from hystfmu.scenario.system.spec import MetricSpec
 from hystfmu.scenario.system.system import System
 

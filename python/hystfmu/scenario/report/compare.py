@@ -17,8 +17,8 @@ from hystfmu.base.files import read_bytes, write_text
 from hystfmu.base.printable import escape
 from hystfmu.report.page import Section, Table, figure, page, section, table
 from hystfmu.report.plot import Line, Plot
-from hystfmu.scenario.outcome.baseline import Change
-from hystfmu.scenario.system.measures import label
+from hystfmu.scenario.outcome.metrics import label
+from hystfmu.scenario.outcome.result import Change
 
 MOST_BYTES = 2**28
 MOST_CASES, MOST_FIRST = 12, 8  # whose signals are drawn; changes beside the first figure

@@ -17,9 +17,9 @@ from hystfmu.model.explored import explored_graph
 from hystfmu.report.explorer import Explored, Explorer
 from hystfmu.report.page import Section, Table
 from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.outcome.metrics import label, unit_of
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.events import missed
-from hystfmu.scenario.system.measures import label, unit_of
 from hystfmu.scenario.system.system import Link, Part, System
 
 

@@ -6,8 +6,7 @@ import math
 from collections.abc import Sequence
 
 from hystfmu.report.terminal import table
-from hystfmu.scenario.outcome.baseline import CHANGED, Change
-from hystfmu.scenario.outcome.result import CaseResult, Verdict
+from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Change, Verdict
 
 LOOP = ("Ms dB", "delay margin, steps")
 DECISIVE = ("metric", "value", "limit")

@@ -3,10 +3,15 @@
 The grid has the fine step h/ripple. The period of a unit is 1 fine step (fine), ripple fine steps (normal), or ripple *
 every fine steps (slow). At fine step n, every unit whose period divides n runs over the period that ends at this step.
 The units run in the stated order, with the newest values of their sources (Gauss-Seidel). All engines work in this way.
+
+Load the units of a case and connect them.
+
+Units of a system as one graph: neighbours that can step as one block, or the whole closed loop.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,15 +21,22 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph
+from hystfmu.graph import Graph, Input, Node, Output, Port
 from hystfmu.graph.graph import is_sampled
-from hystfmu.scenario.system.case import Case, split_end
-from hystfmu.scenario.system.foreign import Foreign
-from hystfmu.scenario.system.unit_graph import (
+from hystfmu.scenario.system.case import (
+    SIZE,
+    Case,
+    delayed,
     first_outputs,
+    load_unit,
     parameter_names,
+    scalar_names,
     sizes,
+    split_end,
+    start_values,
+    with_values,
 )
+from hystfmu.scenario.system.foreign import Foreign
 
 T = TypeVar("T")
 Rows = np.ndarray[Any, np.dtype[np.int64]]
@@ -244,3 +256,217 @@ def behind(edges: Iterable[tuple[T, T]], *first: T) -> set[T]:
     while more := {b for a, b in edges if a in found or a in first} - found:
         found |= more
     return found
+
+
+def build(case: Case) -> System:
+    """Load the units of a case and connect them.
+
+    Raises
+    ------
+    InputError
+        A block, a port or a parameter is unknown, a value is out of range, or an input has no source. A path leads out
+        of the folder of the scenarios. The final states of a foreign FMU are required.
+    """
+    parts: list[Part] = []
+    columns: dict[str, int] = {}
+    overridden: set[str] = set()
+    for name in case.order:
+        spec = case.units[name]
+        where = f"{case.where}: units.{name}"
+        if (size := f"{name}.{SIZE}") in sizes(case):
+            overridden |= {size} & case.overrides.keys()
+            steps = case.overrides.get(size, spec.set.get(SIZE))
+            spec = spec if steps is None else delayed(spec, steps, case.ripple, f"{where}.set.{SIZE}")
+        try:
+            graph = load_unit(case, spec, where)
+            graph = with_values(graph, spec.set)
+            for key, value in case.overrides.items():
+                unit, parameter = split_end(key, "--set")
+                if unit == name and key not in overridden and parameter in parameter_names(graph):
+                    graph = with_values(graph, {parameter: value})
+                    overridden.add(key)
+        except InputError as e:
+            message = str(e)
+            raise InputError(message if message.startswith(case.origin) else f"{where}: {message}") from None
+        inputs, outputs = scalar_names(graph, "input"), scalar_names(graph, "output")
+        for key in spec.inputs:
+            if key not in inputs:
+                raise InputError(f"{where}.inputs: no input {key!r}; there are {list(inputs)}")
+        period = 1 if spec.fine else case.ripple * spec.every
+        first = len(columns)
+        columns.update({f"{name}.{o}": first + i for i, o in enumerate(outputs)})
+        constants = {k: float(v) for k, v in spec.inputs.items()}
+        runs_as = spec.runs_as
+        driven = {split_end(to, where)[1] for to in case.connections if to.startswith(f"{name}.")}
+        if spec.block is not None and not isinstance(graph, Foreign):  # a default that the table states is one
+            said = zip(inputs, start_values(graph, "input"), strict=True)
+            constants = {k: v for k, v in said if v != 0 and k not in driven} | constants
+        if isinstance(graph, Foreign):  # an unconnected input keeps its start value
+            kept = zip(inputs, start_values(graph, "input"), strict=True)
+            constants = {
+                k: _kept(v, f"{where}: {k}") for k, v in kept if k not in driven | constants.keys()
+            } | constants
+            runs_as = "fmu2" if graph.fmi == 2 else "fmu3"
+        parts.append(Part(name, graph, runs_as, period, inputs, outputs, constants, first, spec.substeps, spec.hold))
+    links = _links(case, parts, columns)
+    system = System(case, tuple(parts), links, len(columns), columns, frozenset(overridden))
+    _check_lines(system)
+    if case.final_states and system.foreign:
+        name = system.foreign[0].name
+        raise InputError(f"{case.origin}: final_states: {name} is a foreign FMU, whose states are not known")
+    where = case.where
+    for key, ends in signals(case):
+        for end in ends:
+            system.column(end, f"{where}: {key}")
+    return system
+
+
+def _kept(start: float, where: str) -> float:
+    """Return the start value of an unconnected input of a foreign FMU as a number."""
+    if not math.isfinite(start) or float(start) != start:
+        raise InputError(f"{where}: its start value {start} cannot be carried: connect it or give it a constant value")
+    return float(start)
+
+
+def _check_lines(system: System) -> None:
+    """Check that the sources of a first-order hold step as often as the reader."""
+    for link in system.links:
+        part, where = system.parts[link.to], f"{system.case.where}"
+        if part.hold == "zero":
+            continue
+        source = system.maker(link)
+        if source.period > part.period:
+            raise InputError(
+                f"{where}: units.{part.name}.hold: 'first' needs sources that step as often; {source.name} is slower"
+            )
+
+
+def _links(case: Case, parts: list[Part], columns: dict[str, int]) -> tuple[Link, ...]:
+    where = f"{case.where}: connections"
+    index = {p.name: i for i, p in enumerate(parts)}
+    links: list[Link] = []
+    for to, source in case.connections.items():
+        unit, port = split_end(to, where)
+        if unit not in index:
+            raise InputError(f"{where}: no unit {unit!r}; there are {list(index)}")
+        part = parts[index[unit]]
+        if port not in part.inputs:
+            raise InputError(f"{where}: no input {to!r}; {unit} has {list(part.inputs)}")
+        if port in part.constants:
+            raise InputError(f"{where}: {to!r} is connected and has a constant value as well")
+        if source not in columns:
+            from_unit, _ = split_end(source, where)
+            have = [c for c in columns if c.startswith(f"{from_unit}.")] or list(index)
+            raise InputError(f"{where}: no output {source!r} for {to!r}; there are {have}")
+        links.append(Link(index[unit], part.inputs.index(port), columns[source]))
+    driven = {(link.to, link.input) for link in links}
+    for i, p in enumerate(parts):
+        for k, port in enumerate(p.inputs):
+            if (i, k) not in driven and port not in p.constants:
+                raise InputError(
+                    f"{where}: nothing is connected to '{p.name}.{port}'; connect it or give it a constant value in "
+                    f"units.{p.name}.inputs"
+                )
+    return tuple(sorted(links, key=lambda link: (link.to, link.input)))
+
+
+def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Graph, list[tuple[int, int]]]:
+    """Join units with the same period to one graph. The order of the units is kept.
+
+    If `own` is True, values that a unit reads from itself stay external inputs, as in a coupling. The names are
+    `unit_block` for blocks, `unit_output` for outputs and `unit_input` for inputs. Also return the inputs of units that
+    become inputs of the graph, in the order of the graph. These are inputs with an external source and constants; a
+    constant is the start value of its input.
+    """
+    nodes: list[Node] = []
+    wires: list[tuple[str, str]] = []
+    inputs: list[Input] = []
+    outputs: list[Output] = []
+    outside: list[tuple[int, int]] = []
+    owner = system.owners
+    source = {(link.to, link.input): link.source for link in system.links}
+    for k in parts:
+        part = system.parts[k]
+        g, name = part.own, part.name
+        nodes += [Node(f"{name}_{n.name}", n.type, n.dims, n.values) for n in g.nodes]
+        wires += [(f"{name}_{a}", f"{name}_{b}") for a, b in g.wires]
+        for i, (_, end, port) in enumerate(_scalars(g)):
+            outputs.append(Output(f"{name}_{part.outputs[i]}", f"{name}_{end}", port.unit, _text(part, i, port)))
+        for i, ends in enumerate(_input_ends(g)):
+            ends = [f"{name}_{e}" for e in ends]
+            at = source.get((k, i))
+            if at is not None and owner[at] in parts and not (own and owner[at] == k):
+                other = system.parts[owner[at]]
+                end = _scalars(other.own)[at - other.first][1]
+                wires += [(f"{other.name}_{end}", e) for e in ends]
+            else:
+                start = part.constants.get(part.inputs[i], 0.0)
+                inputs.append(Input(f"{name}_{part.inputs[i]}", tuple(ends), start=start))
+                outside.append((k, i))
+    return Graph(nodes, wires, inputs, outputs, sort=False), outside
+
+
+def _text(part: Part, i: int, port: Port) -> str:
+    """Return the text of an output. The text of its block is not used, because it does not describe the unit."""
+    own = next(o.text for o in part.own.outputs if o.name == port.name)
+    return own or f"{part.outputs[i]} of {part.name}" + (f", in {port.unit}" if port.unit else "")
+
+
+def segments(system: System, cut: bool) -> list[tuple[int, ...]]:
+    """Return groups of neighbours with the same period. Each group can be one graph without a change of any value.
+
+    If steps are divided (`cut`), units that accept any step and all other units are in different groups. If a unit
+    precedes its source in the order, it reads a value of the previous step. With direct feed-through, unit and source
+    in one graph would be an algebraic loop. Therefore such a unit and its source are in different groups.
+    """
+    owner = system.owners
+    early = [(n.to, owner[n.source], n.input) for n in system.links if owner[n.source] >= n.to]
+    held = [(to, source) for to, source, i in early if system.feeds_through(system.parts[to], i)]
+    groups: list[list[int]] = []
+    for k, part in enumerate(system.parts):
+        last = system.parts[groups[-1][-1]] if groups else part
+        fits = groups and last.period == part.period and not isinstance(part.graph, Foreign)
+        fits = fits and not isinstance(last.graph, Foreign) and not (cut and last.any_step != part.any_step)
+        fits = fits and {(p.substeps, p.hold) for p in (part, last)} == {(1, "zero")}
+        if fits and not any(source == k and to in groups[-1] for to, source in held):
+            groups[-1].append(k)
+        else:
+            groups.append([k])
+    return [tuple(g) for g in groups]
+
+
+def to_graph(system: System) -> Graph:
+    """Return the closed loop `system` as one graph, for one FMU of the whole loop.
+
+    Raises
+    ------
+    InputError
+        The units have different periods, or a unit has substeps or a first-order hold.
+    """
+    if len({p.period for p in system.parts}) > 1 or system.h != system.length(system.parts[0]):
+        rates = {p.name: p.period for p in system.parts}
+        raise InputError(f"{system.case.title}: units of different rates do not fit into one graph: {rates}")
+    for p in system.parts:
+        if (p.substeps, p.hold) != (1, "zero"):
+            raise InputError(f"{system.case.title}: {p.name} has substeps or hold = 'first': one graph has one step")
+    return fuse(system, tuple(range(len(system.parts))))[0]
+
+
+def _scalars(graph: Graph) -> list[tuple[str, str, Port]]:
+    """Return (name, endpoint inside the graph, port) for every scalar output."""
+    found = []
+    for o in graph.outputs:
+        port = graph.port(o.name)
+        for i, name in enumerate(port.scalar_names):
+            end = o.source if port.size == 1 else f"{o.source}[{i + 1}]"
+            found.append((name, end, port))
+    return found
+
+
+def _input_ends(graph: Graph) -> list[list[str]]:
+    """Return the endpoints inside the graph for every scalar input."""
+    ends = []
+    for i in graph.inputs:
+        size = graph.port(i.name).size
+        ends += [[e if size == 1 else f"{e}[{k + 1}]" for e in i.to] for k in range(size)]
+    return ends

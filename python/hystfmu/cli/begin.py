@@ -1,4 +1,4 @@
-"""Commands that show results: the tables of the papers, and a demonstration on built-in data."""
+"""Commands to begin with, and those that show results: start, demo, blocks and reproduce."""
 
 from __future__ import annotations
 
@@ -12,15 +12,41 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hystfmu.base.files import refuse_existing
-from hystfmu.cli.columns import Columns, data_options
+from hystfmu.cli.identify import Columns, data_options
 from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
-from hystfmu.report.terminal import detail, echo, say, verdict, wrong
+from hystfmu.cli.signature import of
+from hystfmu.report.terminal import detail, echo, say, tell, verdict, wrong
 
 if TYPE_CHECKING:
     from hystfmu.scenario import Result
-    from hystfmu.start.contender import Contender
+    from hystfmu.start.closed_loop import Contender
 
 _BEGUN = "finished steps are kept; to go on with the others:"
+
+
+@click.command(cls=Command)
+@click.argument("name", required=False)
+@click.option("--markdown", is_flag=True, hidden=True, help="Print the tables of a page.")
+@json_option
+def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
+    """List all blocks, or describe one block.
+
+    The description contains ports, parameters, units of measure, equation and source.
+
+    \b
+    Example: hystfmu blocks zhao_tan
+    """
+    from hystfmu.graph import listing
+
+    if name is None:
+        if as_json or markdown:
+            echo(listing.as_json() if as_json else listing.markdown())
+        else:
+            tell(listing.overview())
+    elif as_json:
+        echo(listing.as_json(name))
+    else:
+        tell(listing.details(name))
 
 
 @click.command(cls=Command)
@@ -96,7 +122,7 @@ def reproduce(
 def _papers(folder: str | None) -> ModuleType:
     """Import the papers from `folder`, else from the current checkout, else from the checkout that runs."""
     from hystfmu.base.errors import InputError
-    from hystfmu.scenario.system.folders import here_or_shipped
+    from hystfmu.scenario.system.spec import here_or_shipped
 
     home = (here_or_shipped("scenarios/papers") if folder is None else Path(folder)).resolve()
     if home.name != "papers" or not (home / "__init__.py").is_file():
@@ -112,7 +138,7 @@ def _papers(folder: str | None) -> ModuleType:
 @click.option(
     "-o", "out", default="demo", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
 )
-@click.option("--full", is_flag=True, help="Also fit five kinds of model and run all shipped scenarios.")
+@of("demo:demo", full="")
 def demo(out: str, full: bool) -> None:
     """Run the whole workflow on built-in data.
 
@@ -123,7 +149,7 @@ def demo(out: str, full: bool) -> None:
     Example: hystfmu demo -o demo
              hystfmu demo --full -o all
     """
-    from hystfmu.demo.run import demo as run_demo
+    from hystfmu.demo import demo as run_demo
 
     sys.exit(0 if run_demo(Path(out), full) else FAILED)
 
@@ -133,31 +159,21 @@ def demo(out: str, full: bool) -> None:
 @click.option(
     "-o", "out", default="start", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
 )
-@click.option("--model", "key", default="auto", show_default=True, metavar="KEY", help="Kind of model.")
-@data_options
-@click.option("--train", metavar="A:B", help="Rows to fit, first:end.")
-@click.option("--seed", default=0, show_default=True, help="Seed of the fit.")
-@click.option("--error", type=float, metavar="PERCENT", help="Largest allowed RMS error, percent of peak to peak.")
-@click.option("--controller", metavar="NAME", help="Structure of the controller; none: no feedback. Default: the best.")
-@click.option(
-    "--bandwidth",
-    type=float,
-    metavar="HZ",
-    help="Required bandwidth: below this frequency the sensitivity must stay under -3 dB.",
-)
-@click.option("--ms", type=float, metavar="DB", help="Largest allowed peak of the sensitivity. Default: 6.")
-@click.option("--settling", type=float, metavar="SECONDS", help="Longest allowed settling time of a step (2 %).")
-@click.option("--overshoot", type=float, metavar="PERCENT", help="Largest allowed overshoot of a step. Default: 10.")
-@click.option(
-    "--reference",
-    multiple=True,
-    metavar="SHAPE[:HZ]|FILE",
-    help="Reference: sine, nested, triangle, step, staircase, or a CSV file with t and r. May be repeated.",
-)
-@click.option("--delay", type=int, metavar="STEPS", help="Steps between a measurement and its command. Default: 1.")
-@click.option("--resonance", metavar="HZ[,ZETA]", help="A known resonance that the record does not show.")
-@click.option(
-    "--amplifier", metavar="NAME=VALUE,...", help="Limits of the amplifier: slew, max, min, current, capacitance."
+@of("start.run:start", key="--model KEY")
+@data_options("covariates")
+@of("start.run:start", seed="")
+@of(
+    "start.requirements:Requirements",
+    error="PERCENT",
+    controller="NAME",
+    bandwidth="",
+    ms="",
+    settling="",
+    overshoot="PERCENT",
+    reference=("SHAPE[:HZ]|FILE", {"multiple": True}),
+    delay="STEPS",
+    resonance="HZ[,ZETA]",
+    amplifier="NAME=VALUE,...",
 )
 @click.option("--requirements", metavar="FILE", help="TOML file with the options from --error to --amplifier as keys.")
 @json_option
@@ -166,7 +182,6 @@ def start(
     out: str,
     key: str,
     columns: Columns,
-    train: str | None,
     seed: int,
     requirements: str | None,
     as_json: bool,
@@ -189,18 +204,17 @@ def start(
     """
     from hystfmu.base.files import load_toml
     from hystfmu.report.terminal import progress, table
-    from hystfmu.start.page import race_table, reference_table
+    from hystfmu.start.page import race_table, reference_table, sentence
     from hystfmu.start.requirements import Requirements
     from hystfmu.start.run import start as make
-    from hystfmu.start.verdict import sentence
 
     given = load_toml(Path(requirements)) if requirements is not None else {}
     wanted = Requirements.of(given | {k: v for k, v in asked.items() if v not in (None, ())})
-    measured = columns.read(data, train)
-    tell = (lambda line: None) if as_json else say
-    tell(measured.read_as)
-    source = [*data, *columns.words(), *(["--train", train] if train else [])]
-    made = make(measured, Path(out), wanted, key, seed, source, tell, progress)
+    measured = columns.read(data)
+    shown = (lambda line: None) if as_json else say
+    shown(measured.read_as)
+    source = [*data, *columns.words()]
+    made = make(measured, Path(out), wanted, key, seed, source, shown, progress)
     loop = None if isinstance(made.loop, str) else made.loop
     cases = [] if loop is None else [_case(r) for r in loop.results]
     if as_json:

@@ -1,0 +1,408 @@
+"""Commands for models and measured data: fit, predict, check and inverse."""
+
+from __future__ import annotations
+
+import functools
+import json
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import may_replace, refusal, together
+from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, json_option
+from hystfmu.cli.signature import of
+from hystfmu.report.terminal import detail, echo, say, tell
+
+if TYPE_CHECKING:
+    import hystfmu as hy
+
+_READ = "data.reader.reading:read"
+RESAMPLE = "New rate for a record with uneven steps; without a value, 1 / median step. A gap is an error."
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Options of a data file: its columns, sample rate and records, by the arguments of `hystfmu.read`."""
+
+    given: dict[str, Any]
+
+    def words(self) -> list[str]:
+        """Return the given options, as words of a command line."""
+        words = [
+            w for k, v in self.given.items() if v and k not in ("resample", "covariates") for w in (f"--{k}", f"{v}")
+        ]
+        words += [] if self.given["resample"] is None else [f"--resample={self.given['resample']}"]
+        return [*words, *(w for c in self.given.get("covariates", ()) for w in ("--covariate", c))]
+
+    def read(self, path: str | Sequence[str], with_output: bool = True, covariates: Sequence[str] = ()) -> hy.Dataset:
+        """Read a data file, or several data files as several records.
+
+        Parameters
+        ----------
+        path : str or sequence of str
+        with_output : bool
+            Whether the file must have an output column. If False, an output is read only if its column is recognised
+            without doubt.
+        covariates : sequence of str
+            Covariates if the options name none.
+
+        Raises
+        ------
+        InputError
+            The rate is not a number, or the file is invalid (see `hystfmu.read`).
+        """
+        import hystfmu as hy
+
+        options, to = dict(self.given), self.given["resample"]
+        options["covariates"] = options.get("covariates") or covariates
+        try:
+            options["resample"] = to if to in (None, "median") else float(to)
+        except ValueError:
+            raise InputError(
+                f"--resample must be a rate in Hz, or empty for the median step. Got {to!r} instead."
+            ) from None
+        try:
+            return hy.read(path, **options)
+        except InputError:
+            if with_output or options["output"]:
+                raise
+            return hy.read(path, **options | {"output": None})
+
+
+def data_options(*without: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return a decorator that adds the options of a data file; the command receives them as one argument, `columns`.
+
+    Parameters
+    ----------
+    *without : str
+        Arguments of `hystfmu.read` that the command refuses.
+    """
+    every: dict[str, Any] = {"time": "COLUMN", "input": "COLUMN", "output": "COLUMN", "rate": "", "lag": "ROWS"}
+    every |= {"record": "COLUMN", "covariates": "--covariate COLUMN", "decimal": ""}
+    every |= {"resample": ("[HZ]", {"is_flag": False, "flag_value": "median", "help": RESAMPLE}), "train": "A:B"}
+    options = {name: spelled for name, spelled in every.items() if name not in without}
+
+    def decorate(f: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(f)
+        def command(**given: Any) -> Any:
+            own = {name: given.pop(name) for name in options}
+            return f(columns=Columns(own), **given)
+
+        return of(_READ, **options)(command)
+
+    return decorate
+
+
+def _list_models(context: click.Context, option: click.Parameter, asked: bool) -> None:
+    if not asked:
+        return
+    from hystfmu.base.errors import MissingExtra
+    from hystfmu.identify import METHODS, description, options
+    from hystfmu.report.terminal import table
+
+    for key in METHODS:
+        try:
+            tell(f"{key}: {description(key)}")
+        except MissingExtra as e:
+            echo(f"{key}: {e}")
+            continue
+        if rows := [[f"  {o.name}", o.shown_default, o.rule, o.text] for o in options(key)]:
+            echo(table(["  --set", "default", "must be", "meaning"], rows))
+        echo("")
+    context.exit()
+
+
+@click.command(cls=Command)
+@click.argument("data", type=FILE, nargs=-1, required=True)
+@click.option(
+    "--models",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_list_models,
+    help="List the kinds of model with the meaning of each option.",
+)
+@of("face.fit:fit", key="--model KEY")
+@click.option(
+    "--graph",
+    metavar="G.graph.toml",
+    help="Fit the free parameters of this graph of blocks instead of a kind of model; its table [free] names them.",
+)
+@of("face.fit:fit", purpose="--for")
+@click.option(
+    "-o",
+    "out",
+    type=OUTPUT_FILE,
+    metavar="M.model.toml",
+    help="Model file to write; by default DATA.KIND.model.toml in the current folder.",
+)
+@data_options()
+@of("face.fit:fit", options="--set", seed="")
+@click.option(
+    "--report",
+    "folder",
+    type=OUTPUT_FOLDER,
+    metavar="DIR",
+    help="Write a page about the fit; without -o also into the current folder.",
+)
+@json_option
+def fit(
+    data: tuple[str, ...],
+    key: str,
+    graph: str | None,
+    out: str | None,
+    columns: Columns,
+    options: dict[str, Any],
+    folder: str | None,
+    as_json: bool,
+    **how: Any,
+) -> None:
+    """Identify a model from measured data.
+
+    DATA is a text file with columns, which may be compressed by gzip. The extra 'files' adds further formats. The
+    command detects encoding, separator, decimal sign, preamble and units of measure, and prints all assumptions in one
+    line. Several files are several records; the model starts anew in each record.
+
+    \b
+    Example: hystfmu fit piezo.csv --model zhao_tan_mlp -o piezo.model.toml
+             hystfmu fit stage.csv --time "Zeit [ms]" --input "Spannung [V]"
+             hystfmu fit record.dat --rate 200 --input 1 --output 5
+             hystfmu fit monday.csv tuesday.csv --model prandtl_ishlinskii
+             hystfmu fit oven.csv --model actuator --covariate "T [degC]"
+             hystfmu fit piezo.csv --graph my.graph.toml -o my.model.toml
+             hystfmu fit --models
+    """
+    import hystfmu as hy
+    from hystfmu.face.interval import free_run, interval_text, known, parts, table_of, with_interval
+    from hystfmu.face.page import evidence_lines, free_table
+    from hystfmu.identify.catalogue import method
+    from hystfmu.report.terminal import progress, table
+
+    method(key)  # a misspelt kind is told before a missing file
+    if graph is not None:
+        if key != "auto":
+            raise InputError(f"--graph and --model exclude each other. Got {graph} and {key}.")
+        key = "graph"
+    measured = columns.read(data)
+    if not as_json:
+        say(measured.read_as)
+    if out is not None or key != "auto":
+        _refuse_other(out or f"{measured.stem}.{key}.model.toml", measured, key, how["seed"])
+    with progress(f"fitting {key}") as report:
+        kind: Any = Path(graph) if graph is not None else key
+        model = hy.fit(measured, kind, progress=report, **how, **options)
+        model = with_interval(model, measured)
+    name = f"{measured.stem}.{model.key}"
+    if out is None:
+        out, folder = f"{name}.model.toml", folder or "."
+    with together():
+        model.save(out)
+        page = None if folder is None else model.report(measured, Path(folder) / f"{name}.html")
+    f = model.fit
+    y = free_run(model, measured)
+    found = parts(y, measured, True)
+    if as_json:
+        told = [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]
+        more = {"page": str(page)} if page else {}
+        echo(json.dumps({"model": model.key, "file": out, **f, "errors": told, **more}))
+        return
+    if key == "auto":
+        p = model.provenance
+        rated = [
+            [k, f"{e:.4g}", _range(p["auto_blocks"][k]), p["auto_parameters"][k], p["auto_inverse"][k]]
+            for k, e in p["auto"].items()
+        ]
+        first = [(n, "not tried") for n in p["auto_not_tried"]]
+        for name, word in [*first, *((n, "left out") for n in p["auto_left_out"] if n not in p["auto_not_tried"])]:
+            say(f"{word}: {name}: {p['auto_left_out'][name]}")
+        say(table(["candidate", "validation RMS %FS", "of single blocks", "parameters", "inverse"], rated))
+        say(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
+        say(f"rate dependence: {f['rate']}\n")
+    if "lag" in f and not any("lags" in w for w in f.get("warnings", ())):
+        say(f"lag: {f['lag']}; the model follows it")
+    for warning in f.get("warnings", ()):
+        echo(f"warning: {warning}", err=True)
+    if shown_free := free_table(model):
+        say(table(shown_free.head, shown_free.rows) + "\n")
+    row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
+    head = ["model", "parameters", "RMS %FS", "max %FS", "seconds"]
+    if "held_out_rms_percent" in f:
+        held = (f"{f[f'held_out_{k}_percent']:.4g}" for k in ("rms", "max"))
+        head, row = [*head, "held-out RMS %FS", "held-out max %FS"], [*row, *held]
+    if "coverage_percent" in f:
+        head, row = [*head, "coverage %"], [*row, f"{f['coverage_percent']:.0f}"]
+    say(table(head, [row]))
+    if len(found) > 1:
+        shown = table_of(found, measured.unit_y)
+        say("\n" + table(shown.head, shown.rows))
+    say(interval_text(known(model, measured), measured.unit_y))
+    for line in evidence_lines(model):
+        say(line)
+    detail(f"\n{model}\n")
+    say(f"wrote {out}" + ("" if page is None else f" and {page}"))
+
+
+def _refuse_other(path: str, data: hy.Dataset, key: str, seed: int) -> None:
+    """Raise an error before the fit if the file exists and contains no model of these rows and this kind."""
+    from hystfmu.base.files import load_toml
+
+    if may_replace(path):
+        return
+    try:
+        found = load_toml(path)
+    except InputError:
+        raise refusal(path) from None
+    stated = found.get("provenance")
+    of = {"sha256": data.sha256, "train": f"{data.train.start}:{data.train.stop}", "seed": seed}
+    if not (isinstance(stated, dict) and of.items() <= stated.items() and key in ("auto", found.get("key"))):
+        raise refusal(path)
+
+
+def _range(errors: Sequence[float]) -> str:
+    """Return the smallest and the largest error of the validation blocks as text; empty for a single block."""
+    return f"{min(errors):.3g} to {max(errors):.3g}" if len(errors) > 1 else ""
+
+
+@click.command(cls=Command)
+@click.argument("model", type=FILE)
+@click.argument("data", type=FILE)
+@click.option(
+    "-o",
+    "out",
+    required=True,
+    type=OUTPUT_FILE,
+    metavar="OUT.csv",
+    help="CSV file to write, with columns t, u, y and covariates.",
+)
+@data_options("train")
+@json_option
+def predict(model: str, data: str, out: str, columns: Columns, as_json: bool) -> None:
+    """Simulate a model on the input column of a file.
+
+    The model runs free: it does not use measured outputs. If the file has a measured output, the command prints the
+    errors. Row 0 is the output after initialisation with the first input. Row k is the output of an FMU after setting
+    u_k and calling doStep(t_{k-1}, h). The command warns if rows lie outside the range that a network was trained on;
+    there the network clips its inputs. The command reads covariates from the columns with the names in the model;
+    --covariate names other columns, in the order of the model.
+
+    \b
+    Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
+    """
+    import hystfmu as hy
+    from hystfmu.face.interval import free_run, parts, table_of
+    from hystfmu.model import beside, rows_of
+    from hystfmu.model.coverage import WARN, clamped
+    from hystfmu.report.terminal import table
+
+    m = hy.Model.load(model)
+    names = beside(m.graph)
+    measured = columns.read(data, with_output=False, covariates=names)
+    if len(columns.given["covariates"]) == len(names):
+        measured = measured.with_names(names)
+    y = free_run(m, measured)
+    measured.with_output(y).to_csv(out)
+    outside = measured.along(lambda rows: clamped(m.graph, rows, measured.h), inputs=rows_of(m.graph, measured))
+    share = 100 * float(outside.mean())
+    if share > WARN:
+        echo(
+            f"warning: {measured.place(int(outside.argmax()))} and {share:.3g} % of all rows lie outside the training "
+            f"range of {model}, which clips its inputs there",
+            err=True,
+        )
+    found = parts(y, measured, False) if measured.has_output else []
+    if as_json:
+        told = {"errors": [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]}
+        echo(json.dumps({"file": out, "rows": len(y), "clamped_percent": share, **(told if found else {})}))
+        return
+    say(measured.read_as)
+    if found:
+        shown = table_of(found, measured.unit_y)
+        say(table(shown.head, shown.rows))
+    say(f"wrote {out}: {len(y)} rows")
+
+
+@click.command(cls=Command)
+@click.argument("model", type=FILE)
+@click.argument("data", type=FILE)
+@data_options("train")
+@of("face.model:Model.check", factor="")
+@json_option
+def check(model: str, data: str, columns: Columns, factor: float, as_json: bool) -> None:
+    """Test with a new record whether a device has drifted.
+
+    The model runs free on DATA. The command compares its error with the error that MODEL states for held-out rows or
+    training rows. Rows with inputs outside the trained range are ignored. For each of offset, gain, lag and loop, the
+    table shows the error that remains after a correction of this quantity alone. The exit status is 1 if the device has
+    drifted.
+
+    \b
+    Example: hystfmu check piezo.model.toml today.csv
+    """
+    import hystfmu as hy
+    from hystfmu.report.terminal import table
+
+    measured = columns.read(data)
+    found = hy.Model.load(model).check(measured, factor)
+    if as_json:
+        echo(json.dumps(asdict(found)))
+    else:
+        say(measured.read_as)
+        unit = f" ({measured.unit_y})" if measured.unit_y else ""
+        rows = [[p.name, p.value, f"{p.left:.4g}"] for p in found.parts]
+        say(table(["change of", "value", f"RMS left{unit}"], [["nothing", "", f"{found.rms:.4g}"], *rows]))
+        say(f"{found.inside:.3g} % of the rows lie in the trained range and reach {found.reached:.3g} % of it")
+        echo(str(found)) if found.drifted else say(str(found))
+    sys.exit(FAILED if found.drifted else 0)
+
+
+@click.command(cls=Command)
+@click.argument("model", type=FILE)
+@click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="INV.model.toml", help="Model file to write.")
+@of("face.model:Model.inverse", method="", options="--set", seed="")
+def inverse(model: str, out: str, options: dict[str, Any], **how: Any) -> None:
+    """Compute the inverse of a model.
+
+    The input of the inverse is the wanted output of the model; its output is the model input that produces it.
+
+    The learned inverse is trained with the response of the model to random nested reversals; input and output are
+    exchanged. A network of 12 neurons reads the inverse operator of Zhao & Tan and a few plays of the wanted output.
+    The network corrects the wanted output, and the exact inverse of fitted plays follows. Options of the learned
+    inverse are hidden, N (plays), starts, iterations, ... Options of the implicit inverse are lo and hi.
+
+    A feed-forward from a few samples of the wanted output inverts linear dynamics and a delay behind the hysteresis.
+    The output of the model then lags the wanted output by whole steps; the command prints this lag.
+
+    The adaptive inverse exists for Prandtl-Ishlinskii models. Its input v is the wanted output before dynamics and
+    delay (feed-forward plus feedback). Its other inputs are the reference y_d and the measured output y. Options are
+    f_n, zeta and delay of the dynamics after a static model, and the time constant T (s) of a drift. 'hystfmu blocks
+    adaptive_inverse' lists further options.
+
+    \b
+    Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
+             hystfmu inverse piezo.model.toml --method learned -o learned.toml
+             hystfmu inverse piezo.model.toml --method adaptive -o adaptive.toml
+    """
+    import hystfmu as hy
+    from hystfmu.report.terminal import progress
+
+    with progress("inverting") as report:
+        made = hy.Model.load(model).inverse(progress=report, **how, **options)
+    made.save(out)
+    rms, most = (made.fit.get(f"cascade_{k}_percent") for k in ("rms", "max"))
+    worth = "" if rms is None else f": error of inverse and model in cascade: RMS {rms:.2g} %, max {most:.2g} % of span"
+    say(f"wrote {out}, {made.provenance['inverse']} inverse{worth}")
+    if len(made.graph.outputs) > 1:
+        inputs, outputs = (", ".join(p.name for p in ports) for ports in (made.graph.inputs, made.graph.outputs))
+        say(f"inputs {inputs}; outputs {outputs}")
+    if late := made.fit.get("lag_steps"):
+        say(
+            f"the output of the model lags the wanted output by {late} steps ({made.fit['lag']:.3g} s), accurately up "
+            f"to {made.fit['band']:.3g} Hz: give the reference earlier by this lag"
+        )
+    for warning in made.fit.get("warnings", ()):
+        echo(f"warning: {warning}", err=True)

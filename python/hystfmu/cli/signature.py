@@ -1,0 +1,252 @@
+"""Options of a command from the signature and the numpydoc docstring of the function that it calls.
+
+The source is read without an import: `--help` and completion take no longer than for a command without such options.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import json
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import click
+
+from hystfmu.base import PACKAGE
+from hystfmu.base.errors import InputError
+
+MOST_BYTES = 2**20  # of a file of settings
+_UNITS = {"s": "SECONDS", "Hz": "HZ", "dB": "DB", "%": "PERCENT"}  # of measure, in a text, and metavars
+_NUMBERS = {"int": int, "float": float}
+_END = {"(": True, ")": True, "[": False, "]": False}  # whether an end of a range is open
+_RANGE = re.compile(r" in ([(\[])([^,]+), ([^)\]]+)([)\]])")
+_ENTRY = re.compile(r"^(\*{0,2}\w[\w, *]*?)(?: : (.*))?$")
+Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+
+@dataclass(frozen=True)
+class Argument:
+    """Argument of a function: its annotation without aliases, its default if that is a literal, and its text.
+
+    `leaves` are the members of a union: names of types, or literals in a tuple. `rule` is the type in the docstring.
+    """
+
+    name: str
+    leaves: tuple[str | tuple[Any, ...], ...]
+    default: Any
+    rule: str
+    text: str
+
+    def option(self, words: str, more: Mapping[str, Any], spelled: Mapping[str, str]) -> click.Option:
+        """Return the option.
+
+        Parameters
+        ----------
+        words : str
+            Flags such as ``-o --out``, by default the name, and the metavar.
+        more : mapping
+            Arguments of `click.Option` that replace those of the signature.
+        spelled : mapping
+            Flags of the arguments that the text may name.
+        """
+        flags = [w for w in words.split() if w.startswith("-")] or [f"--{self.name.replace('_', '-')}"]
+        metavar = " ".join(w for w in words.split() if not w.startswith("-")) or None
+        text = re.sub(r"`([\w.]+)`", lambda m: spelled.get(m[1], m[1]), self.text.replace("``", "")).replace("`", "")
+        made: dict[str, Any] = {"metavar": metavar, "default": self.default}
+        number = next((n for n in ("float", "int") if n in self.leaves), None)
+        if number and {*self.leaves} <= {"int", "float", "None"}:
+            unit = re.search(r"\((\w+|%)\)", text)
+            made |= {"type": self._range(_NUMBERS[number]), "default": self.default}
+            made["metavar"] = metavar or (_UNITS.get(unit[1]) if unit else None)
+        elif self.leaves == ("bool",):
+            made = {"is_flag": True}
+            text = re.sub(r"^Whether (?:to )?(.)", lambda m: m[1].upper(), text)
+            if self.default:  # the option takes away what is usual
+                flags, text = [f"--un{self.name}"], f"Without this option, {text[:1].lower()}{text[1:]}"
+                made["callback"] = lambda context, option, given: not given
+        elif all(isinstance(leaf, tuple) for leaf in self.leaves if leaf != "None"):
+            values = [v for leaf in self.leaves if isinstance(leaf, tuple) for v in leaf]
+            made |= {"type": click.Choice([str(v) for v in values]), "metavar": None}
+            made["default"] = None if self.default is None else str(self.default)
+            made["callback"] = lambda context, option, given: {str(v): v for v in values}.get(given)
+        elif "Mapping" in self.leaves:
+            made = {"multiple": True, "metavar": metavar or "NAME=VALUE"}
+            made["callback"] = lambda context, option, given: assignments(given, option.opts[-1])
+            text += " Repeatable; @FILE.json gives names and values in a file."
+        elif "Sequence" in self.leaves or ("tuple" in self.leaves and "multiple" in more):
+            made = {
+                "multiple": True,
+                "metavar": metavar,
+                "callback": lambda context, option, given: given or self.default,
+            }
+            text += " Repeatable."
+        made["show_default"] = made.get("default") not in (None, "")
+        made = {"help": text, **made, **more}
+        kind: type[click.Option] = made.pop("cls", click.Option)
+        return kind([self.name, *flags], **made)
+
+    def _range(self, number: type) -> Any:
+        found = _RANGE.search(self.rule)
+        if found is None:
+            return number
+        low, high = (None if "inf" in end else json.loads(end) for end in found.group(2, 3))
+        of = click.IntRange if number is int else click.FloatRange
+        return of(low, high, min_open=_END[found[1]] and low is not None, max_open=_END[found[4]] and high is not None)
+
+
+class Signature:
+    """Arguments of a function or method, or fields of a data class; other defaults than literals count as none.
+
+    Parameters
+    ----------
+    home : str
+        Module in the package, and name: ``"scenario.running:run"``.
+    """
+
+    def __init__(self, home: str) -> None:
+        module, _, name = home.partition(":")
+        tree = _tree(module)
+        node: Any = tree
+        for part in name.split("."):
+            node = next(n for n in node.body if getattr(n, "name", "") == part)
+        texts = _texts(inspect.cleandoc(ast.get_docstring(node) or ""))
+        given: list[tuple[str, ast.expr | None, ast.expr | None]] = []
+        if isinstance(node, ast.ClassDef):
+            fields = [n for n in node.body if isinstance(n, ast.AnnAssign)]
+            given = [(n.target.id, n.annotation, None) for n in fields if isinstance(n.target, ast.Name)]
+        else:
+            a = node.args
+            defaults = [*[None] * (len(a.args) - len(a.defaults)), *a.defaults]
+            given = [(n.arg, n.annotation, d) for n, d in zip(a.args, defaults, strict=True)]
+            given += [(n.arg, n.annotation, d) for n, d in zip(a.kwonlyargs, a.kw_defaults, strict=True)]
+            if a.kwarg is not None:
+                given.append((a.kwarg.arg, ast.parse("Mapping[str, Any]", mode="eval").body, None))
+        self.arguments = {
+            name: Argument(name, tuple(_leaves(hint, module, tree)), _literal(default), *texts.get(name, ("", "")))
+            for name, hint, default in given
+        }
+
+
+@cache
+def _tree(module: str) -> ast.Module:
+    path = PACKAGE.joinpath(*module.split("."))
+    return ast.parse((path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8"))
+
+
+def _literal(default: ast.expr | None) -> Any:
+    try:
+        return None if default is None else ast.literal_eval(default)
+    except ValueError:
+        return None
+
+
+def _leaves(hint: ast.expr | None, module: str, tree: ast.Module) -> list[str | tuple[Any, ...]]:
+    """Return the members of a union; an alias is looked up where it is defined."""
+    if isinstance(hint, ast.BinOp):
+        return [*_leaves(hint.left, module, tree), *_leaves(hint.right, module, tree)]
+    if isinstance(hint, ast.Subscript) and isinstance(hint.value, ast.Name):
+        if hint.value.id == "Literal":
+            return [
+                ast.literal_eval(hint.slice) if isinstance(hint.slice, ast.Tuple) else (ast.literal_eval(hint.slice),)
+            ]
+        return [hint.value.id]
+    if not isinstance(hint, ast.Name):
+        return ["None"]
+    for n in ast.walk(tree):
+        if isinstance(n, ast.Assign) and getattr(n.targets[0], "id", "") == hint.id:
+            return _leaves(n.value, module, tree)
+        if isinstance(n, ast.ImportFrom) and n.module and n.module.startswith("hystfmu."):
+            home = n.module.removeprefix("hystfmu.")
+            if any(a.name == hint.id for a in n.names):
+                found = _leaves(hint, home, _tree(home))
+                return found if found != [hint.id] else [hint.id]
+    return [hint.id]
+
+
+def _texts(doc: str) -> dict[str, tuple[str, str]]:
+    """Return the type and the first paragraph of the text of each argument in a docstring of numpydoc."""
+    section = re.search(r"^(?:Parameters|Attributes)\n-+\n(.*?)(?=\n\n\w[^\n]*\n-+\n|\Z)", doc, re.M | re.S)
+    found: dict[str, tuple[str, str]] = {}
+    for entry in re.split(r"\n(?=\S)", section[1]) if section else []:
+        head, _, text = entry.partition("\n")
+        if named := _ENTRY.match(head):
+            first = " ".join(inspect.cleandoc(text).split("\n\n")[0].split())
+            found |= {name.strip(" *"): (named[2] or "", first) for name in named[1].split(",")}
+    return found
+
+
+@dataclass(frozen=True)
+class Later:
+    """Options that are made when a command first needs them."""
+
+    made: Callable[[], list[click.Parameter]]
+
+
+def of(home: str, **options: str | tuple[str, Mapping[str, Any]]) -> Decorator:
+    """Give a command the named options of a function; the values go to the function under the same names.
+
+    Parameters
+    ----------
+    home : str
+        See `Signature`.
+    **options
+        Flags and metavar of each option as text, as in ``-o --out OUT.csv``; without flags the option has the name of
+        the argument. A pair also contains arguments of `click.Option`.
+    """
+
+    def made() -> list[click.Parameter]:
+        arguments = Signature(home).arguments
+        pairs = {name: (given, {}) if isinstance(given, str) else given for name, given in options.items()}
+        flags = {n: next((w for w in words.split() if w.startswith("-")), f"--{n}") for n, (words, _) in pairs.items()}
+        return [arguments[name].option(words, more, flags) for name, (words, more) in pairs.items()]
+
+    def decorate(f: Callable[..., Any]) -> Callable[..., Any]:
+        f.__dict__.setdefault("__click_params__", []).append(Later(made))
+        return f
+
+    return decorate
+
+
+def assignments(pairs: Sequence[str], option: str = "--set") -> dict[str, Any]:
+    """Parse `name=value`, and `@FILE`, a file with a JSON object of names and values.
+
+    A value is read as JSON if possible, else as text. A value on the command line overrides the value in a file.
+
+    Raises
+    ------
+    InputError
+        A pair is not of the form name=value, a name is repeated, or a file is invalid.
+    """
+    values: dict[str, Any] = {}
+    named: set[str] = set()
+    for pair in pairs:
+        if pair.startswith("@"):
+            values |= _settings(pair[1:], option)
+            continue
+        name, equals, text = pair.partition("=")
+        if not equals or not name:
+            raise InputError(f"{option} must read name=value. Got {pair!r} instead.")
+        if name in named:
+            raise InputError(f"{option} {name} takes one value. Got it more than once.")
+        named.add(name)
+        try:
+            values[name] = json.loads(text)
+        except json.JSONDecodeError:
+            values[name] = text
+    return values
+
+
+def _settings(path: str, option: str) -> dict[str, Any]:
+    from hystfmu.base.files import read_bytes  # brings pydantic, which --help does without
+
+    try:
+        values = json.loads(read_bytes(path, MOST_BYTES))
+    except ValueError as e:
+        raise e if isinstance(e, InputError) else InputError(f"{path}: {option} @FILE must hold JSON. {e}") from None
+    if not isinstance(values, dict):
+        raise InputError(f"{path}: {option} @FILE must hold an object of name: value. Got {type(values).__name__}.")
+    return values

@@ -1,0 +1,291 @@
+"""Tables of a model for a terminal and a notebook, and the page of its fit: errors, loops, evidence, explorer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.base.printable import escape
+from hystfmu.core.library import NO_LIMIT
+from hystfmu.data import Dataset
+from hystfmu.face.interval import free_run, interval_text, known, parts, table_of
+from hystfmu.inverse import invert
+from hystfmu.model import Model
+from hystfmu.model.coverage import span_of
+from hystfmu.model.explored import explored
+from hystfmu.report.explorer import Explorer
+from hystfmu.report.page import Section, Table, hero, page, percent, section
+from hystfmu.report.plot import LOOP_POINTS, Line, Plot
+
+MOST_SHOWN, MOST_FREE = 12, 24  # parameters, and free parameters, in print(model)
+
+
+def tables(model: Model) -> list[Table]:
+    """Return the tables of ports, parameters and errors."""
+    g = model.graph
+    ports = [
+        (p.kind, p.name if p.size == 1 else f"{p.name}[{p.size}]", "" if p.unit == "1" else p.unit, p.text)
+        for p in g.ports
+        if p.kind in ("input", "output")
+    ]
+    parameters = [p for p in g.ports if p.is_parameter]
+    shown: list[tuple[object, ...]] = [
+        (p.name, p.size, "" if p.unit == "1" else p.unit, _start(p.start)) for p in parameters[:MOST_SHOWN]
+    ]
+    if len(parameters) > MOST_SHOWN:
+        shown.append(("...", f"{len(parameters) - MOST_SHOWN} more", "", ""))
+    found = [Table(("port", "name", "unit of measure", "meaning"), ports)]
+    if shown:
+        found.append(Table(("parameter", "size", "unit of measure", "value"), shown))
+    if free := free_table(model):
+        found.append(free)
+    errors = _error_rows(model)
+    return [*found, Table(("errors", "RMS %", "largest %"), errors)] if errors else found
+
+
+def free_table(model: Model) -> Table | None:
+    """Return a table of the free parameters of a graph with their standard errors."""
+    rows = [
+        (name, f"{of['value']:.6g}", f"{of['standard_error']:.2g}" if "standard_error" in of else of["known"])
+        for name, of in model.fit.get("free", {}).items()
+    ]
+    if len(rows) > MOST_FREE:
+        rows = [*rows[:MOST_FREE], ("...", f"{len(rows) - MOST_FREE} more", "")]
+    return Table(("free parameter", "value", "standard error"), rows) if rows else None
+
+
+def _error_rows(model: Model) -> list[tuple[str, str, str]]:
+    """Return the errors on training rows, held-out rows, validation blocks, and of the cascade."""
+    f, rows = model.fit, []
+    named = [("", f"training rows {model.provenance.get('train', '')}".strip()), ("held_out_", "held-out rows")]
+    for prefix, name in [*named, ("cascade_", "inverse and model in cascade")]:
+        if f"{prefix}rms_percent" in f:
+            rows.append((name, percent(f[f"{prefix}rms_percent"]), percent(f[f"{prefix}max_percent"])))
+    split = model.provenance.get("auto", {}).get(model.provenance.get("auto_choice"))
+    if split is not None:
+        rows.append(("validation blocks that chose the model", percent(split), ""))
+    return rows
+
+
+def evidence_lines(model: Model) -> list[str]:
+    """Return lines on the linear dynamics in the record; empty for inverses and for models of older versions."""
+    if "evidence" not in model.fit:
+        return []
+    from hystfmu.identify.evidence import Evidence
+
+    return Evidence.from_dict(model.fit["evidence"]).lines(model.graph.outputs[0].unit)
+
+
+def names(model: Model, kind: str) -> str:
+    """Return the names of the ports of a kind as text, such as `u` or `z[5]`."""
+    return ", ".join(p.name if p.size == 1 else f"{p.name}[{p.size}]" for p in model.graph.ports if p.kind == kind)
+
+
+def _start(values: tuple[float, ...]) -> str:
+    text = " ".join("no limit" if abs(v) >= NO_LIMIT else f"{v:.4g}" for v in values[:4])
+    return f"{text} ..." if len(values) > 4 else text
+
+
+def explorer(models: Sequence[Model], data: Dataset | None, u_label: str, y_label: str) -> Explorer:
+    """Return the section of a page in which the reader can change the input of models.
+
+    Parameters
+    ----------
+    models : sequence of Model
+        Models that were fitted to `data`.
+    data : Dataset, optional
+        The measured points.
+    u_label, y_label : str
+        Names of input and output with their units of measure.
+    """
+    shown = [explored(m, m.key, _analytic(m)) for m in models]
+    return Explorer(shown, u_label, y_label, None if data is None else (data.u, data.y))
+
+
+def explorer_of(model: Model) -> Explorer | None:
+    """Return the explorer of one model, without measured points.
+
+    The result is None if the first input or the first output is not a scalar, or if the model does not state the range
+    of its input.
+    """
+    first = {kind: [p for p in model.graph.ports if p.kind == kind] for kind in ("input", "output")}
+    if span_of(model) is None or [p.size for (p, *_) in filter(None, first.values())] != [1, 1]:
+        return None
+    labels = [f"{p.name} ({p.unit})" if p.unit not in ("", "1") else p.name for (p, *_) in first.values()]
+    return explorer([model], None, *labels)
+
+
+def _analytic(model: Model) -> Model | None:
+    """Return the exact or the implicit inverse; None if the model has neither inverse."""
+    for method in ("exact", "implicit"):
+        with suppress(InputError):
+            return invert(model, method)
+    return None
+
+
+FREQUENCY = "frequency (Hz)"
+LEAST_GAIN = 1e-4
+TEXT = (
+    "Frequency response from the output of the hysteresis to the measured output, divided by its static gain, and "
+    "coherence, with the coherence that chance exceeds in 1 %. The record gives no information about the device in the "
+    "shaded band. +- is one standard error."
+)
+
+
+def evidence_section(model: Model) -> list[Section]:
+    """Return the section in a list; the list is empty for a model without evidence."""
+    if "evidence" not in model.fit:
+        return []
+    from hystfmu.identify.evidence import Evidence
+
+    e = Evidence.from_dict(model.fit["evidence"])
+    if not len(e.f):
+        return []
+    x, gain = e.f, 20 * np.log10(np.maximum(e.gain, LEAST_GAIN))
+    lines = [Line("measured", x, gain)]
+    if e.modes:
+        at = np.array([m.f_n for m in e.modes])
+        lines.append(Line("modes", at, np.interp(at, x, gain), dots=True))
+    dark = _dark(x, e.band, float(gain.min()), float(gain.max()))
+    rows = [
+        (k, *(f"{v:.3g}" for v in (m.f_n, m.f_n_se, m.zeta, m.zeta_se, 100 * m.share, 100 * m.share_se)))
+        for k, m in enumerate(e.modes, 1)
+    ]
+    table = Table(("mode", "f_n (Hz)", "+-", "damping ratio", "+-", "share of the static gain (%)", "+-"), rows)
+    plots = [
+        Plot("frequency response", FREQUENCY, "gain (dB)", [*lines, *dark], log_x=True),
+        Plot(
+            "coherence",
+            FREQUENCY,
+            "coherence",
+            [Line("coherence", x, e.coherence), Line("chance", x, e.significant), *_dark(x, e.band, 0.0, 1.0)],
+            log_x=True,
+        ),
+    ]
+    text = " ".join(f"{line[:1].upper()}{line[1:]}." for line in evidence_lines(model))
+    return [Section("Evidence", f"{text} {TEXT}", [table] if rows else [], plots)]
+
+
+def _dark(x: Array, band: tuple[float, float], low: float, high: float) -> list[Line]:
+    """Return the shaded area above the coherent band, from the height `low` to the height `high`."""
+    first = float(band[1]) if band[1] > 0 else float(x[0])
+    if first >= x[-1]:
+        return []
+    return [Line("not excited", np.array([first, first, x[-1], x[-1]]), np.array([low, high, high, low]), shade=True)]
+
+
+EXPLORED = "The model of the FMU runs in this page. Its inverse is here if it is exact or implicit."
+SEGMENT = 1024  # rows of a segment of the spectrum
+FLOOR = 1e-12  # least amplitude that is drawn, relative to the span
+
+
+def fit_page(model: Model, data: Dataset, lead: str = "") -> str:
+    """Return the page as HTML.
+
+    Parameters
+    ----------
+    model : Model
+        Model that was fitted to the training rows of `data`.
+    data : Dataset
+        Data with a measured output.
+    lead : str
+        First sentence of the page; by default a description of the model.
+    """
+    title = f"{model.key} fitted to {data.name}"
+    head = [f"<h1>{escape(title)}</h1>", f'<p class="lead">{escape(lead or model.text)}</p>']
+    return page(title, [*head, hero(_loop(free_run(model, data), data)), *map(section, fit_sections(model, data))])
+
+
+def fit_sections(model: Model, data: Dataset) -> list[Section]:
+    """Return the sections of `fit_page`: errors with interval and plots, warnings, model, origin."""
+    y = free_run(model, data)
+    first = Section(
+        "Errors",
+        interval_text(known(model, data), data.unit_y),
+        [table_of(parts(y, data, True), data.unit_y)],
+        _error_plots(y, data),
+    )
+    labels = _with("u", data.unit_u), _with("y", data.unit_y)
+    warned = model.fit.get("warnings", [])
+    warnings = Section(
+        "Warnings", "" if warned else "None.", [Table(("warning",), [(w,) for w in warned])] if warned else []
+    )
+    return [
+        first,
+        *evidence_section(model),
+        Section("Explorer", EXPLORED, explorer=explorer([model], data, *labels)),
+        warnings,
+        Section("Model", "", tables(model)),
+        Section("Origin", data.read_as, [_origin(model)]),
+    ]
+
+
+def _loop(y: Array, data: Dataset) -> Plot:
+    lines = [Line("measured", data.u, data.y), Line("model", data.u, y)]
+    return Plot("loops", _with("u", data.unit_u), _with("y", data.unit_y), lines, points=LOOP_POINTS)
+
+
+def _error_plots(y: Array, data: Dataset) -> list[Plot]:
+    """Draw the error over time and over the input, and its spectrum."""
+    e, label = data.y - y, _with("measured - model", data.unit_y)
+    t: Array = np.arange(len(e), dtype=np.float64) * data.h  # records follow one another
+    rows = {"training rows": np.zeros(len(e), dtype=bool)}
+    rows["training rows"][data.train] = True
+    if not rows["training rows"].all():
+        rows["held-out rows"] = ~rows["training rows"]
+    over_time = [Line(name, t[k], e[k]) for name, k in rows.items()]
+    over_input = [Line(name, data.u[k], e[k]) for name, k in rows.items()]
+    return [
+        Plot("error over time", "time (s)", label, over_time, envelope=True),
+        Plot("error over the input", _with("u", data.unit_u), label, over_input, points=LOOP_POINTS),
+        _spectrum(e, data),
+    ]
+
+
+def _spectrum(e: Array, data: Dataset) -> Plot:
+    """Draw the amplitude densities of the error and of the output."""
+
+    def line(name: str, v: Array) -> Line:
+        f, power = densities(v - v.mean(), data.h)
+        amplitude = np.sqrt(power[1:]) / data.span
+        return Line(name, f[1:], 20 * np.log10(np.maximum(amplitude, FLOOR)))
+
+    return Plot(
+        "spectrum of the error",
+        "frequency (Hz)",
+        "dB of the span per sqrt(Hz)",
+        [line("error", e), line("output", data.y)],
+        log_x=True,
+    )
+
+
+def densities(v: Array, h: float) -> tuple[Array, Array]:
+    """Return frequencies (Hz), shape (m,), and the power density of a signal with the step h (s), shape (m,).
+
+    The density is the mean over segments that overlap by half. The mean of each segment is subtracted, and a Hann
+    window is applied (Welch, IEEE Trans. Audio and Electroacoustics 15 (1967) 70-73).
+    """
+    n = min(SEGMENT, len(v))
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n) / n)
+    parts = np.lib.stride_tricks.sliding_window_view(v, n)[:: n - n // 2]
+    seen = np.fft.rfft((parts - parts.mean(axis=1, keepdims=True)) * window)
+    power: Array = np.mean(np.abs(seen) ** 2, axis=0) * h / np.sum(window**2)
+    power[1 : (n + 1) // 2] *= 2  # both signs of a frequency
+    return np.asarray(np.fft.rfftfreq(n, h), dtype=np.float64), power
+
+
+def _origin(model: Model) -> Table:
+    known = model.provenance
+    rows: list[tuple[str, object]] = [(k, known[k]) for k in ("data", "rows", "train", "seed", "sha256") if k in known]
+    options = known.get("options", {})
+    rows += [(f"option {k}", options[k]) for k in options]
+    rows += [(f"version of {k}", v) for k, v in known.get("versions", {}).items()]
+    return Table(("origin", "value"), rows)
+
+
+def _with(name: str, unit: str) -> str:
+    return f"{name} ({unit})" if unit not in ("", "1") else name
