@@ -92,13 +92,13 @@ def _table(progress: Callable[[float], None]) -> Report:
         tuple(rows),
         (
             f"The printed figures belong to measured data that are not published. Our figures belong to a synthetic "
-            f"sensor with a span of about 2 mV. Its noise is {NOISE:.2g} mV in fig. 3 and table 1, the largest noise "
+            f"sensor with a span of about 2 mV. Its noise is {NOISE:.2g} mV in figure 3 and table 1, the largest noise "
             "that agrees with the printed IC(10). Elsewhere the noise is 1e-3 mV.",
-            f"For fig. 3 and table 1, the model is trained on one decaying sine of {F_SINE:g} Hz. It then runs free on "
-            f"a sine with another decay; the first {LEFT_OUT:g} s are omitted. The paper does not print the decays "
+            f"For figure 3 and table 1, the model is trained on one decaying sine of {F_SINE:g} Hz. It then runs free "
+            f"on a sine with another decay; the first {LEFT_OUT:g} s are omitted. The paper does not print the decays "
             f"(training {TRAINED[0]:g} to {TRAINED[-1]:g}, validation {VALIDATED[0]:g} to {VALIDATED[-1]:g} per "
-            f"cycle), the number of cycles ({CYCLES[0]} or {CYCLES[1]}) and the sign in eq. 3. The table uses the "
-            f"decays {trained:g} and {validated:g}, {cycles} cycles and eq. 3 with {reading}, because with these "
+            f"cycle), the number of cycles ({CYCLES[0]} or {CYCLES[1]}) and the sign in equation 3. The table uses the "
+            f"decays {trained:g} and {validated:g}, {cycles} cycles and equation 3 with {reading}, because with these "
             "values the replica is closest to the printed figures.",
             f"Our model is the kind polynomial_narx with n_u = n_f = {N} and q = {Q}. Figures are medians and ranges "
             f"of {SEEDS} noise seeds.",

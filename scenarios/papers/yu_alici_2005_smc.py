@@ -67,8 +67,8 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
             "span of the training output.",
             f"Figures are medians and ranges of {SEEDS} seeds. Each seed gives the noise of the record and the start "
             "weights of the network.",
-            f"The training record has a sample rate of {RATE:g} Hz and contains the signals of figs. 6 to 8 one after "
-            f"the other, with a noise of {NOISE:g} of half the stroke.",
+            f"The training record has a sample rate of {RATE:g} Hz and contains the signals of figures 6 to 8 one "
+            f"after the other, with a noise of {NOISE:g} of half the stroke.",
             "The gains come from the studies scenarios/*/gains.study.toml. Ms is at most 6 dB, and all corners are "
             "stable with one more step of delay.",
             "The loops have a sample rate of 10 kHz and one known step of delay. Errors include the error between "

@@ -219,16 +219,6 @@ ONE = np.ones(1)
 
 
 # ---- derivatives ----------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("u", [-50.0, 0.0, 50.0])
-def test_derivative_in_initialization_mode(make: Make, u: float) -> None:
-    """The initial curve has the slope of the linear term at 0 and the sum of all weights beyond the thresholds."""
-    m = make()
-    assert m.enter() == OK
-    assert m.set("u", u) == OK
-    places = [m.ports["y"].reference], [m.ports["u"].reference]
-    w = m.get("w0") + (sum(m.get("w")) if u else m.get("w")[0])  # the first threshold is 0
-    assert m.tangent(*places, ONE, 1)[1] == pytest.approx([w], rel=1e-6)
-    assert m.tangent(*places, 0 * ONE, 1)[1].tolist() == [0.0]
 
 
 def test_states_are_not_knowns_in_initialization_mode(make: Make) -> None:

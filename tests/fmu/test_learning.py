@@ -4,14 +4,11 @@ least squares; an adaptive inverse while it follows a sudden change of its plant
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from fmpy import read_model_description
-from fmpy.fmi2 import FMU2Slave
-from fmpy.fmi3 import FMU3Slave
 from fmu_master import Array, unpack
+from fmu_slave import Slave
 
 from hystfmu.data import Dataset
 from hystfmu.fmu import export_fmu
@@ -31,55 +28,10 @@ def regression(record: Dataset) -> tuple[Array, Array]:
     return basis(np.column_stack([lagged(x, LAGS), lagged(operator, LAGS)]), 2), record.y
 
 
-class Slave:
-    """An instance in fmpy with the regressors and the measured output as inputs."""
-
-    def __init__(self, folder: Path) -> None:
-        description = read_model_description(str(folder))
-        fmi = int(description.fmiVersion[0])
-        make: Any = FMU2Slave if fmi == 2 else FMU3Slave
-        self.fmu = make(
-            guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="i",
-        )
-        self.fmu.instantiate()
-        self.set = self.fmu.setReal if fmi == 2 else self.fmu.setFloat64
-        self.get = self.fmu.getReal if fmi == 2 else self.fmu.getFloat64
-        ports = description.modelVariables
-        self.inputs, self.outputs = ([v.valueReference for v in ports if v.causality == c] for c in ("input", "output"))
-        self.n = [sum(int(np.prod(v.shape or 1)) for v in ports if v.causality == "output")][fmi == 2 :]
-        if fmi == 2:
-            self.fmu.setupExperiment(startTime=0.0)
-        self.fmu.enterInitializationMode()
-
-    def run(self, u: Array, first: int) -> Array:
-        """Run rows first, first + 1, ...; row 0 ends the initialisation."""
-        rows = []
-        for k, row in enumerate(u.tolist(), start=first):
-            self.set(self.inputs, row)
-            if k == 0:
-                self.fmu.exitInitializationMode()
-            else:
-                self.fmu.doStep((k - 1) * H, H)
-            rows.append(list(self.get(self.outputs, *self.n)))
-        return np.array(rows)
-
-    def save(self) -> bytes:
-        """Serialise the present state."""
-        two = isinstance(self.fmu, FMU2Slave)
-        state = self.fmu.getFMUstate() if two else self.fmu.getFMUState()
-        content = self.fmu.serializeFMUstate(state) if two else self.fmu.serializeFMUState(state)
-        return bytes(content)
-
-    def restore(self, content: bytes) -> None:
-        """Continue from a serialised state of another instance."""
-        two = isinstance(self.fmu, FMU2Slave)
-        if two:
-            self.fmu.setFMUstate(self.fmu.deSerializeFMUstate(content))
-        else:
-            self.fmu.setFMUState(self.fmu.deserializeFMUState(content))
+def run(slave: Slave, u: Array, first: int) -> Array:
+    """Run rows first, first + 1, ...; row 0 ends the initialisation."""
+    rows = enumerate(u.tolist(), start=first)
+    return np.array([slave.step((k - 1) * H, H, row) if k else slave.start(row) for k, row in rows])
 
 
 LONG = [pytest.param(60, f, v, marks=pytest.mark.stress) for f in ("plain", "corrected") for v in (2, 3)]
@@ -89,13 +41,13 @@ def goes_on_where_it_was_saved(folder: Path, u: np.ndarray, native: np.ndarray) 
     """The FMU has the bits of the native run, and another instance those of its second half after a restore."""
     half = len(u) // 2
     straight, other = Slave(folder), Slave(folder)
-    first = straight.run(u[:half], 0)
+    first = run(straight, u[:half], 0)
     saved = straight.save()
-    second = straight.run(u[half:], half)
+    second = run(straight, u[half:], half)
     assert np.concatenate([first, second]).tobytes() == native.tobytes()
-    other.run(u[:1], 0)
+    run(other, u[:1], 0)
     other.restore(saved)
-    assert other.run(u[half:], half).tobytes() == second.tobytes()
+    assert run(other, u[half:], half).tobytes() == second.tobytes()
 
 
 @pytest.mark.parametrize(("reversals", "form", "fmi"), [(30, "plain", 2), (30, "corrected", 3), *LONG])

@@ -23,12 +23,12 @@ TABLES = {
         f"tests/contract/test_{n}.py" for n in ("block_table", "generated", "largest_sizes")
     ),
     "python/hystfmu/identify/": (f"{CHOICE}/test_option_tables.py", f"{CHOICE}/test_results_are_frozen.py"),
-    "python/hystfmu/studies/": (f"{CHOICE}/test_results_are_frozen.py", "tests/study/parts/test_spec_limits.py"),
+    "python/hystfmu/studies/": (f"{CHOICE}/test_results_are_frozen.py", "tests/study/test_study_spec.py"),
 }
 COMPILES = {"fmu_build/core/elementary/": ("tests/c/test_elementary.py", "tests/c/test_numerics.py")}
 MASTER = [
-    *(f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps", "coupling")),
-    "tests/scenarios/alone/test_members_alone.py",  # units that are FMUs
+    *(f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps")),
+    "tests/scenarios/foreign/test_members.py",  # units that are FMUs
 ]
 PATHS = {  # what may judge the rooms of one library or language; the rest of tests/c compiles everything anew
     "python": [f"tests/{name}" for name in ("study", "scenarios", "identify", "design", "data", "face")],

@@ -58,6 +58,13 @@ LOOP: dict[str, Any] = {
 Write = Callable[..., Path]
 
 
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Folder of unpacked FMUs, empty for each test."""
+    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
 @pytest.fixture
 def loop() -> dict[str, Any]:
     """A copy of the scenario as a dictionary, to be changed."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import fmpy
 import numpy as np
-from fmpy.fmi2 import FMU2Slave
+from fmu_slave import Slave
 
 from hystfmu.base.arrays import Array
 from hystfmu.scenario import Cases, build, simulate
@@ -30,23 +29,13 @@ def same(*systems: System) -> Trace:
 
 def boxed(fmu: Path, folder: Path, h: float, n: int) -> dict[str, Array]:
     """Rows 0 to n of all outputs of a container by their ends (`unit.output`); steps of h at t = k h."""
-    description = fmpy.read_model_description(str(fmu))
-    slave = FMU2Slave(
-        guid=description.guid,
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        unzipDirectory=fmpy.extract(str(fmu), str(folder)),
-        instanceName="box",
-    )
-    slave.instantiate()
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
-    read = [(getattr(slave, f"get{v.type}"), v.valueReference) for v in description.modelVariables]
+    slave = Slave(fmu, folder)
+    slave.start()
+    read = [(getattr(slave.fmu, f"get{v.type}"), v.valueReference) for v in slave.variables.values()]
     rows = []
     for k in range(n + 1):
         if k:
-            slave.doStep((k - 1) * h, h)
+            slave.fmu.doStep((k - 1) * h, h)
         rows.append([float(get([reference])[0]) for get, reference in read])
-    slave.terminate()
-    slave.freeInstance()
-    return {v.description: x for v, x in zip(description.modelVariables, np.array(rows).T, strict=True)}
+    slave.free()
+    return {v.description: x for v, x in zip(slave.variables.values(), np.array(rows).T, strict=True)}

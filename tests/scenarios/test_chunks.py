@@ -1,11 +1,14 @@
-"""A run in chunks of rows: the same bits however it is divided, the memory of one chunk whatever its length."""
+"""A run in chunks of rows has the same bits however it is divided; every metric against its definition."""
 
 from __future__ import annotations
 
+import itertools
+import math
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,11 +16,13 @@ import pytest
 from engines import ready
 
 import hystfmu as hy
+from hystfmu.base.errors import InputError
 from hystfmu.data.columns import csv_text
 from hystfmu.scenario import Cases, Run, build, simulate
 from hystfmu.scenario.engine.simulation import chunks
+from hystfmu.scenario.outcome import trace
 from hystfmu.scenario.outcome.metrics import Measure, measure
-from hystfmu.scenario.outcome.trace import Picture, Trace
+from hystfmu.scenario.outcome.trace import Picture, Sweeps, Trace
 from hystfmu.scenario.ssp.read import read_ssp, run_ssp
 from hystfmu.scenario.ssp.write import REFERENCE, write_ssp
 from hystfmu.scenario.system.spec import MetricSpec
@@ -110,37 +115,6 @@ def test_times_are_those_of_whole_steps(loop: Any, write: Any) -> None:
     assert system.rows(np.nextafter(t, 1e9)[:-1]).tolist() == (rows[:-1] + 1).tolist()
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("ripple", [1, 10])
-def test_metrics_do_not_see_the_division(kind: str, ripple: int) -> None:
-    rng = np.random.default_rng(1)
-    t, values = 1e-3 * np.arange(1001), rng.normal(size=(1001, 2))
-    m = MetricSpec.model_validate({"kind": kind, "signal": "a.y", "against": "b.y", "after": 0.0173})
-    columns = {"a.y": 0, "b.y": 1}
-    whole = measure(m, Trace(t, values, columns, ripple))
-    for _ in range(20):
-        found, edges = Measure(m), np.unique(rng.integers(1, 1001, size=rng.integers(1, 40)))
-        for a, b in zip([0, *edges], [*edges, 1001], strict=True):
-            found.add(Trace(t[a:b], values[a:b], columns, ripple, first=int(a)))
-        assert found.value() == whole
-    # and by numpy, all rows at once
-    at, e = np.arange(18, 1001), (values[:, 0] - values[:, 1])[18:]
-    sample = at % ripple == 0
-    x, y = values[18:, 1], values[18:, 0]
-    percent = 100 / np.ptp(x)
-    want = {
-        "rms_percent": percent * np.sqrt(np.mean(e**2)),
-        "max_percent": percent * np.abs(e).max(),
-        "between_samples_percent": percent * np.abs(e - np.interp(at, at[sample], e[sample])).max(),
-        "variation_ratio": np.abs(np.diff(y[sample])).sum() / np.abs(np.diff(x[sample])).sum(),
-        "loop_area_percent": 50 * abs(np.trapezoid(y, x) * 2 - (x[-1] - x[0]) * (y[-1] + y[0])) / np.ptp(x) / np.ptp(y),
-        "rms": np.sqrt(np.mean(e**2)),
-        "peak": np.abs(y).max(),
-        "final": abs(e[-1]),
-    }
-    assert whole == pytest.approx(want[kind], rel=1e-12)
-
-
 def test_verdicts_and_baselines_do_not_see_the_division(loop: Any, write: Any, divide: Divide) -> None:
     folder = write(rich(loop) | {"tube": {"time": 1e-3, "value": 1e-6}})
     for engine in ("native", "fmpy"):
@@ -187,6 +161,7 @@ def test_an_ssp_is_written_as_it_runs(loop: Any, write: Any, tmp_path: Path, div
 
 MEMORY = """
 import resource, sys
+import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.scenario import Run
 path, stop, out = sys.argv[1:]
@@ -228,3 +203,163 @@ def test_memory_does_not_grow_with_the_number_of_steps(
     assert used[1] - used[0] < 4, used
     if kind == "ssp":
         assert (tmp_path / "out" / "rows.csv").read_bytes().count(b"\n") == most + 2
+
+
+# ---- traces ----------------------------------------------------------------------------------------------------------
+ENDS = {"a.y": 0, "b.y": 1, "c.y": 2}
+
+
+def drawn_run(n: int, seed: int = 1) -> Trace:
+    return Trace(0.5 * np.arange(n), np.random.default_rng(seed).normal(size=(n, 3)), ENDS, 1)
+
+
+def divided(whole: Trace, *edges: int) -> list[Trace]:
+    pieces = []
+    for a, b in zip([0, *edges], [*edges, len(whole.t)], strict=True):
+        last = {"a": "0"} if b == len(whole.t) else {}
+        pieces.append(Trace(whole.t[a:b], whole.values[a:b], ENDS, 1, last, a, Sweeps(2 * (b - a), b - a, b - a)))
+    return pieces
+
+
+def spec(kind: str, signal: str = "a.y", against: str | None = "b.y") -> MetricSpec:
+    return MetricSpec.model_validate({"kind": kind, "signal": signal} | ({"against": against} if against else {}))
+
+
+# ---- a run in one piece ---------------------------------------------------------------------------------------------
+
+
+def test_a_trace_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trace, "MOST_VALUES", 30)
+    assert len(Trace.joined(divided(drawn_run(10), 5), 10).t) == 10
+    with pytest.raises(InputError, match=r"^a trace would hold 11 rows of 3 values, more than 30: take its chunks$"):
+        Trace.joined(divided(drawn_run(11), 5), 11)
+
+
+def test_a_trace_in_words() -> None:
+    t = Trace(np.array([0.0, 0.25]), np.zeros((2, 4)), {f"{n}.y": k for k, n in enumerate("abcd")}, 1)
+    assert repr(t) == "Trace(2 rows to t = 0.25 s, a.y, b.y, c.y, d.y)"
+    more = Trace(t.t, np.zeros((2, 5)), {f"{n}.y": k for k, n in enumerate("abcde")}, 1)
+    assert repr(more).endswith("d.y, ...)")
+    assert more["c.y"].tolist() == more.values[:, 2].tolist()
+
+
+# ---- a picture -----------------------------------------------------------------------------------------------------
+def case(*metrics: MetricSpec) -> Any:
+    return SimpleNamespace(metrics={f"m{k}": m for k, m in enumerate(metrics)}, record=("c.y",), loops=())
+
+
+def picture(n: int, monkeypatch: pytest.MonkeyPatch, *metrics: MetricSpec, most: int = 12) -> tuple[Trace, Picture]:
+    monkeypatch.setattr(trace, "MOST_ROWS", most)
+    monkeypatch.setattr(trace, "SHORTEST_CHUNK", 64)
+    return drawn_run(n), Picture(SimpleNamespace(n_steps=n - 1, case=case(*metrics)))  # type: ignore[arg-type]
+
+
+def test_without_an_error_only_spaced_rows_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, found = picture(32, monkeypatch, spec("rms"))
+    found.add(whole)
+    assert (2 * found.trace().t).tolist() == [0, 8, 16, 24, 31]
+
+
+# ---- metrics by their definitions ------------------------------------------------------------------------------------
+H, RIPPLE, N = 0.25, 3, 31
+RNG = np.random.default_rng(np.random.SeedSequence().entropy)
+SEED = int(RNG.integers(2**31))
+
+
+def metric(kind: str, **more: Any) -> MetricSpec:
+    return MetricSpec.model_validate({"kind": kind, "signal": "a.y", "against": "b.y", **more})
+
+
+def rows_of(signal: Any, against: Any, first: int = 0, ripple: int = RIPPLE) -> Trace:
+    t = H * np.arange(first, first + len(signal))
+    return Trace(t, np.column_stack([signal, against]), {"a.y": 0, "b.y": 1}, ripple, {}, first)
+
+
+def chunked(m: MetricSpec, whole: Trace, length: int) -> float:
+    found = Measure(m)
+    for k in range(0, len(whole.t), length):
+        rows = slice(k, k + length)
+        found.add(rows_of(whole["a.y"][rows], whole["b.y"][rows], k, whole.ripple))
+    return found.value()
+
+
+def between(y: list[float], r: list[float], first: int) -> float:
+    """Largest distance of the error from the straight line between two samples."""
+    e, largest = [a - b for a, b in zip(y, r, strict=True)], 0.0
+    for k in range(first, len(e)):
+        left, right = k // RIPPLE * RIPPLE, -(-k // RIPPLE) * RIPPLE
+        if left < first:  # before the first sample of the window: from its value
+            largest = max(largest, abs(e[k] - e[right]))
+            continue
+        share = (k - left) / RIPPLE
+        largest = max(largest, abs(e[k] - e[left] - share * (e[min(right, len(e) - 1)] - e[left])))
+    return largest
+
+
+def variation(y: list[float], r: list[float], first: int) -> float:
+    at = [k for k in range(len(y)) if k % RIPPLE == 0 and k >= first]
+    moved = [sum(abs(x[b] - x[a]) for a, b in itertools.pairwise(at)) for x in (y, r)]
+    return moved[0] / moved[1]
+
+
+def area(y: list[float], r: list[float], first: int) -> float:
+    """Shoelace formula over the polygon of the window, closed by its last side; of the rectangle of the spans."""
+    x, z = r[first:], y[first:]
+    twice = sum(x[k - 1] * z[k] - x[k] * z[k - 1] for k in range(len(x)))
+    return 100 * abs(twice) / 2 / ((max(x) - min(x)) * (max(z) - min(z)))
+
+
+DEFINITIONS: dict[str, Callable[[list[float], list[float], int], float]] = {
+    "rms": lambda y, r, f: math.sqrt(sum((a - b) ** 2 for a, b in zip(y[f:], r[f:], strict=True)) / (len(y) - f)),
+    "rms_percent": lambda y, r, f: 100 * DEFINITIONS["rms"](y, r, f) / (max(r[f:]) - min(r[f:])),
+    "max_percent": lambda y, r, f: (
+        100 * max(abs(a - b) for a, b in zip(y[f:], r[f:], strict=True)) / (max(r[f:]) - min(r[f:]))
+    ),
+    "between_samples_percent": lambda y, r, f: 100 * between(y, r, f) / (max(r[f:]) - min(r[f:])),
+    "variation_ratio": variation,
+    "peak": lambda y, r, f: max(abs(v) for v in y[f:]),
+    "final": lambda y, r, f: abs(y[-1] - r[-1]),
+    "loop_area_percent": area,
+}
+
+
+@pytest.mark.parametrize("kind", list(DEFINITIONS))
+@pytest.mark.parametrize("skip", [0, 6, 7])
+def test_a_metric_is_its_definition(kind: str, skip: int) -> None:
+    rng = np.random.default_rng(SEED)
+    y, r = (rng.normal(size=N) for _ in range(2))
+    m = metric(kind, after=skip * H)
+    want = DEFINITIONS[kind](y.tolist(), r.tolist(), skip)
+    whole = rows_of(y, r)
+    assert measure(m, whole) == pytest.approx(want, rel=1e-12), SEED
+    for length in (1, 2, 4, 9, 30):
+        assert chunked(m, whole, length) == pytest.approx(want, rel=1e-12), (SEED, length)
+    lower = measure(m, rows_of(-y, -r))  # mirrored: lowest and highest change places
+    assert lower == pytest.approx(want, rel=1e-12)
+
+
+def test_a_stroke_of_zero_is_refused_and_a_given_one_is_taken() -> None:
+    rests = rows_of([1.0, 2.0], [3.0, 3.0])
+    with pytest.raises(InputError, match=r"^the stroke is zero: b\.y does not move; give 'stroke'$"):
+        measure(metric("max_percent"), rests)
+    assert measure(metric("max_percent", stroke=4.0), rests) == 50.0
+    assert measure(metric("rms"), rests) == math.sqrt(2.5)
+
+
+@pytest.mark.parametrize("kind", ["rms_percent", "max_percent"])
+def test_lines_leave_out_the_turn_arounds(kind: str) -> None:
+    """A scan whose error is 0.3 on the lines and 5 in the turn-arounds; in one piece and in chunks of seven rows."""
+    down = np.arange(40.0, 0, -1)
+    turn = 40 + np.array([0.8, 1.2, 1.2, 0.8])
+    scan = np.concatenate([np.arange(0, 41.0), turn, down])
+    bent = np.abs(np.diff(scan, 2)) > 0.01
+    on = ~np.concatenate([[True, True], bent])  # two steps tell whether a row is on a line
+    whole = rows_of(scan + np.where(on, 0.3, 5.0), scan)
+    assert measure(metric(kind, lines=True, stroke=100.0), whole) == pytest.approx(0.3)
+    assert measure(metric(kind, stroke=100.0), whole) > 0.5
+    m = metric(kind, lines=True, stroke=100.0)
+    assert chunked(m, whole, 7) == measure(m, whole)
+    bow = np.linspace(0, 60, 1000) ** 2
+    assert measure(metric("rms_percent", lines=True, stroke=1.0), rows_of(bow, bow)) == np.inf
+    with pytest.raises(ValueError, match="'lines' belongs to"):
+        metric("variation_ratio", lines=True)

@@ -26,11 +26,6 @@ from hystfmu.scenario import simulate
 PLAYS = Node("plays", "backlash_sum", {}, {"w0": 0.3, "r": [0.1, 0.2, 0.3], "w": [0.3, 0.2, 0.1]})
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
-
-
 @pytest.fixture
 def foreign(loop: Any, write: Any) -> Any:
     """Writes the loop with its PID as a foreign FMU, and the plays as another before the plant."""

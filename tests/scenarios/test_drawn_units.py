@@ -28,11 +28,6 @@ H, STEPS = 1e-3, 20
 REAL = {"Real", "Float64", "Float32"}
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
-
-
 def fits(source: str, kind: str) -> bool:
     """Whether an input of the type `kind` takes every number of an output."""
     if kind in REAL or kind == "Boolean" or source == "Boolean":

@@ -1,10 +1,11 @@
-"""Regression comfort: tubes, loop area, final states, JUnit, what a record would change, two reports side by side."""
+"""Baselines, tubes, loop area, final states, JUnit, what a record would change, two reports side by side."""
 
 from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,17 @@ from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.scenario import Cases, Change, build, simulate
 from hystfmu.scenario.outcome.metrics import measure
-from hystfmu.scenario.outcome.result import Baseline, Kept, compare
+from hystfmu.scenario.outcome.result import (
+    Baseline,
+    Kept,
+    Record,
+    changes,
+    compare,
+)
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report.compare import compare_reports
 from hystfmu.scenario.report.page import write_junit
-from hystfmu.scenario.system.spec import MetricSpec
+from hystfmu.scenario.system.spec import MetricSpec, TubeSpec
 
 H = 1e-4
 
@@ -100,19 +107,6 @@ def test_a_run_within_its_tube_passes(loop: Any, write: Any) -> None:
 def area(x: np.ndarray, y: np.ndarray) -> float:
     trace = Trace(np.arange(len(x)) * 1.0, np.column_stack([y, x]), {"a.y": 0, "b.y": 1}, 1)
     return measure(MetricSpec.model_validate({"kind": "loop_area_percent", "signal": "a.y", "against": "b.y"}), trace)
-
-
-def test_loop_area_of_known_figures() -> None:
-    phase = np.linspace(0, 2 * np.pi, 20_001)
-    assert area(3 * np.cos(phase) + 7, 0.2 * np.sin(phase)) == pytest.approx(25 * np.pi, rel=1e-6)  # an ellipse
-    assert area(np.sin(phase), np.sin(phase)) == pytest.approx(0, abs=1e-12)  # a line
-    lag = 0.3  # an ellipse of the same span, leaning: pi sin(lag) over 4
-    assert area(np.sin(phase), np.sin(phase - lag)) == pytest.approx(25 * np.pi * np.sin(lag), rel=1e-6)
-    # a play of width r on [-1, 1]: a parallelogram of height 2 (1 - r) and width 2 r in a box of 2 by 2 (1 - r)
-    x = np.array([1.0, 0.5, -1.0, -0.5, 1.0])
-    y = np.array([0.75, 0.75, -0.75, -0.75, 0.75])
-    assert area(x, y) == pytest.approx(100 * 0.25, rel=1e-12)
-    assert area(np.zeros(5), y) == 0
 
 
 # ---- final states ---------------------------------------------------------------------------------------------------
@@ -251,3 +245,78 @@ def test_what_is_not_a_report_is_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(InputError, match=r"report\.json: not a report"):
         compare_reports(path, path, tmp_path / "diff.html")
     assert not (tmp_path / "diff.html").exists()
+
+
+# ---- baselines by hand -----------------------------------------------------------------------------------------------
+QUARTER = 0.25
+ENDS = {"a.y": 0, "b.y": 1}
+
+
+def system(n: int, tube: TubeSpec | None = None, tolerance: float = 1e-6) -> Any:
+    case = SimpleNamespace(
+        name="c", title="s/c", record=("a.y", "b.y"), tube=tube, tolerance=tolerance, stop=(n - 1) * QUARTER
+    )
+
+    def rows(t: Any) -> Any:
+        return np.ceil(np.round(t / QUARTER, 9)).astype(np.int64)
+
+    return SimpleNamespace(case=case, n_steps=n - 1, h=QUARTER, rows=rows)
+
+
+def run(n: int, values: Any = None, states: dict[str, str] | None = None) -> Trace:
+    given = np.column_stack([np.arange(n), 10.0 * np.arange(n)]) if values is None else np.asarray(values)
+    return Trace(QUARTER * np.arange(n), given.astype(float), ENDS, 1, states or {})
+
+
+def kept(s: Any, trace: Trace, old: Baseline | None = None) -> Kept:
+    found = Kept(s, old)
+    found.add(trace)
+    return found
+
+
+def baseline(rows: Any, metrics: dict[str, float] | None = None, states: dict[str, str] | None = None) -> Baseline:
+    return Baseline({"c": metrics or {}}, {"c": np.asarray(rows)}, ("a.y", "b.y"), {"c": states or {}})
+
+
+# ---- what a record would change ------------------------------------------------------------------------------------
+
+
+def test_everything_that_a_record_would_change() -> None:
+    rows = np.array([[0.0, 1.0, 5.0], [0.5, 2.0, 6.0]])
+    old = Baseline({"c": {"x": 1.0, "y": 2.0}, "gone": {"x": 4.0}}, {"c": rows}, ("a.y", "b.y"), {"c": {"u": "1"}})
+    new = rows + np.array([[0, 0.5, 0], [0, -0.75, 0]])
+    assert changes("s", old, {"c": Record({"x": 1.0, "z": 3.0}, new, {"u": "2", "v": "3"})}) == [
+        Change("s/c", "y", 2.0, None),
+        Change("s/c", "z", None, 3.0),
+        Change("s/c", "a.y at 0.5 s", 2.0, 1.25),
+        Change("s/c", "final states of u", "1", "2"),
+        Change("s/c", "final states of v", None, "3"),
+        Change("s/gone", "x", 4.0, None),
+    ]
+    assert changes("s", None, {"c": Record({"x": 1.0}, rows, {})}) == [Change("s/c", "x", None, 1.0)]
+    assert changes("s", old, {"c": Record({"x": 1.0, "y": 2.0}, rows[:1], {"u": "1"})}) == [
+        Change("s/gone", "x", 4.0, None)
+    ]
+
+
+# ---- what a run says -----------------------------------------------------------------------------------------------
+def test_a_signal_is_compared_with_room_relative_to_its_largest_value() -> None:
+    n = 5
+    old = baseline(np.column_stack([QUARTER * np.arange(n), np.arange(n), -10.0 * np.arange(n)]))
+    base = np.column_stack([np.arange(n), -10.0 * np.arange(n)])
+    for tolerance, off, good in [(1e-3, 0.03, True), (1e-3, 0.05, False), (1e-3, -0.05, False)]:
+        s = system(n, tolerance=tolerance)
+        moved = base + np.array([[0, 0]] * 2 + [[0, off]] + [[0, 0]] * 2)
+        lines = compare(s.case, kept(s, run(n, moved)), old)
+        want = f"s/c: b.y = {-20 + off:.9g} at t = 0.5 s changed against the baseline -20 "
+        assert lines == ([] if good else [f"{want}(tolerance 0.001 of its largest value)"])
+
+
+def test_final_states_are_compared_by_unit() -> None:
+    s, n = system(5), 5
+    rows = np.column_stack([QUARTER * np.arange(n), np.arange(n), 10.0 * np.arange(n)])
+    found = kept(s, run(n, states={"u": "1", "v": "2", "w": "3"}))
+    assert compare(s.case, found, baseline(rows, states={"u": "1", "v": "9"})) == [
+        "s/c: the final states of v (2) changed against the baseline 9",
+        "s/c: no baseline of the final states of w: run with --record",
+    ]

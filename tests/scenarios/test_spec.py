@@ -1,17 +1,37 @@
-"""A scenario file that is wrong is refused in one line that names file, key, rule and value, before anything runs."""
+"""Scenario files: keys, limits of numbers, defaults, delays, paths; what is refused before anything runs."""
 
 from __future__ import annotations
 
+import dataclasses
+import importlib
+import math
+import pkgutil
+import re
+from pathlib import Path
 from typing import Any
 
+import pydantic
 import pytest
 from click.testing import CliRunner
 from engines import ready
 
 import hystfmu as hy
+import hystfmu.scenario
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.scenario import Cases, build
+from hystfmu.scenario.system import case as cases
+from hystfmu.scenario.system.case import delayed
+from hystfmu.scenario.system.spec import (
+    CaseSpec,
+    CouplingSpec,
+    MarginsSpec,
+    MetricSpec,
+    ScenarioSpec,
+    TubeSpec,
+    UnitSpec,
+    inside,
+)
 
 
 def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
@@ -155,7 +175,193 @@ def test_a_file_of_a_newer_version_names_the_remedy(loop: Any, write: Any, below
     assert Cases(path).spec.format == 1
 
 
-def test_a_misspelt_key_is_named_and_not_the_one_that_it_leaves_out(loop: Any, write: Any) -> None:
-    loop["stopp"] = loop.pop("stop")
-    with pytest.raises(InputError, match=r"scenario\.toml: stopp: There is no such key. Did you mean 'stop'"):
-        hy.run([write(loop)], engine="native")
+# ---- limits and defaults ---------------------------------------------------------------------------------------------
+UNIT: dict[str, Any] = {"block": "pid"}
+METRIC: dict[str, Any] = {"kind": "peak", "signal": "a.y"}
+WHOLE: dict[str, Any] = {
+    "name": "s", "step": 0.1, "stop": 1.0, "order": ["a"], "units": {"a": UNIT}, "metrics": {"m": METRIC},
+}  # fmt: skip
+TINY = 5e-324
+
+
+@pytest.mark.parametrize(
+    ("kind", "base", "key", "good", "bad"),
+    [
+        (UnitSpec, UNIT, "every", [1, 1_000_000], [0, 1_000_001]),
+        (UnitSpec, UNIT, "substeps", [1, 10_000], [0, 10_001]),
+        (MetricSpec, METRIC, "after", [0.0, 1e300], [-TINY, math.inf, math.nan]),
+        (MetricSpec, METRIC, "limit", [0.0, 1e300], [-TINY, math.inf]),
+        (MetricSpec, METRIC, "stroke", [TINY], [0.0, -1.0, math.inf]),
+        (CouplingSpec, {}, "max_sweeps", [2, 10_000], [1, 10_001]),
+        (CouplingSpec, {}, "tolerance", [TINY, 1.0], [0.0, math.inf]),
+        (TubeSpec, {"value": 0.5}, "time", [0.0], [-TINY, math.inf]),
+        (TubeSpec, {}, "value", [0.0, 1.0], [-TINY, 1.0 + 1e-15]),
+        (MarginsSpec, {}, "Ms_db", [TINY, 60.0], [0.0, 60.0 + 1e-13]),
+        (
+            MarginsSpec,
+            {"slopes": [1.0, 1.0], "corners": ["*"]},
+            "stable_to_steps",
+            [0.0, 100.0],
+            [-TINY, 100.0 + 1e-13],
+        ),
+        (MarginsSpec, {"Ms_db": 1.0}, "slopes", [[0.5, 2.0]], [[1.0], [1.0, 2.0, 3.0], [1.0, math.inf]]),
+        (CaseSpec, {"name": "c"}, "stop", [TINY], [0.0, math.inf]),
+        (CaseSpec, {"name": "c"}, "after", [0.0], [-TINY]),
+        (CaseSpec, {"name": "c"}, "limits", [{"m": 0.0}], [{"m": -TINY}]),
+        (CaseSpec, {}, "name", ["c" * 64, "0.a-B_"], ["c" * 65, "", "-a", "a b"]),
+        (ScenarioSpec, WHOLE, "step", [TINY], [0.0, math.inf]),
+        (ScenarioSpec, WHOLE, "stop", [TINY], [0.0]),
+        (ScenarioSpec, WHOLE, "ripple", [1, 1000], [0, 1001]),
+        (ScenarioSpec, WHOLE, "tolerance", [0.0, 1.0], [-TINY, 1.0 + 1e-15]),
+        (
+            ScenarioSpec,
+            WHOLE,
+            "units",
+            [{f"u{k}": UNIT for k in range(200)}],
+            [{}, {f"u{k}": UNIT for k in range(201)}],
+        ),
+        (
+            ScenarioSpec,
+            WHOLE,
+            "metrics",
+            [{f"m{k}": METRIC for k in range(100)}],
+            [{}, {f"m{k}": METRIC for k in range(101)}],
+        ),
+        (
+            ScenarioSpec,
+            WHOLE,
+            "case",
+            [[{"name": f"c{k}"} for k in range(200)]],
+            [[{"name": f"c{k}"} for k in range(201)]],
+        ),
+        (ScenarioSpec, WHOLE, "loops", [[["a", "b"]]], [[["a"]], [["a", "b", "c"]]]),
+    ],
+)
+def test_a_value_at_its_limits(kind: Any, base: dict[str, Any], key: str, good: list[Any], bad: list[Any]) -> None:
+    for value in good:
+        kind.model_validate(base | {key: value})
+    for value in bad:
+        with pytest.raises(pydantic.ValidationError):
+            kind.model_validate(base | {key: value})
+
+
+def test_what_a_file_leaves_away() -> None:
+    s = ScenarioSpec.model_validate(WHOLE | {"case": [{"name": "c"}]})
+    unit, metric, coupling, case = s.units["a"], s.metrics["m"], s.coupling, s.case[0]
+    assert (unit.every, unit.fine, unit.substeps, unit.hold, unit.runs_as) == (1, False, 1, "zero", "fmu2")
+    assert (metric.after, metric.limit, metric.stroke, metric.lines, metric.against) == (0.0, None, None, False, None)
+    assert (coupling.scheme, coupling.events, coupling.tolerance, coupling.max_sweeps) == (
+        "gauss_seidel", "located", 1e-12, 50,
+    )  # fmt: skip
+    assert (case.stop, case.after, case.coupling, case.set, case.conditions) == (None, None, None, {}, [])
+    assert (s.ripple, s.final_states, s.tube, s.record, s.loops, s.margins) == (1, False, None, [], [], None)
+    assert TubeSpec.model_validate({"value": 0.5}).time == 0.0
+    assert 0 < s.tolerance < 1e-3
+
+
+def test_the_length_of_a_run(loop: Any, write: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cases, "MOST_STEPS", 300)
+    ready(write(loop))
+    for change, said in [
+        ({"stop": 0.0301}, r"stop: at most 300 fine steps; got 301$"),
+        ({"ripple": 2}, r"stop: at most 300 fine steps; got 600$"),
+        ({"stop": 0.03005}, r"stop: must be a multiple of the step 0\.0001 s; got 0\.03005$"),
+        ({"stop": 0.00001}, r"stop: must be a multiple of the step 0\.0001 s; got 1e-05$"),
+        ({"stop": 0.01}, r"metrics\.tracking\.after: must be below stop 0\.01 s; got 0\.01$"),
+        ({"order": ["plant", "reference"]}, r"order: must name every unit once; missing: \['pid'\], unknown: \[\]$"),
+        ({"order": ["plant", "reference", "pid", "x"]}, r"once; missing: \[\], unknown: \['x'\]$"),
+        ({"order": ["plant", "pid", "reference", "pid"]}, r"order: must name every unit once; twice: \['pid'\]$"),
+    ]:
+        with pytest.raises(InputError, match=said):
+            ready(write(loop | change))
+    ready(write(loop | {"stop": 0.03 * (1 - 1e-7)}))
+    ready(write(loop | {"stop": 0.0101}))
+
+
+def test_values_of_the_package_cannot_be_changed() -> None:
+    """All dataclasses are frozen, except Sweeps, whose counters change during a run."""
+    found = {}
+    for info in pkgutil.walk_packages(hystfmu.scenario.__path__, "hystfmu.scenario."):
+        for name, value in vars(importlib.import_module(info.name)).items():
+            if dataclasses.is_dataclass(value) and isinstance(value, type) and value.__module__ == info.name:
+                found[name] = value.__dataclass_params__.frozen  # type: ignore[attr-defined]
+    assert len(found) > 20
+    assert [name for name, frozen in found.items() if not frozen] == ["Sweeps"]
+
+
+# ---- delays and paths ------------------------------------------------------------------------------------------------
+def delay(**more: Any) -> UnitSpec:
+    return UnitSpec.model_validate({"block": "delay", "dims": {"n": 3}} | more)
+
+
+# ---- a number of steps ---------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("steps", "unit", "n", "fine"),
+    [
+        (2, {}, 2, False),
+        (2.0, {}, 2, False),
+        (0.75, {}, 3, True),
+        (1.25, {}, 5, True),
+        (1e-7 / 4 + 1, {}, 1, False),
+        (5, {"fine": True}, 5, True),
+        (5, {"every": 2}, 5, False),
+        (250_000_000, {}, 250_000_000, False),
+    ],
+)
+def test_a_fraction_counts_in_fine_steps(steps: float, unit: dict[str, Any], n: int, fine: bool) -> None:
+    found = delayed(delay(set={"n": 9, "y0": 0.5}, **unit), steps, 4, "here")
+    assert (found.block, found.dims, found.fine, found.set) == ("delay", {"n": n}, fine, {"y0": 0.5})
+
+
+@pytest.mark.parametrize("unit", [{}, {"fine": True}])
+def test_no_step_makes_it_a_connection(unit: dict[str, Any]) -> None:
+    for steps in (0, 0.0, 1e-7):
+        found = delayed(delay(values={}, set={"n": 9}, **unit), steps, 4, "here")
+        assert (found.block, found.dims, found.set, found.fine) == ("scaling", {"n": 1}, {}, bool(unit))
+
+
+@pytest.mark.parametrize(
+    ("steps", "unit", "least"),
+    [
+        (-1, {}, 0.25),
+        (0.3, {}, 0.25),
+        (1.0 + 1e-6, {}, 0.25),
+        (1.5, {"fine": True}, 1),
+        (1.5, {"every": 2}, 1),
+        ("2", {}, 0.25),
+        (True, {}, 0.25),
+        (250_000_001, {}, 0.25),
+        (float("nan"), {}, 0.25),
+    ],
+)
+def test_what_is_no_number_of_steps(steps: object, unit: dict[str, Any], least: float) -> None:
+    said = f"here: must be a number of steps of at least 0, in steps of {least:g}. Got {steps!r}."
+    with pytest.raises(InputError, match=f"^{re.escape(said)}$"):
+        delayed(delay(**unit), steps, 4, "here")
+
+
+# ---- files ---------------------------------------------------------------------------------------------------------
+
+
+def tree(root: Path) -> Path:
+    """Scenarios one/ and group/{two,three}/ among all; a file beside them and one outside."""
+    for name in ("all/one", "all/group/two", "all/group/three"):
+        (root / name).mkdir(parents=True)
+        (root / name / "scenario.toml").touch()
+    (root / "all" / "shared").mkdir()
+    return root / "all"
+
+
+def test_a_path_stays_within_the_folder_of_all_scenarios(tmp_path: Path) -> None:
+    top = tree(tmp_path)
+    assert inside(top / "one", "../shared/m", "w") == (top / "shared" / "m").resolve()
+    assert inside(top / "group" / "two", "../../shared/m", "w") == (top / "shared" / "m").resolve()
+    assert inside(top / "one", ".", "w", top / "group" / "two") == (top / "one").resolve()
+    for folder, path in [("one", "../../out"), ("group/two", "../../../out")]:
+        with pytest.raises(InputError, match=r"^w: must stay within the folder of the scenarios; got '\.\./"):
+            inside(top / folder, path, "w")
+    for path in ("/etc/passwd", "a\\b"):
+        with pytest.raises(InputError, match=r"^w: must be a path relative to the scenario, with '/'; got "):
+            inside(top / "one", path, "w")
+    with pytest.raises(InputError, match=r"^w: .*null.*; got 'a\\x00b'$"):
+        inside(top / "one", "a\0b", "w")

@@ -29,11 +29,6 @@ from hystfmu.scenario.ssp.write import REFERENCE, write_loop, write_ssp
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema"
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
-
-
 @pytest.fixture
 def archive(loop: Any, write: Any, tmp_path: Path) -> Path:
     """The loop of this folder, every unit a component."""
@@ -232,24 +227,6 @@ def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
     path = write_ssp(Cases(write(loop)).cases[0], tmp_path / "loop.ssp", version="2.0", fmi=fmi).path
     assert b'version="2.0"' in zipfile.ZipFile(path).read("SystemStructure.ssd")
     assert run_ssp(path, "native").passed
-
-
-def test_an_archive_without_our_notes_needs_a_step(archive: Path, tmp_path: Path) -> None:
-    foreign = tmp_path / "foreign.ssp"
-    with zipfile.ZipFile(archive) as old, zipfile.ZipFile(foreign, "w") as new:
-        for name in old.namelist():
-            content = old.read(name)
-            if name == "SystemStructure.ssd":
-                root = etree.fromstring(content)
-                for notes in root.findall(".//{*}Annotations"):
-                    notes.getparent().remove(notes)
-                content = etree.tostring(root)
-            if not name.startswith("extra/"):
-                new.writestr(name, content)
-    with pytest.raises(InputError, match="states no step: give it with --step"):
-        run_ssp(foreign, "native")
-    ours = trajectory(archive, "jacobi")
-    assert traced(foreign, step=1e-4)["plant.y"].tobytes() == ours.tobytes()
 
 
 @pytest.mark.parametrize(

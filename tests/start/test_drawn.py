@@ -1,15 +1,32 @@
-"""What a study of a started loop draws: gain, modes as far as they are known, widths of the loops, and nothing else."""
+"""Start with drawn devices: a held command, a light stage, the next record, creep in parallel."""
 
 from __future__ import annotations
 
+import secrets
+import subprocess
+import sys
+from contextlib import nullcontext
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from foreign.solvers import relays
+from scipy.linalg import expm
+from start.devices import records
+from start.devices.device import draw
+from start.devices.judge import start
+from start.devices.loop import Controller, case_of, cases_of
 
 import hystfmu as hy
+from hystfmu import Graph, Input, Node, Output
+from hystfmu.base.arrays import Array
 from hystfmu.design.plants import Plant
-from hystfmu.start.device import device
+from hystfmu.scenario.loop.table import margin_table
+from hystfmu.start.closed_loop import close
+from hystfmu.start.device import FINE, device, plant_model, reach, reference_frequency
+from hystfmu.start.excitation import DRAWS, _path, excitation, information
+from hystfmu.start.requirements import Requirements
 from hystfmu.start.run import drawn
 
 K = np.arange(1200)
@@ -50,3 +67,191 @@ def test_a_static_model_by_the_gain_of_its_output() -> None:
 
 def test_two_modes_are_not_drawn() -> None:
     assert set(ranges(modes=2)) == {"plant.h_r"}
+
+
+# ---- held command ----------------------------------------------------------------------------------------------------
+H = 1e-3
+
+
+def truth(u: Array, w: float, zeta: float, late: int) -> Array:
+    """Return the output at the end of each fine step of a device whose command comes some fine steps late."""
+    M = expm(np.array([[0, 1, 0], [-w * w, -2 * zeta * w, w * w], [0, 0, 0]]) * H / FINE)
+    x, plays, y = np.zeros(2), [0.0, 0.0], []
+    for command in np.concatenate([np.zeros(late), np.repeat(u, FINE)])[: len(u) * FINE]:
+        plays = [min(max(p, command - r), command + r) for p, r in zip(plays, PLAYS["r"], strict=True)]
+        v = PLAYS["w0"] * command + sum(p * k for p, k in zip(plays, PLAYS["w"], strict=True))
+        x = M[:2, :2] @ x + M[:2, 2] * v
+        y.append(x[0])
+    return np.array(y)
+
+
+def test_the_plant_of_the_loop_is_the_device_behind_a_converter() -> None:
+    rng = np.random.default_rng()
+    f, zeta, late = rng.uniform(60, 250), rng.uniform(0.02, 0.9), int(rng.integers(0, 8))
+    k = np.arange(1200)
+    u = 50 + 50 * np.exp(-0.001 * k) * np.sin(2 * np.pi * k / 100)
+    model = hy.Model("device", hy.blocks.PrandtlIshlinskii(**PLAYS).graph, H, provenance={"span_u": [0.0, 100.0]})
+    found = device(model, hy.Dataset(H * k, u, model.predict(u)))
+    plant = plant_model(found, Plant((f,), (zeta,), (1.0,), late * H / FINE))
+    command = rng.uniform(0, 100, 60)
+    held = np.column_stack([np.repeat(command, FINE), np.zeros(60 * FINE)])
+    y = plant.graph.run(np.vstack([np.zeros((1, 2)), held]), H / FINE)[1:]
+    assert y == pytest.approx(truth(command, 2 * np.pi * f, zeta, late), abs=1e-9)
+
+
+# ---- light stage -----------------------------------------------------------------------------------------------------
+WANTED = {"triangle": (100.0, 0.25), "sine": (10.0, 0.1)}  # frequency (Hz) and percent RMS of the stroke
+PERIODS = 50  # until the error of a triangle counts
+
+
+@pytest.mark.stress
+def test_a_light_stage_is_scanned_by_start_alone_and_by_a_repetitive_part(tmp_path: Path) -> None:
+    seed = secrets.randbelow(1 << 31)
+    modes = ((700.0, 0.02, 1.0),)
+    device = replace(draw(seed, 0), modes=modes, delay=1.0, rate=1e4, slow_rate=1e4, noise=1e-4)
+    rng = np.random.default_rng(seed)
+    t, u, y = records.record(device, "chirp", rng)
+    records.write(tmp_path / "record.csv", t, u, y)
+    asked = [w for shape, (f, _) in WANTED.items() for w in ("--reference", f"{shape}:{f:g}")]
+    told = start(tmp_path / "record.csv", tmp_path / "made", *asked)
+    assert told["approved"], (seed, told["reasons"])
+    assert told["feedback"] == "full", (seed, device.text)
+    cases = cases_of(tmp_path / "made" / "loop")
+    for shape, (frequency, most) in WANTED.items():
+        (wanted,) = (r for r in told["references"] if r["shape"] == shape)
+        case = case_of(cases, wanted)
+        assert case is not None
+        run = Controller(case).drive(device, float(u[0]), rng)
+        first = round((PERIODS if shape == "triangle" else 1) / (frequency * case.step))
+        assert len(run.r) > first + 1 / (frequency * case.step)
+        speed = np.abs(np.diff(run.r[first:]))
+        line = speed > 0.99 * speed.max() if shape == "triangle" else speed >= 0  # without the turn-arounds
+        assert line.mean() > 0.8
+        e = (run.y - run.r)[first:-1][line]
+        assert 100 * np.sqrt(np.mean(e**2)) / (2 * wanted["amplitude"]) <= most, (seed, shape, device.text)
+    command = ["design", "repetitive", str(tmp_path / "made" / "loop"), "-o", str(tmp_path / "learns"), "--json"]
+    done = subprocess.run([sys.executable, "-m", "hystfmu.cli", *command], capture_output=True, text=True)
+    assert done.returncode == 0, (seed, device.text, done.stdout, done.stderr)
+
+
+# ---- next record -----------------------------------------------------------------------------------------------------
+sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
+
+
+def relay_device(width: float):
+    """Relays with a Gaussian density, and a linear term."""
+    return lambda u: (
+        relays(u, lambda a, b: np.exp(-((((a - b) / 2 - 0.35) / width) ** 2) / 2 - ((a + b) / 2 / 0.3) ** 2 / 2), 40)
+        + 0.3 * u
+    )
+
+
+def one_sine(device) -> hy.Dataset:
+    u = np.sin(2 * np.pi * np.arange(1000) / 200)
+    return hy.Dataset.from_signal(u, device(u), H)
+
+
+def test_a_device_that_began_with_one_sine_is_known_five_times_better() -> None:
+    """Relays inside the loop of the sine have not moved: nothing tells their weights."""
+    seed = int(np.random.SeedSequence().generate_state(1)[0])
+    device = relay_device(float(np.random.default_rng(seed).uniform(0.15, 0.3)))
+    data = one_sine(device)
+    held_out = list(hy.signals.held_out(seed).values())
+
+    def error(model) -> float:
+        return float(np.sqrt(np.mean(np.concatenate([model.predict(v, H) - device(v) for v in held_out]) ** 2)))
+
+    first = hy.fit(data, "krasnoselskii_pokrovskii", levels=12)
+    u, h = excitation(data, reference_frequency(data), 200.0, first)
+    both = hy.Dataset.joined([data, hy.Dataset.from_signal(u, device(u), h)])
+    second = hy.fit(both, "krasnoselskii_pokrovskii", levels=12)
+    assert error(second) < error(first) / 5, f"seed {seed}: {error(first):.3g}, then {error(second):.3g}"
+
+
+@pytest.mark.parametrize("offset", [0.0, 50.0])
+def test_it_stays_within_the_range_and_the_speed_of_the_record(offset: float) -> None:
+    u = offset + 50 * np.sin(2 * np.pi * np.arange(1000) / 200)
+    data = hy.Dataset.from_signal(u, u, H)
+    found, h = excitation(data, reference_frequency(data), 200.0)
+    assert h == data.h
+    assert found[0] == found[-1] == u[0]
+    assert u.min() <= found.min() < 0.99 * u.min() + 0.01 * u.max()
+    assert 0.01 * u.min() + 0.99 * u.max() < found.max() <= u.max()
+    assert np.abs(np.diff(found)).max() <= 1.01 * np.abs(np.diff(u)).max()
+
+
+def test_the_draw_is_the_one_that_tells_most_of_the_model() -> None:
+    data = one_sine(relay_device(0.2))
+    model = hy.Model("device", hy.blocks.PrandtlIshlinskii(w0=0.5, r=[0.2, 0.7], w=[0.3, 0.2]).graph)
+    found, h = excitation(data, reference_frequency(data), 200.0, model)
+    speed = np.abs(np.diff(data.u)).max()
+    told = [information(model, data, v, h) for v in (found, data.u, 0.1 * data.u)]
+    assert told[0] > told[1] > told[2] > 0
+    drawn = [_path(0.0, 1 / (reference_frequency(data) * h), speed, 0.2, seed) for seed in range(1, 1 + DRAWS)]
+    assert told[0] >= 0.9 * max(information(model, data, v, h) for v in drawn)
+
+
+# ---- parallel creep --------------------------------------------------------------------------------------------------
+STEP, T, SLOW = 0.02, 1.5, -0.7
+
+
+def with_creep(w: float) -> hy.Model:
+    """Return plays with a first-order lag of the input beside them, identified on -3..3 V, say."""
+    nodes = [
+        Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": 1.0, "r": [0.3, 0.9], "w": [0.3, 0.2]}),
+        Node("creep", "creep", {}, {"w0": 0.0, "w": [w], "T": [T], "start": 1.0}),
+        Node("readout", "sum", {"n": 2}, {"k": [1.0, 1.0]}),
+    ]
+    wires = [("hysteresis.y", "readout.u[1]"), ("creep.y", "readout.u[2]")]
+    graph = Graph(nodes, wires, [Input("u", ("hysteresis.u", "creep.u"))], [Output("y", "readout.y")])
+    return hy.Model("device", graph, provenance={"span_u": [-3.0, 3.0], "h": STEP}, step=STEP)
+
+
+def test_what_creep_takes_back_is_no_stroke() -> None:
+    """Plays at the end of a ramp to +-3: 3 + 0.3 (3 - 0.3) + 0.2 (3 - 0.9) = 4.23; held, the lag adds w 3."""
+    low, high, falling = reach(with_creep(SLOW), round(20 * T / STEP))
+    assert not falling
+    assert [low, high] == pytest.approx([-4.23 - 3 * SLOW, 4.23 + 3 * SLOW], rel=1e-6)
+    assert reach(with_creep(-2.0), round(20 * T / STEP))[2]
+    high = reach(with_creep(0.5), round(20 * T / STEP))[1]
+    assert high < 4.23 + 1.5, "creep that adds has not come yet in a sweep"
+
+
+def test_an_inverse_with_the_creep_in_it_leaves_no_dynamics(tmp_path: Path) -> None:
+    """The loop is PI and delay then: the peak of its sensitivity is a closed form."""
+    model = with_creep(float(np.random.default_rng().uniform(-0.8, 0.8)))
+    Kp, Ki = 0.1, 10.0
+    loop = hy.Scenario("creeping", step=STEP, stop=4.0)
+    loop.add("plant", model)
+    loop.add("reference", hy.blocks.Reference(amplitude=1.0, frequency=0.5))
+    loop.add("pid", hy.blocks.Pid(Kp=Kp, Ki=Ki))
+    loop.add("inverse", model.inverse("implicit"))
+    loop.add("delay", hy.blocks.Delay(n=1))
+    for ends in (
+        ("reference.r", "pid.y_d"),
+        ("reference.r", "pid.u_ff"),
+        ("plant.y", "pid.y"),
+        ("pid.u", "inverse.u"),
+        ("inverse.y", "delay.u"),
+        ("delay.y", "plant.u"),
+    ):
+        loop.connect(*ends)
+    loop.metric("tracking", "rms", "plant.y", "reference.r")
+    table = margin_table([loop.save(tmp_path / "loop")])
+    assert not table.refused
+    z = np.exp(1j * np.geomspace(1e-4, 1, 20000) * np.pi)
+    L = (Kp + Ki * STEP * z / (z - 1)) / z**2  # the hold, and a step of delay
+    assert table.rows[0].margins["Ms_db"] == pytest.approx(float(-20 * np.log10(np.abs(1 + L).min())), abs=0.02)
+
+
+def test_a_device_that_contracts_has_a_loop(tmp_path: Path) -> None:
+    """The gain that stands for the inverse in one case falls too."""
+    u = 3 * np.sin(np.arange(1200) / 30) * np.linspace(1, 0.2, 1200)
+    graph = with_creep(0.0).graph.replace(Node("readout", "sum", {"n": 2}, {"k": [-1.0, 0.0], "offset": 3.0}))
+    model = hy.Model("device", graph, provenance={"span_u": [-3.0, 3.0]}, step=STEP)
+    data = hy.Dataset(STEP * np.arange(1200), u, model.predict(u))
+    quiet = str, lambda step: nullcontext(lambda done: None)
+    made = close(model, data, tmp_path / "loop", "device", Requirements(), *quiet)
+    assert made.approved
+    errors = {r.case: r.verdicts[0].value for r in made.results}
+    assert errors["sine"] < errors["neither"] < 50

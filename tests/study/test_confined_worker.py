@@ -18,7 +18,6 @@ from hystfmu.model import Model
 
 if unconfined():
     pytest.skip(f"foreign FMUs may {unconfined()} here: needs Landlock and seccomp", allow_module_level=True)
-pytest.importorskip("pyarrow")
 
 # each line that succeeds adds its number to y; the secret is written backwards, not to find it here
 ATTEMPTS = r"""

@@ -1,17 +1,25 @@
-"""A study on a Dask cluster of two local workers gives the same table as local processes and leaves no files behind."""
+"""Studies with Dask: workers, and the page of a cluster."""
 
 from __future__ import annotations
 
 import contextlib
+import os
+import re
+import shlex
+import socket
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
+from hystfmu.cli import main
 from hystfmu.scenario import Run
 from hystfmu.studies import pool
 from hystfmu.studies.task import Runner, Task
@@ -103,3 +111,54 @@ def test_a_runner_for_each_thread_and_study(monkeypatch: pytest.MonkeyPatch) -> 
     assert run("b", 4, 99, 5) == [4, 99]  # closed while the task ran
     assert run("b", 7) == []  # it was queued when the study ended, and starts now
     assert all(r.closed for r in made)
+
+
+# ---- page ------------------------------------------------------------------------------------------------------------
+pytest.importorskip("distributed", reason="the page needs Dask: pip install 'hystfmu[study]'")
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "python" / "docs" / "howto" / "cluster.md").read_text()
+SCHEDULER, WORKER, STUDY = re.findall(r"^```sh\n(.*?)\n```$", PAGE, re.MULTILINE | re.DOTALL)
+SECONDS = 120.0  # until the workers have started on a loaded machine
+
+
+@contextlib.contextmanager
+def running(command: str, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a command of the page with the `dask` of this environment until the block ends."""
+    program, *words = shlex.split(command)
+    assert program == "dask"
+    process = subprocess.Popen(
+        [str(Path(sys.executable).parent / "dask"), *words],
+        cwd=folder,
+        env={**os.environ, "DASK_TEMPORARY_DIRECTORY": str(folder)},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield process
+    finally:
+        process.terminate()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(20)
+        process.kill()
+
+
+def test_the_two_commands_and_the_study_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from distributed import Client
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    (toml,) = re.findall(r"^```toml\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    (tmp_path / "gain.study.toml").write_text(toml)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = str(free.getsockname()[1])
+    scheduler, worker, study = (text.replace("8786", port) for text in (SCHEDULER, WORKER, STUDY))
+    with running(scheduler, tmp_path), running(worker, tmp_path):
+        with Client(f"tcp://127.0.0.1:{port}", timeout=SECONDS) as client:
+            client.wait_for_workers(2, timeout=SECONDS)
+        remote = CliRunner().invoke(main, shlex.split(study)[1:])
+    local = CliRunner().invoke(main, ["study", "gain.study.toml", "-o", "local"])
+    assert remote.exit_code == local.exit_code == 0, remote.output
+    tables = [(tmp_path / folder / "results.parquet").read_bytes() for folder in ("out", "local")]
+    assert tables[0] == tables[1]

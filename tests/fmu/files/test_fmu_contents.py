@@ -183,13 +183,11 @@ def test_documentation_describes_the_content(tmp_path: Path, fmi: int, name: str
     assert entries["documentation/licenses/license.txt"].startswith(b"BSD 3-Clause License")
 
 
-@pytest.mark.usefixtures("fmutool_or_not")
 def test_documentation_reports_the_fit(tmp_path: Path, model: Model, fmi: int) -> None:
     path = export_fmu(model, tmp_path / "x.fmu", fmi)  # type: ignore[arg-type]
     text = "".join(_Page(_entries(path)["documentation/index.html"].decode()).words)
     for part in ("a & b", "bench <1>.csv", "RMS error, % of the span of y", "0.25", "-2 3", "500"):
         assert part in text
-    assert hy.validate(path) == []
 
 
 def test_names_of_files_follow_the_standard(tmp_path: Path) -> None:

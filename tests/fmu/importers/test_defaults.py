@@ -20,9 +20,8 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
-from fmpy.fmi3 import FMU3Slave
 from fmu_master import ERROR, Array
+from fmu_slave import Slave
 from matrix import by_ecos
 from ssp_readers import absent
 from test_keys import fitted_model, plant, ramps
@@ -97,64 +96,36 @@ def defaults(fmu: Path) -> tuple[float, int]:
     return float(experiment.stepSize), round(float(experiment.stopTime) / float(experiment.stepSize))
 
 
-class Letter:
+class Letter(Slave):
     """A master of FMI 3.0 with Event Mode, or of FMI 2.0, that follows the standard to the letter."""
-
-    def __init__(self, fmu: Path, folder: Path) -> None:
-        d = fmpy.read_model_description(str(fmu), validate=False)
-        self.fmi3 = d.fmiVersion.startswith("3")
-        self.unit = (FMU3Slave if self.fmi3 else FMU2Slave)(
-            guid=d.guid,
-            unzipDirectory=fmpy.extract(str(fmu), str(folder)),
-            modelIdentifier=d.coSimulation.modelIdentifier,
-            instanceName="i",
-        )
-        self.inputs, self.outputs = (
-            {v.name: v.valueReference for v in d.modelVariables if v.causality == kind} for kind in ("input", "output")
-        )
-        self.unit.instantiate(**({"eventModeUsed": True} if self.fmi3 else {}))
 
     def run(self, u: Array, h: float) -> Array | None:
         """Return outputs after the initialisation and after each step; None if the unit refuses a step with Error.
 
         Row k of u is set before the step to it; u has no columns to leave the inputs as they are.
         """
-        unit, times = self.unit, {"startTime": 0.0, "stopTime": None}
-        unit.reset()
-        unit.enterInitializationMode(**times) if self.fmi3 else unit.setupExperiment(**times)
-        if not self.fmi3:
-            unit.enterInitializationMode()
-        self._set(u[0])
-        unit.exitInitializationMode()
-        if self.fmi3:
-            assert unit.updateDiscreteStates()[:2] == (False, False)
-            unit.enterStepMode()
-        got = [self._get()]
+        self.fmu.reset()
+        self.start(u[0])
+        self._event(self.fmi == 3)
+        got = [self.read()]
         for k in range(1, len(u)):
-            self._set(u[k])
+            self.write(u[k])
             try:
-                flags = unit.doStep((k - 1) * h, h)
+                flags = self.fmu.doStep((k - 1) * h, h)
             except FMICallException as e:
                 if e.status == ERROR:
                     return None
                 raise
             if flags and flags[0]:
-                unit.enterEventMode()
-                assert unit.updateDiscreteStates()[:2] == (False, False)
-                unit.enterStepMode()
-            got.append(self._get())
+                self.fmu.enterEventMode()
+                self._event(True)
+            got.append(self.read())
         return np.array(got)
 
-    def _set(self, row: Array) -> None:
-        if len(row):
-            (self.unit.setFloat64 if self.fmi3 else self.unit.setReal)(list(self.inputs.values()), row.tolist())
-
-    def _get(self) -> list[float]:
-        references = list(self.outputs.values())
-        return list((self.unit.getFloat64 if self.fmi3 else self.unit.getReal)(references))
-
-    def free(self) -> None:
-        self.unit.freeInstance()
+    def _event(self, now: bool) -> None:
+        if now:
+            assert self.fmu.updateDiscreteStates()[:2] == (False, False)
+            self.fmu.enterStepMode()
 
 
 @pytest.fixture
@@ -163,12 +134,12 @@ def letter(tmp_path: Path) -> Iterator[Callable[[Path], Letter]]:
     made: list[Letter] = []
 
     def load(fmu: Path) -> Letter:
-        made.append(Letter(fmu, tmp_path / f"unpacked{len(made)}"))
+        made.append(Letter(fmu, tmp_path / f"unpacked{len(made)}", events=True))
         return made[-1]
 
     yield load
     for one in made:
-        one.free()
+        one.fmu.freeInstance()
 
 
 # ---- loops ----------------------------------------------------------------------------------------------------------

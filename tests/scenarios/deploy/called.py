@@ -10,73 +10,36 @@ from pathlib import Path
 
 import fmpy
 import numpy as np
-from fmpy import read_model_description
-from fmpy.fmi2 import FMU2Slave
-from fmpy.fmi3 import FMU3Slave
+from fmu_slave import Slave
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 STRICT = ["-Wall", "-Wextra", "-Werror", "-ffp-contract=off", "-fno-math-errno"]
 
 
-class Called:
+class Called(Slave):
     """An instance of a controller FMU."""
 
     def __init__(self, fmu: Path, folder: Path) -> None:
-        self.folder = folder
-        with zipfile.ZipFile(fmu) as archive:
-            archive.extractall(folder)
-        self.description = read_model_description(str(folder))
-        self.variables = {v.name: v for v in self.description.modelVariables}
-        self.fmi = int(self.description.fmiVersion[0])
+        super().__init__(fmu, folder)
         self.h = float(self.description.defaultExperiment.stepSize)
-        kind = FMU2Slave if self.fmi == 2 else FMU3Slave
-        self.slave = kind(
-            guid=self.description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName="controller",
-        )
-        self.slave.instantiate()
-        two = self.fmi == 2
-        self._get, self._set = [getattr(self.slave, f"{verb}{'Real' if two else 'Float64'}") for verb in ("get", "set")]
         self.k = 0
 
-    @property
-    def inputs(self) -> list[str]:
-        return [name for name, v in self.variables.items() if v.causality == "input"]
-
-    def write(self, values: Mapping[str, float]) -> None:
-        for name, value in values.items():
-            self._set([self.variables[name].valueReference], [float(value)])
-
-    def read(self, name: str = "u") -> float:
-        return float(self._get([self.variables[name].valueReference])[0])
-
-    def start(self, values: Mapping[str, float]) -> float:
+    def command(self, values: Mapping[str, float]) -> float:
         """Initialise with the first measurement; the first command."""
         self.k = 0
-        if self.fmi == 2:
-            self.slave.setupExperiment(startTime=0.0)
-        self.slave.enterInitializationMode()
-        self.write(values)
-        self.slave.exitInitializationMode()
-        return self.read()
+        self.start(values)
+        return self.read(["u"])[0]
 
     def sample(self, values: Mapping[str, float]) -> float:
         """The command for a new measurement."""
-        self.write(values)
-        self.slave.doStep(self.k * self.h, self.h)
+        self.step(self.k * self.h, self.h, values)
         self.k += 1
-        return self.read()
+        return self.read(["u"])[0]
 
     def run(self, columns: Mapping[str, Array]) -> Array:
         rows = [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
-        return np.array([self.start(rows[0]), *map(self.sample, rows[1:])])
-
-    def close(self) -> None:
-        self.slave.terminate()
-        self.slave.freeInstance()
+        return np.array([self.command(rows[0]), *map(self.sample, rows[1:])])
 
 
 def built_from_source(fmu: Path, folder: Path) -> Path:
@@ -96,7 +59,7 @@ def same_bits(make: Callable[[], Called], columns: Mapping[str, Array], want: Ar
     """The commands of an instance have the bits of the recorded ones."""
     called = make()
     got = called.run({name: column for name, column in columns.items() if name in called.inputs})
-    called.close()
+    called.free()
     off = np.flatnonzero(got != want)
     assert got.tobytes() == want.tobytes(), f"{len(off)} of {len(want)} differ, the first in row {off[:1]}"
 

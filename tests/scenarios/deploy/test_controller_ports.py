@@ -95,20 +95,19 @@ def test_reset_and_saved_state(fmi: int, tmp_path: Path) -> None:
     called = made(hy.Scenario.load(ROOT / "scenarios/repetitive"), tmp_path, fmi=fmi)
     rng = np.random.default_rng()
     rows = [{"r": r, "y": y, "r_ahead": r} for r, y in rng.uniform(-0.5, 0.5, (120, 2)).tolist()]
-    first = [called.start(rows[0]), *map(called.sample, rows[1:])]
-    called.slave.reset()
-    again = [called.start(rows[0]), *map(called.sample, rows[1:60])]
-    state, k = called.slave.getFMUState(), called.k
+    first = [called.command(rows[0]), *map(called.sample, rows[1:])]
+    called.fmu.reset()
+    again = [called.command(rows[0]), *map(called.sample, rows[1:60])]
+    state, k = called.fmu.getFMUState(), called.k
     again += map(called.sample, rows[60:])
     assert again == first
-    called.slave.setFMUState(state)
+    called.fmu.setFMUState(state)
     called.k = k
     assert list(map(called.sample, rows[60:])) == first[60:]
-    called.close()
+    called.free()
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("scenario", ["pid", "h_infinity", "stage/ppf", "adaptive"])
+@pytest.mark.parametrize(("scenario", "fmi"), [("pid", 2), ("h_infinity", 3), ("stage/ppf", 2), ("adaptive", 3)])
 def test_it_is_a_good_fmu(scenario: str, fmi: int, tmp_path: Path) -> None:
     fmu = hy.Scenario.load(ROOT / "scenarios" / scenario).export_controller(tmp_path / "c.fmu", fmi)  # type: ignore[arg-type]
     assert hy.validate(fmu) == []

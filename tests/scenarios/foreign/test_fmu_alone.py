@@ -20,11 +20,6 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.run_fmu import run_fmu
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
-
-
 def exchange_only(given: Path, out: Path, edit: Callable[[str], str] = str) -> Path:
     """Copy an FMU without its Co-Simulation."""
     with zipfile.ZipFile(given) as old, zipfile.ZipFile(out, "w") as new:

@@ -1,9 +1,11 @@
-"""Foreign FMUs in a scenario: the values of our own unit in every engine; crashes and hangs do no harm."""
+"""Foreign FMUs in a scenario: bits, parameters, numbers, what their code does, and what is refused."""
 
 from __future__ import annotations
 
 import contextlib
+import re
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +22,8 @@ from hystfmu.graph import Graph, Node
 from hystfmu.scenario import Run, simulate
 from hystfmu.scenario.engine.simulation import ENGINES, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Trace
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
-    return tmp_path / "cache"
+from hystfmu.scenario.run_fmu import run_fmu
+from hystfmu.scenario.system.foreign import Foreign
 
 
 def add(loop: dict[str, Any], write: Any, fmi: int) -> Path:
@@ -168,3 +166,126 @@ def test_unconnected_inputs_keep_their_start_values(loop: Any, write: Any) -> No
     system = ready(write(loop))
     assert system.parts[2].constants == {"u_ff": 0.0, "y": 0.0}
     assert np.isfinite(simulate(system)["pid.u"]).all()
+
+
+# ---- numbers ---------------------------------------------------------------------------------------------------------
+H = 1e-3
+
+
+def run(write: Any, engine: Any, defect: str) -> Trace:
+    """Ten steps of a foreign FMU before a unit of ours, in this process; the defect shows from 5 ms on."""
+    folder = write(
+        {
+            "name": "numbers",
+            "step": H,
+            "stop": 10 * H,
+            "order": ["source", "bad", "sum"],
+            "units": {
+                "source": {"block": "reference", "values": {"shape": "steps", "T": 1.0, "levels": [1.0]}},
+                "bad": {"fmu": "bad.fmu"},
+                "sum": {"block": "sum", "dims": {"n": 1}, "values": {"k": [1.0]}},
+            },
+            "connections": {"bad.u": "source.r", "sum.u": "bad.y"},
+            "metrics": {"p": {"kind": "peak", "signal": "sum.y"}},
+        }
+    )
+    bad_fmu(folder / "bad.fmu", defect, 0.5, "#include <math.h>")
+    system = ready(folder)
+    return Trace.joined(chunks_here(system, engine), system.n_steps + 1)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("number", ["HUGE_VAL", "-HUGE_VAL", "NAN"])
+def test_a_number_that_is_not_finite_stops_before_our_unit(write: Any, engine: str, number: str) -> None:
+    with pytest.raises(Stopped, match=r"sum refuses the step .*"):
+        run(write, engine, f"{{ y = {number}; return fmi2OK; }}")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_status_of_reading(write: Any, engine: str) -> None:
+    """A warning is no failure, all else stops the run."""
+    assert run(write, engine, "got = fmi2Warning")["sum.y"][-1] == 1
+    for status in ("fmi2Discard", "fmi2Error"):
+        with pytest.raises(Stopped, match="bad"):
+            run(write, engine, f"got = {status}")
+
+
+# ---- refused ---------------------------------------------------------------------------------------------------------
+Edit = Callable[[str, bytes], tuple[str, bytes] | None]
+XML = "modelDescription.xml"
+
+
+def edited(folder: Path, edit: Edit, fmi: int = 2) -> Path:
+    """Export a block and edit the files of the archive."""
+    graph = Graph.single(Node("plays", "play_bank", {"n": 2})).with_step(1e-3)
+    given, path = export_fmu(graph, folder / "given.fmu", fmi, "plays"), folder / "x.fmu"  # type: ignore[arg-type]
+    with zipfile.ZipFile(given) as old, zipfile.ZipFile(path, "w") as new:
+        for name in old.namelist():
+            if (file := edit(name, old.read(name))) is not None:
+                new.writestr(*file)
+    return path
+
+
+def described(old: str, new: str) -> Edit:
+    """Replace what matches a pattern in the model description."""
+
+    def edit(name: str, content: bytes) -> tuple[str, bytes]:
+        if name != XML:
+            return name, content
+        text, n = re.subn(old, new, content.decode())
+        assert n > 0
+        return name, text.encode()
+
+    return edit
+
+
+def moved(to: str) -> Edit:
+    """Put what is in the folder of this platform elsewhere."""
+    return lambda name, content: (re.sub(r"^binaries/[^/]*/plays", f"binaries/{to}", name), content)
+
+
+@pytest.mark.parametrize(
+    ("edit", "there"),
+    [
+        (lambda n, c: None if n.startswith("binaries/") else (n, c), "it has no binaries"),
+        (moved("vax64/plays"), "it has binaries for vax64"),
+        (moved("{own}/other"), "there is other"),
+    ],
+)
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_no_binary_for_this_platform(tmp_path: Path, edit: Edit, there: str, fmi: int) -> None:
+    own = fmpy.platform if fmi == 2 else fmpy.platform_tuple
+    path = edited(tmp_path, lambda n, c: (f := edit(n, c)) and (f[0].replace("{own}", own), f[1]), fmi)
+    with pytest.raises(InputError) as e:
+        Foreign.load(path)
+    file = f"binaries/{own}/plays{fmpy.sharedLibraryExtension}"
+    assert str(e.value).startswith(f"{path}: no binary for this platform: {file} is missing; {there}")
+    assert str(e.value).endswith(f"Ask its maker for one for {own}.")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('modelIdentifier="plays"', 'modelIdentifier="../../plays"', r"modelIdentifier must be the name of a file"),
+        ('modelIdentifier="plays"', f'modelIdentifier="{"p" * 400}"', "no binary for this platform: .* is missing"),
+        ('fmiVersion="2.0"', "", r"fmiVersion must be 1\.0, 2\.0 or 3\.0\. Got '' instead"),
+        ("UTF-8", "UTF-7", "modelDescription.xml: "),
+        ('valueReference="0"', 'valueReference="a"', r"\(line \d+.*valueReference': 'a' is not a valid value"),
+        ('stopTime="[^"]*"', 'stopTime="soon"', r"stopTime must be a number\. Got 'soon' instead"),
+        ('name="u"(.*\n.*)start="0.0"', r'name="u"\1start="zero"', r"u: the start value must be a number\. Got 'zero'"),
+        ('name="u"', 'name="z_1"', r"names of their own\. 'z_1' occurs twice"),
+    ],
+)
+def test_description_that_cannot_be_read(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = edited(tmp_path, described(old, new))
+    with pytest.raises(InputError, match=message) as e:
+        Foreign.load(path)
+    assert str(e.value).startswith(f"{path}: ")
+    assert "\n" not in str(e.value)
+    assert len(str(e.value)) < 600
+
+
+def test_what_the_fmu_says_when_it_makes_no_instance(tmp_path: Path) -> None:
+    path = edited(tmp_path, described('guid="', 'guid="another'))
+    with pytest.raises(InputError, match=r"cannot be instantiated: .*The token 'another.* does not belong"):
+        run_fmu(path)

@@ -21,11 +21,6 @@ from hystfmu.scenario.engine.simulation import ENGINES
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
-
-
 def in_all_engines(folder: Path) -> Trace:
     """Run a scenario by every engine and return what all of them give."""
     first, *others = (simulate(ready(folder), engine) for engine in ENGINES)

@@ -1,20 +1,24 @@
-"""Ids and fingerprints of runs, final failures and samplers, without worker processes."""
+"""Ids and fingerprints of runs, final failures, samplers; the pool of workers."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
+import signal
+import sys
+import time
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
-from scipy.stats import qmc
 
 from hystfmu import InputError
-from hystfmu.scenario import build
+from hystfmu.scenario import Run, build
 from hystfmu.studies import sampling, task
+from hystfmu.studies.pool import Pool
 from hystfmu.studies.run import is_final, with_limits
 from hystfmu.studies.spec import ParameterSpec, Study
 from hystfmu.studies.task import Task, identity
@@ -100,15 +104,46 @@ def test_a_grid_may_have_ten_million_points() -> None:
         sampling.sampler(given)
 
 
-@pytest.mark.parametrize("method", ["random", "sobol", "latin_hypercube"])
-def test_draws_are_those_of_their_generator(method: str) -> None:
-    if method == "random":
-        points = np.random.default_rng(11).random((6, 3))
-    elif method == "sobol":
-        points = qmc.Sobol(3, seed=11).random_base2(3)[:6]
-    else:
-        points = qmc.LatinHypercube(3, seed=11).random(6)
-    batch = drawn(method)
-    assert [v["a"] for v in batch] == pytest.approx(1 + 2 * points[:, 0])
-    assert [v["b"] for v in batch] == pytest.approx(0.5 * 4 ** points[:, 1])
-    assert [v["c"] for v in batch] == [7.0 if f < 0.5 else 5.0 for f in points[:, 2]]
+# ---- pool ------------------------------------------------------------------------------------------------------------
+N, DEADLY, ONCE, ENDLESS = 400, {111, 112, 299}, {40, 260}, {200}
+
+
+class Dangerous:
+    """A runner of short tasks, some of which kill or hang their process."""
+
+    folder: Path
+
+    def __init__(self, systems: Any, run: Run) -> None:
+        self.done = 0
+
+    def __call__(self, task: Task) -> dict[str, Any]:
+        mark = self.folder / str(task.index)
+        if task.index in DEADLY or (task.index in ONCE and not mark.exists()):
+            mark.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        if task.index in ENDLESS:
+            time.sleep(60)
+        time.sleep(2e-4)
+        self.done += 1
+        return {"status": "ok", "reason": "", "metrics": {"done": self.done}}
+
+    def close(self) -> None:
+        """Nothing to remove."""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="it replaces the runner, which only forked workers see")
+def test_every_task_has_one_row_and_the_task_at_fault_is_identified(
+    write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Dangerous.folder = tmp_path
+    monkeypatch.setattr("hystfmu.studies.pool.Runner", Dangerous)
+    systems = [build(c) for c in Study(write()).cases]
+    tasks = [Task(k, k, 0, str(k), {}, {}) for k in range(N)]
+    with Pool(systems, Run("native", seconds=0.5), 2) as pool:
+        rows = list(pool.run(tasks, N))
+    assert sorted(row["index"] for row in rows) == list(range(N))
+    status = {row["index"]: row["status"] for row in rows}
+    assert {k for k, s in status.items() if s == "killed"} == DEADLY
+    assert {k for k, s in status.items() if s == "timeout"} == ENDLESS
+    assert {status[k] for k in ONCE} == {"ok"}
+    assert max(row["metrics"].get("done", 0) for row in rows) > 20  # tasks were sent and reported in groups

@@ -1,7 +1,8 @@
-"""An opened loop made by hand: its response, poles, margins and noise against closed forms, without a scenario."""
+"""An opened loop made by hand: response, poles, margins and noise against closed forms; its rows in a table."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -9,14 +10,15 @@ import numpy as np
 import pytest
 
 from hystfmu.design.repetitive import PeriodMemory
-from hystfmu.scenario.loop.opened import OpenedLoop, _covariance, _turns
+from hystfmu.scenario.loop import table as module
+from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.loop.opening import LoopVerdict
 from hystfmu.scenario.loop.plant import PlantSide, held
-from hystfmu.scenario.system.system import behind
+from hystfmu.scenario.loop.table import COLUMNS, FALLING, LoopRow, MarginTable
 
 H = 0.01
 TAU = 0.05
 GAIN = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1))  # a plant without states
-LAG = np.array([[-1 / TAU]]), np.array([[1 / TAU]]), np.ones((1, 1)), np.zeros((1, 1))
 
 
 def integrator(k: float, *more: Any) -> Any:
@@ -29,53 +31,6 @@ def loop(controller: Any, plant: Any = GAIN, delay: float = 0.0, **more: Any) ->
 
 
 # ---- what comes late ------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("delay", [0.0, 0.5, 1.0, 1.5, 2.0, 3.0])
-def test_a_gain_gives_the_last_command_that_has_come(delay: float) -> None:
-    """z^-(1 + floor(delay)): what came after a part of a step is there at its end."""
-    A, B, C, D = held((*GAIN[:3], np.full((1, 1), 2.5)), H, delay)
-    past = 1 + int(np.floor(delay))
-    assert A.shape == (past, past)
-    x, got = np.zeros((past, 1)), []
-    for k in range(6):
-        got.append(float((C @ x + D).item()))
-        x = A @ x + B * (k == 0)
-    assert got == [2.5 * (k == past) for k in range(6)]
-
-
-@pytest.mark.parametrize("delay", [0.0, 0.25, 1.0, 1.25, 2.0])
-def test_a_lag_follows_its_closed_form(delay: float) -> None:
-    """x(t) = 1 - exp(-(t - delay)/tau) for a step at 0, at the grid points."""
-    A, B, C, D = held(LAG, H, delay)
-    assert len(A) == 1 + int(np.ceil(delay))
-    assert not D.any()
-    x = np.zeros((len(A), 1))
-    for k in range(8):
-        want = -np.expm1(-max(k - delay, 0) * H / TAU)
-        assert float((C @ x).item()) == pytest.approx(want, abs=1e-14)
-        x = A @ x + B
-
-
-@pytest.mark.parametrize("ramp", [1.0, 0.4])
-@pytest.mark.parametrize("delay", [0.0, 0.25, 0.8, 1.25, 2.0])
-def test_a_lag_behind_a_ramp_follows_its_closed_form(delay: float, ramp: float) -> None:
-    """The mean of the answers to steps that come between the delay and the delay and the ramp."""
-    A, B, C, _ = held(LAG, H, delay, ramp * H)
-    x = np.zeros((len(A), 1))
-    for k in range(9):
-        after, before = max(k - delay, 0.0) * H, max(k - delay - ramp, 0.0) * H
-        want = (after - before + TAU * (np.expm1(-after / TAU) - np.expm1(-before / TAU))) / (ramp * H)
-        assert float((C @ x).item()) == pytest.approx(want, abs=1e-13)
-        x = A @ x + B
-
-
-def test_rounding_of_a_delay_is_no_fraction() -> None:
-    whole = held(LAG, H, 2.0)
-    for near in (2.0 - 1e-13, 2.0 + 1e-10):
-        for a, b in zip(whole, held(LAG, H, near), strict=True):
-            assert a.tolist() == b.tolist()
-    assert len(held(LAG, H, 2.0 + 1e-8)[0]) == len(whole[0]) + 1
-    for near in (2.0 - 1e-13, 2.0, 2.0 + 1e-10, 2.0 + 1e-8):
-        assert len(held(GAIN, H, near)[0]) == 3
 
 
 @pytest.mark.parametrize("ramp", [0.0, 0.4, 1.0])
@@ -109,47 +64,6 @@ def test_a_gain_beside_lags_follows_a_command_of_hundredths_of_a_step(delay: flo
 
 
 # ---- an integrator around a gain -----------------------------------------------------------------------------------
-def test_the_poles_of_an_integral_loop() -> None:
-    """y_(k+1) = u_k, u_k = u_(k-1) - k h y_k: z^2 - z + slope k h z = 0 has the poles 0 and 1 - slope k h."""
-    made = loop(integrator(30.0))
-    for slope in (0.1, 1.0, 3.0, 6.0, 7.0):
-        pole = abs(1 - slope * 30.0 * H)
-        assert made.radius(slope, 0.0) == pytest.approx(pole, abs=1e-9)
-        assert made.stable(slope, 0.0) == (pole < 1)
-    # one step later: z^2 - z + a = 0
-    for slope in (0.5, 3.0, 4.0):
-        want = np.abs(np.roots([1, -1, slope * 30.0 * H])).max()
-        assert made.radius(slope, 1.0) == pytest.approx(want, abs=1e-9)
-        assert replace(made, side=PlantSide((), 1.0)).radius(slope, 0.0) == pytest.approx(want, abs=1e-9)
-
-
-def test_the_response_of_an_integral_loop() -> None:
-    """L = slope k h z / (z - 1) z^-(1 + delay)."""
-    made = loop(integrator(30.0))
-    z = np.exp(1j * made._angles)
-    for slope, delay in [(1.0, 0.0), (0.7, 2.0)]:
-        want = slope * 30.0 * H * z / (z - 1) * z ** -(1 + delay)
-        assert made.response(slope, delay) == pytest.approx(want, rel=1e-9)
-        assert made.open_loop(slope, delay)(z[:50]) == pytest.approx(want[:50], rel=1e-9)
-
-
-def test_the_margins_of_an_integral_loop() -> None:
-    """|L| = 2 g |sin(w/2)|^-1 / 4 ...: crossover at sin(w/2) = g/2, phase margin 90 degrees - w/2, gain margin 2/g."""
-    g = 0.3
-    found = loop(integrator(g / H)).margins()
-    w = 2 * np.arcsin(g / 2)
-    assert found.phase_deg == pytest.approx(90 - np.degrees(w) / 2, abs=1e-6)
-    assert found.gain_db == pytest.approx(20 * np.log10(2 / g), abs=1e-6)
-
-
-def test_the_worst_peak_over_the_sector() -> None:
-    """1 / |1 + L| over slopes of 0.5 to 2: the steepest one; infinite where a slope is unstable."""
-    made = loop(integrator(30.0))
-    z = np.exp(1j * made._angles)
-    nearest = min(np.abs(1 + s * 0.3 / (z - 1)).min() for s in np.linspace(0.5, 2, 7))
-    assert made.worst_peak_db() == pytest.approx(-20 * np.log10(nearest), abs=1e-9)
-    assert loop(integrator(120.0)).worst_peak_db() == np.inf
-    assert loop(integrator(30.0)).worst_peak_db(3.0) == np.inf
 
 
 def test_the_delays_up_to_which_it_is_stable() -> None:
@@ -161,15 +75,6 @@ def test_the_delays_up_to_which_it_is_stable() -> None:
     assert np.isnan(loop(integrator(120.0)).stable_to((0.0, 1.0)))
     assert loop(integrator(45.0)).stable_at(1.0)
     assert not loop(integrator(45.0)).stable_at(2.0)
-
-
-def test_the_noise_of_an_integral_loop() -> None:
-    """u_k = (1 - a) u_(k-1) - g v_k, a = slope g: variance g^2 / (1 - (1 - a)^2) of white noise v at the sensor."""
-    for g, slope in [(0.3, 1.0), (0.3, 0.5), (0.9, 2.0)]:
-        a = slope * g
-        want = g / np.sqrt(1 - (1 - a) ** 2)
-        assert loop(integrator(g / H)).noise_gain(slope) == pytest.approx(want, rel=1e-9)
-    assert loop(integrator(1.2 / H)).noise_gain(2.0) == np.inf
 
 
 # a plant of two states whose output is twice the first one, and a controller with a state of its own
@@ -212,14 +117,6 @@ def test_without_further_delay_is_the_default() -> None:
     assert memory.learning() == memory.learning(1.0, 0.0) != memory.learning(1.0, 2.0)
     assert memory.learning() != memory.learning(2.0, 0.0)
     assert made.response().tolist() == made.response(1.0, 0.0).tolist() != made.response(1.0, 1.0).tolist()
-
-
-def test_covariance_solves_its_equation() -> None:
-    rng = np.random.default_rng(0)
-    M, N = rng.normal(size=(4, 4)), rng.normal(size=(4, 2))
-    M *= 0.95 / np.abs(np.linalg.eigvals(M)).max()
-    X = _covariance(M, N)
-    assert pytest.approx(M @ X @ M.T + N @ N.T, rel=1e-9) == X
 
 
 # ---- broken elsewhere ----------------------------------------------------------------------------------------------
@@ -307,35 +204,96 @@ def test_the_noise_of_a_loop_with_a_memory() -> None:
     assert made.noise_gain(0.7) == pytest.approx(np.sqrt(area / np.pi), rel=1e-9)
 
 
-# ---- small parts ---------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("n", [0, 1, 2, -3])
-def test_turns_around_zero(n: int) -> None:
-    w = np.linspace(0, np.pi, 1001)[1:]
-    assert _turns(np.exp(1j * n * w)) == n
-    assert _turns(2 + np.exp(1j * n * w)) == 0
+# ---- rows ------------------------------------------------------------------------------------------------------------
+LINEAR = dict.fromkeys(COLUMNS, 1.5) | {
+    "simulated_delay_steps": None, "learning": None, "stable": True, "conditionally_stable": False,
+}  # fmt: skip
 
 
-def test_what_lies_behind_a_unit() -> None:
-    edges = [(0, 1), (1, 2), (2, 1), (3, 0), (4, 4)]
-    assert behind(edges, 0) == {1, 2}
-    assert behind(edges, 1) == {1, 2}
-    assert behind(edges, 4) == {4}
-    assert behind(edges, 2) == {1, 2}
-    assert behind([], 0) == set()
+def row(
+    scenario: str = "s", cases: tuple[str, ...] = ("a",), at: tuple[dict[str, Any], ...] = (), **more: Any
+) -> LoopRow:
+    return LoopRow(scenario, cases, (0.5, 1.25), LINEAR | more, at)
 
 
-def test_equal_loops_have_equal_keys() -> None:
-    one, other = loop(integrator(30.0)), loop(integrator(30.0))
-    assert one.key == other.key
-    memory = repetitive(40, 0.9, 0.5)
-    changed = [
-        replace(one, h=0.02),
-        replace(one, hysteresis=("a", "c")),
-        replace(one, side=PlantSide((), 1.0)),
-        replace(one, at="x.y"),
-        replace(one, controller=integrator(31.0)),
-        replace(one, plant=LAG),
-        replace(one, memories=(memory,)),
-        replace(one, memories=(repetitive(40, 0.9, 0.5, True),)),
+def cells(line: str) -> list[str]:
+    return line.split()
+
+
+def test_a_row_of_a_loop() -> None:
+    columns = ["Ms_db", "gain_db", "simulated_delay_steps", "learning"]
+    assert row(gain_low_db=-math.inf).cells(["gain_low_db"])[3] == "-inf"
+    assert row().cells(columns) == ["s", "a", "0.50..1.25", "1.5", "1.5", "", ""]
+    assert row(Ms_db=None).cells(columns)[3] == "unstable"
+    assert row(simulated_delay_steps=4).cells(columns)[5] == ">= 4"
+    assert row(simulated_delay_steps=3.75).cells(columns)[5] == "3.75"
+    assert row(simulated_delay_steps=4).cells(["Ms_db"]) == ["s", "a", "0.50..1.25", "1.5"]
+    assert row(Ms_db=-0.0).cells(["Ms_db"])[3] == "0"
+    assert row(cases=("a", "b")).cells([])[1] == "a, b"
+    assert row(cases=("a", "b", "c")).cells([])[1] == "a, b and 1 more"
+
+
+def test_rows_at_delays() -> None:
+    at = tuple({"further_steps": d, "Ms_db": 2.0, "learning": None, "sector_stable": d < 1} for d in (0.0, 0.5, 1.0))
+    found = row(at=at).cells_at_delay(["Ms_db", "learning"])
+    assert [r[3:] for r in found] == [["0", "2", "", "stable"], ["0.5", "2", "", "stable"], ["1", "2", "", "unstable"]]
+    assert all(r[:3] == ["s", "a", "0.50..1.25"] for r in found)
+
+
+def test_columns_that_no_loop_has_are_left_out() -> None:
+    plain, falling = row(), row(simulated_delay_steps=2.0)
+    head = MarginTable([plain], [], []).text().splitlines()[0]
+    assert "simulated" not in head
+    assert "learning" not in head
+    both = MarginTable([plain, falling], [], []).text()
+    assert "delay steps, simulated" in both.splitlines()[0]
+    assert both.endswith(FALLING)
+    assert FALLING not in MarginTable([plain], [], []).text()
+    at = ({"further_steps": 0.0, "sector_stable": True} | dict.fromkeys(module.AT_DELAY, 1.0),)
+    late = MarginTable([row(at=at), row(at=at, learning=0.5)], [], []).text(delays=True)
+    assert "learning factor" in late.splitlines()[0]
+    assert "learning" not in MarginTable([row(at=at)], [], []).text(delays=True)
+    assert "further steps" in late.splitlines()[0]
+    assert "further steps" not in both
+
+
+def verdict(value: float | None, bound: float = 2.0, at_least: bool = False) -> LoopVerdict:
+    return LoopVerdict("s", "Ms_db", "a", value, bound, at_least)
+
+
+def test_a_limit_of_a_loop() -> None:
+    for value, at_least, good in [
+        (2.0, False, True), (2.1, False, False), (2.0, True, True), (1.9, True, False), (None, True, False),
+        (None, False, False),
+    ]:  # fmt: skip
+        v = verdict(value, at_least=at_least)
+        assert v.within == good
+        assert v.word == ("ok" if good else "BROKEN")
+        assert MarginTable([], [], [v]).broken() == ([] if good else [v.line()])
+    assert verdict(2.5).line() == "s: margins.Ms_db: must be at most 2 at a. Got 2.5."
+    assert verdict(None, at_least=True).line() == "s: margins.Ms_db: must be at least 2 at a. Got an unstable loop."
+
+
+def test_reasons_are_counted_by_scenario() -> None:
+    refused = ["s/a: no feedback", "s/b: no feedback", "s/c: other", "r/a: no feedback"]
+    lines = MarginTable([], refused, [verdict(9.0)]).text().splitlines()
+    assert lines[-4:] == [
+        "no margins: s, 2 cases: no feedback",
+        "no margins: s, 1 case: other",
+        "no margins: r, 1 case: no feedback",
+        verdict(9.0).line(),
     ]
-    assert len({one.key, *(c.key for c in changed)}) == 9
+    assert str(MarginTable([], refused, [])) == "\n".join(lines[-4:-1])
+
+
+def test_for_machines_infinity_is_none() -> None:
+    at = ({"further_steps": 0.0, "gain_db": math.inf},)
+    found = MarginTable(
+        [row(at=at, gain_db=math.inf, gain_low_db=-math.inf, phase_deg=-math.inf)], ["s/a: x"], [verdict(1.0)]
+    ).summary()
+    (loop,) = found["loops"]
+    m = loop["margins"]
+    assert (m["gain_db"], m["gain_low_db"], m["phase_deg"], m["Ms_db"]) == (None, None, None, 1.5)
+    assert loop["at_delay"] == [{"further_steps": 0.0, "gain_db": None}]
+    assert found["refused"] == ["s/a: x"]
+    assert found["verdicts"][0] == vars(verdict(1.0)) | {"within": True}

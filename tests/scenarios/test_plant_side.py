@@ -8,14 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from engines import ready
-from scipy.linalg import expm
-from scipy.optimize import brentq
 from scipy.signal import cont2discrete
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.loop import opened, opening
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.scenario.loop.plant import as_gain, dynamics, for_small_signals, has_memory, plant_side, slopes_of
+from hystfmu.scenario.loop.plant import as_gain, dynamics, for_small_signals, has_memory, plant_side
 from hystfmu.scenario.loop.table import _delayed
 from hystfmu.scenario.report.loops import delay_table, loop_rows
 from hystfmu.scenario.system.system import System
@@ -49,28 +47,6 @@ def side(s: System) -> tuple[list[str], float]:
     return [names[k] for k in found.units], found.delay
 
 
-@pytest.mark.parametrize(
-    ("order", "delay"),
-    [
-        ("play lag reference law", 0.0),  # the command of the last step, held: no delay but the hold
-        ("lag play reference law", 0.25),  # and a fine step between the two
-        ("reference law play lag", 0.0),  # the measured value is that of the last step instead
-        ("reference law lag play", 0.25),
-        ("play reference law lag", 0.25),  # two late values: one closes the loop
-    ],
-)
-def test_a_late_value_among_fine_units_is_a_fine_step(write: Any, order: str, delay: float) -> None:
-    assert side(system(write, order, CHAIN, WIRES, 4)) == (["play", "lag"], delay)
-
-
-def test_delays_count_in_steps(write: Any) -> None:
-    late = {"late": {"block": "delay", "dims": {"n": 6}} | FINE}
-    wires = {"late.u": "law.u", "play.u": "late.y", "lag.u": "play.y"}
-    assert side(system(write, "late play lag reference law", CHAIN | late, wires, 4)) == (["late", "play", "lag"], 1.5)
-    plain = {n: {k: v for k, v in u.items() if k != "fine"} for n, u in (CHAIN | late).items()}
-    assert side(system(write, "late play lag reference law", plain, wires)) == (["lag"], 0.0)
-
-
 def test_units_that_are_not_in_series_are_refused(write: Any) -> None:
     two = {"play": {"block": "sum", "dims": {"n": 2}} | FINE, "lag": LAG | FINE}
     both = {"play.u_1": "law.u", "play.u_2": "law.u", "lag.u": "play.y"}
@@ -82,21 +58,6 @@ def test_units_that_are_not_in_series_are_refused(write: Any) -> None:
     wires = WIRES | {"sensor.u": "lag.y", "law.y": "sensor.y"}
     with pytest.raises(InputError, match=r"^s/nominal: The units at the rate of the plant must be in series\. Got "):
         side(system(write, "play lag sensor reference law", beside, wires, 4))
-
-
-def test_dynamics_have_the_static_gain_one(write: Any) -> None:
-    s = system(write, "play lag reference law", CHAIN, WIRES, 4)
-    found = plant_side(s, 1, [0, 3])
-    (A, B, C, D), ramp = dynamics(s, found, ())
-    assert ramp == 0.0
-    assert np.linalg.eigvals(A) == pytest.approx([-1.5 / 0.02])
-    assert (C @ np.linalg.solve(-A, B) + D).item() == pytest.approx(1.0)
-    only = system(write, "play lag reference law", {"play": PLAY, "lag": PLAY}, WIRES)
-    flat = plant_side(only, 1, [0, 3])
-    (*ends, D), ramp = dynamics(only, flat, ())
-    assert [m.shape for m in (*ends, D)] == [(0, 0), (0, 1), (1, 0), (1, 1)]
-    assert D.item() == 1.0
-    assert ramp == 0.0
 
 
 @pytest.mark.parametrize(("within", "poles"), [(True, []), (False, [-1 / 0.3])])
@@ -124,67 +85,6 @@ def test_only_creep_in_the_ring_of_trials_is_undone(write: Any, within: bool, po
     s = system(write, "lag reference law inverse", units, wires, 4)
     found = plant_side(s, 0, [2, 3])
     assert np.linalg.eigvals(dynamics(s, found, [3])[0][0]) == pytest.approx(poles)
-
-
-@pytest.mark.parametrize(
-    ("lag", "ripple", "steps"),
-    [
-        ({"values": LAG["values"] | {"hold": "foh"}}, 1, 1.0),
-        ({"values": LAG["values"] | {"hold": "foh"}, "substeps": 5}, 1, 0.2),
-        ({"values": LAG["values"] | {"hold": "foh"}, "fine": True}, 4, 0.25),
-        ({"values": LAG["values"] | {"hold": "zoh"}, "fine": True}, 4, 0.0),
-    ],
-)
-def test_dynamics_that_ramp_take_a_step_of_their_unit(
-    write: Any, lag: dict[str, Any], ripple: int, steps: float
-) -> None:
-    fine = {"fine": True} if ripple > 1 else {}
-    s = system(write, "play lag reference law", {"play": PLAY | fine, "lag": LAG | lag}, WIRES, ripple)
-    assert dynamics(s, plant_side(s, 1, [0, 3]), ())[1] == pytest.approx(0.01 * steps)
-
-
-@pytest.mark.parametrize("ripple", [1, 3])
-def test_margins_of_a_plant_that_ramps_are_those_of_its_run(write: Any, ripple: int) -> None:
-    """I law around a mode: the gain at which the margins say that it becomes unstable is that at which its run grows.
-
-    The run is repeated here sample by sample, with the ramp as two integrals of an exponential.
-    """
-    rng = np.random.default_rng()
-    w, zeta, h = rng.uniform(30, 150), rng.uniform(0.1, 0.6), 0.01
-    mode = {"block": "transfer_function", "dims": {"na": 2, "nb": 0}}
-    mode |= {"values": {"b": [1.0], "a": [w**-2, 2 * zeta / w, 1.0], "hold": "foh"}}
-    fine = FINE if ripple > 1 else {}
-    units = {"lag": mode | fine, "play": PLAY | fine | {"values": {"w0": 1.0, "w": [0.0]}}}
-
-    def closed(ki: float) -> float:
-        """Return the largest pole of the run: state of the mode, last value that it read, integral."""
-        E = expm(np.array([[0, 1, 0, 0], [-w * w, -2 * zeta * w, w * w, 0], [0, 0, 0, 1], [0] * 4]) * h / ripple)
-        E[:, 3] *= ripple / h  # the ramp rises by 1 in a fine step, not by 1 a second
-        step = np.zeros((4, 4))
-        step[:2, :2], step[:2, 2], step[:2, 3] = E[:2, :2], E[:2, 2] - E[:2, 3], E[:2, 3]
-        step[2, 3] = step[3, 3] = 1.0  # x, value read last, command
-        law = np.eye(4)
-        law[3] = [-ki, 0, 0, 1.0]
-        return float(np.abs(np.linalg.eigvals(np.linalg.matrix_power(step, ripple) @ law)).max())
-
-    critical = brentq(lambda ki: closed(ki) - 1 - 1e-9, 1e-6, 4.0)
-    for times, stable in ((0.99, True), (1.01, False)):
-        law = LAW | {"values": {"Kp": 0.0, "Ki": critical * times / h}}
-        s = system(write, "play lag reference law", units | {"law": law}, WIRES, ripple)
-        assert open_loop(s, (1.0, 1.0)).stable(1.0, 0.0) == stable
-
-
-def test_slopes_are_those_of_the_play(write: Any) -> None:
-    """w0 in the dead band and w0 + w beyond it; the static gain of the lag is 2."""
-    s = system(write, "play lag reference law", CHAIN, WIRES, 4)
-    assert slopes_of(s, plant_side(s, 1, [0, 3]), []) == pytest.approx((1.0, 1.8), rel=1e-6)
-
-
-def test_a_case_that_stops_has_no_sector(write: Any) -> None:
-    steep = {"play": PLAY | FINE | {"values": {"w0": 1e300, "r": [0.1], "w": [0.4]}}}
-    s = system(write, "play lag reference law", CHAIN | steep, WIRES, 4)
-    with pytest.raises(InputError, match=r"^s/nominal: The case must run to its end to have a sector of slopes\. "):
-        slopes_of(s, plant_side(s, 1, [0, 3]), [])
 
 
 def test_what_has_memory_and_what_becomes_of_it(write: Any) -> None:
@@ -380,3 +280,17 @@ def test_a_loop_in_rows(write: Any) -> None:
         "law.u -> play.u": [1.0, 1.0, 0.0], "play.y -> lag.u": [0.0, 0.5, 0.0],
         "reference.r -> law.y_d": [0.0, 1.0, 0.0], "lag.y -> law.y": [0.0, 1.0, 0.0],
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("order", "delay"),
+    [
+        ("play lag reference law", 0.0),  # the command of the last step, held: no delay but the hold
+        ("lag play reference law", 0.25),  # and a fine step between the two
+        ("reference law play lag", 0.0),  # the measured value is that of the last step instead
+        ("reference law lag play", 0.25),
+        ("play reference law lag", 0.25),  # two late values: one closes the loop
+    ],
+)
+def test_a_late_value_among_fine_units_is_a_fine_step(write: Any, order: str, delay: float) -> None:
+    assert side(system(write, order, CHAIN, WIRES, 4)) == (["play", "lag"], delay)

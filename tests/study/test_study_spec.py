@@ -1,14 +1,24 @@
-"""The numbers of a study file: defaults, least and largest values, maps from fractions to values and back."""
+"""The numbers of a study file: defaults, limits, maps to values; limits of loops; the rules of a scenario hold."""
 
 from __future__ import annotations
 
 import math
+import tomllib
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pydantic
 import pytest
+import tuned
+from click.testing import CliRunner
 
+from hystfmu.cli import main
+from hystfmu.scenario import build
+from hystfmu.scenario.loop.opening import open_loop
+from hystfmu.studies.report import best_variation
 from hystfmu.studies.spec import (
+    PREFIX,
     LearntLoops,
     LoopShapingDesign,
     LoopSpec,
@@ -16,9 +26,11 @@ from hystfmu.studies.spec import (
     ParameterSpec,
     RepetitiveDesign,
     SecondOrderSpec,
+    Study,
     StudySpec,
     Weight,
 )
+from hystfmu.studies.task import LoopLimits
 
 STUDY: dict[str, Any] = {"name": "s", "scenario": ".", "method": "random", "parameters": {"a.b": {"range": [0.0, 1.0]}}}
 LOOP: dict[str, Any] = {"case": "c"}
@@ -185,3 +197,140 @@ def test_what_a_design_reads() -> None:
     shaping = LoopShapingDesign.model_validate({**SHAPING, "weight": {"K": "a", "T_p": "b"}})
     assert shaping.reads == ("a", "b")
     assert shaping.cases == ("c",)
+
+
+# ---- limits of loops -------------------------------------------------------------------------------------------------
+ROOT = Path(__file__).parents[2]
+FILE = ROOT / "scenarios/pid/gains.study.toml"
+
+
+def test_three_times_the_derivative_gain_leaves_the_limits() -> None:
+    study = Study(FILE)
+    assert study.spec.objective is not None
+    assert study.spec.objective.loop is not None
+    gains = study.scenario_cases["sine_10"].units["pid"].values
+    steep = {key: gains[key.partition(".")[2]] for key in study.parameters} | {"pid.Kd": 3 * gains["Kd"]}
+    assert LoopLimits(study, study.spec.objective.loop).excess(steep)["radius"] > 0
+
+
+def test_the_best_variation_is_within_the_limits_of_the_loop() -> None:
+    study = Study(FILE)
+    gains = study.scenario_cases["sine_10"].units["pid"].values
+    shipped = {key: float(gains[key.partition(".")[2]]) for key in study.parameters}
+    rows: list[dict[str, Any]] = []
+    for variation, (factor, error) in enumerate(((1.0, 0.02), (3.0, 0.01))):
+        values = shipped | {"pid.Kd": factor * shipped["pid.Kd"]}
+        metrics = {"tracking": error, "variation": 1.0}
+        rows += [{"variation": variation, "case": "sine_10", "values": values, "metrics": metrics, "status": "ok"}]
+    best = best_variation(study, rows)
+    assert best is not None
+    assert best["variation"] == 0  # the other has the smaller error and an unstable corner
+
+
+def test_a_case_that_does_not_exist_is_refused(tmp_path: Path) -> None:
+    text = FILE.read_text().replace('scenario = "."', f'scenario = "{FILE.parent.as_posix()}"')
+    bad = tmp_path / "bad.study.toml"
+    bad.write_text(text.replace("../loops/gains.toml", "gains.toml"))
+    rules = (ROOT / "scenarios/loops/gains.toml").read_text()
+    (tmp_path / "gains.toml").write_text(rules.replace('corners = ["up_400_10"', 'corners = ["up_999_10"'))
+    result = CliRunner().invoke(main, ["study", str(bad), "-o", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert "objective.loop: no case 'up_999_10'" in result.output
+
+
+# ---- rules of a scenario ---------------------------------------------------------------------------------------------
+OWN = {"extends", "scenario", "parameters", "start", "design", "cases", "objective", "limits"}
+FAMILY = {"tracking": (tuned.TRACKING, "loops"), "stage": (tuned.STAGE, "stage")}
+AROUND = ("sliding_mode_2005", "sliding_mode_2005_1khz")  # around the inverse: slopes of the plant itself
+PERIODIC = ("repetitive",)  # what is asked for where the reference repeats
+
+
+def own(name: str) -> dict[str, Any]:
+    return tomllib.loads((tuned.SCENARIOS / name / "gains.study.toml").read_text())
+
+
+@pytest.mark.parametrize("family", FAMILY)
+def test_a_study_states_its_parameters_and_takes_the_rules_of_its_family(family: str) -> None:
+    names, folder = FAMILY[family]
+    for name in names:
+        file, stated = tuned.SCENARIOS / name / "gains.study.toml", own(name)
+        assert stated.keys() <= (OWN | {"n"} if name in tuned.OURS else OWN), name
+        assert (file.parent / stated["extends"]).resolve().parent == tuned.SCENARIOS / folder, name
+        assert "limits" not in stated or name == AROUND[0], name
+        assert stated.get("objective", {}).keys() == (
+            {"loop"} if name in AROUND else {"targets"} if name in PERIODIC else set()
+        )
+        rules = tomllib.loads((tuned.SCENARIOS / folder / "gains.toml").read_text())
+        if "cases" in stated:
+            assert name in PERIODIC
+            left_out = set(rules["cases"]) - set(stated["cases"])
+            assert set(stated["cases"]) <= set(rules["cases"])
+            assert all("broadband" in case for case in left_out)
+            targets = rules["objective"]["targets"]
+            assert all(v <= targets[case] for case, v in stated["objective"]["targets"].items()), "harder, not easier"
+
+
+@pytest.mark.parametrize("family", FAMILY)
+def test_no_baseline_has_fewer_trials_than_ours(family: str) -> None:
+    """By the study files and by what was run."""
+    names, _ = FAMILY[family]
+    stated = {name: tuned.study(name).spec.n for name in names}
+    run = {name: tuned.recorded()[name] for name in names if name in tuned.recorded()}
+    assert set(tuned.TRACKING) & set(names) <= set(run)
+    assert {name: found["trials"] for name, found in run.items()} == {name: stated[name] for name in run}
+    assert {found["seed"] for found in run.values()} == {tuned.study(names[0]).seed}
+    most = max((n for name, n in stated.items() if name in tuned.OURS), default=0)
+    assert len({n for name, n in stated.items() if name not in tuned.OURS}) == 1
+    assert min(n for name, n in stated.items() if name not in tuned.OURS) >= most
+
+
+@pytest.mark.parametrize("name", sorted(tuned.recorded()))
+def test_a_scenario_has_the_values_that_its_study_found(name: str) -> None:
+    """Within the ranges; what a design makes of them, to the digits of the file."""
+    study, found = tuned.study(name), tuned.recorded()[name]["values"]
+    assert found.keys() == study.parameters.keys()
+    for key, p in study.parameters.items():
+        assert p.bounds[0] <= found[key] <= p.bounds[1], key
+        assert key.startswith(PREFIX) or tuned.shipped(study, key)[0] == pytest.approx(found[key], rel=1e-9), key
+    if study.spec.design is not None:
+        for key, value in study.settings(found).items():
+            want = np.atleast_1d(value)
+            assert np.abs(tuned.shipped(study, key) - want).max() <= 1e-5 * np.abs(want).max(), key
+
+
+@pytest.mark.parametrize("name", tuned.TRACKING)
+def test_every_law_starts_from_what_was_best_before(name: str) -> None:
+    """The first trial is in the middle of ranges of a factor of 3, and no study ends worse than there."""
+    study, found = tuned.study(name), tuned.recorded()[name]
+    assert study.spec.start.keys() == study.parameters.keys()
+    for key, p in study.parameters.items():
+        low, high = study.spec.start[key] / 3, 3 * study.spec.start[key]
+        assert p.bounds[0] == pytest.approx(low, rel=1e-3), key
+        assert p.bounds[1] == pytest.approx(high, rel=1e-3) or (name in tuned.OURS and p.bounds[1] < high), key
+    assert found["best"] <= found["first"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [n if n == "stage/irc" else pytest.param(n, marks=pytest.mark.stress) for n in tuned.STAGE] + tuned.TRACKING,
+)
+def test_the_gains_meet_the_hard_limits(name: str) -> None:
+    """Of the study, with half a step as well."""
+    study = tuned.study(name)
+    objective = study.spec.objective
+    assert objective is not None
+    assert objective.loop is not None
+    assert objective.loop.Ms_db == 6.0
+    limits = LoopLimits(study, objective.loop.model_copy(update={"delays": [0.0, 0.5, 1.0]}))
+    excess = limits.excess({})
+    assert max(excess.values()) <= 0, excess
+    opened = open_loop(build(study.scenario_cases[objective.loop.case]), (0.68, 1.64))
+    assert excess["Ms_db"] == pytest.approx(opened.margins().Ms_db - 6.0)
+
+
+def test_the_corners_differ_by_what_the_slopes_hold() -> None:
+    """Two of the four are enough for the linear limits: gains are in the slopes, whatever the case itself has."""
+    cases = tuned.study("pid").scenario_cases
+    for f in (400, 600):
+        up, down = (open_loop(build(cases[f"{gain}_{f}_10"]), (0.68, 1.64)) for gain in ("up", "down"))
+        assert up.response(1.1, 0.5) == pytest.approx(down.response(1.1, 0.5), rel=1e-6)

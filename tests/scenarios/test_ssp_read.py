@@ -11,20 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 from drawn_unit import Variable, drawn_fmu
+from engines import ready
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario.ssp.container import as_readers_run
+from hystfmu.scenario.ssp.container import _check, joined
 from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp
-from hystfmu.scenario.ssp.write import SSC, SSV, changes
+from hystfmu.scenario.ssp.write import SSC, SSV, changes, write_ssp
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, UnitSpec
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
+from hystfmu.scenario.system.system import System
 
 
 def component(name: str, inside: str = "", u: str = "", y: str = "", **more: str) -> str:
@@ -96,17 +93,6 @@ def two(folder: Path) -> dict[str, bytes]:
 
 
 # ---- what is read --------------------------------------------------------------------------------------------------
-def test_a_system_becomes_a_case(tmp_path: Path) -> None:
-    found = read(tmp_path)
-    case = found.case
-    assert (case.scenario, case.name, case.step, case.stop, case.ripple) == ("s", "ssp", 0.25, 1.0, 1)
-    assert case.order == ("a", "b")
-    assert case.coupling.scheme == "jacobi"
-    assert case.connections == {"b.u": "a.y", "a.u": "b.y"}
-    assert {n: (u.fmu, u.inputs, u.set) for n, u in case.units.items()} == {
-        n: (f"resources/{n}.fmu", {}, {}) for n in ("a", "b")
-    }
-    assert (found.signals, found.reference) == ((), None)
 
 
 def test_a_connection_has_no_direction(tmp_path: Path) -> None:
@@ -153,14 +139,6 @@ def test_values_of_every_kind(tmp_path: Path) -> None:
     elements = component("a", values(value("w", "text", "String"))) + component("b")
     with pytest.raises(InputError, match=r"a: w: an input must be a number\. Got 'text' instead\."):
         read(tmp_path, elements=elements, files=two(tmp_path))
-
-
-def test_values_in_a_file_of_the_archive(tmp_path: Path) -> None:
-    bound = '<d:ParameterBindings><d:ParameterBinding source="resources/v.ssv"/></d:ParameterBindings>'
-    file = f'<v:ParameterSet xmlns:v="{SSV}"><v:Parameters>{value("p", "2.5")}</v:Parameters></v:ParameterSet>'
-    files = two(tmp_path) | {"resources/v.ssv": file.encode()}
-    found = read(tmp_path, elements=component("a", bound), wires="", files=files)
-    assert found.case.units["a"].set == {"p": 2.5}
 
 
 def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
@@ -246,13 +224,6 @@ def test_entities(tmp_path: Path) -> None:
         read_ssp(path, 0.1)
 
 
-def test_a_source_is_a_uri(tmp_path: Path) -> None:
-    files = {"resources/my a.fmu": "", "resources/b%20.fmu": ""}
-    elements = component("a", source="resources/my%20a.fmu") + component("b", source="resources/b%20.fmu")
-    units = read(tmp_path, elements=elements, files=files).case.units
-    assert [u.fmu for u in units.values()] == ["resources/my a.fmu", "resources/b%20.fmu"]
-
-
 @pytest.mark.parametrize(
     ("one", "other", "more", "good"),
     [
@@ -329,19 +300,6 @@ def case(scheme: str = "gauss_seidel", **unit: Any) -> Any:
     return made("w", units, CouplingSpec.model_validate({"scheme": scheme}), 5, ("a.y", "b.y"), 1.0)
 
 
-def test_readers_step_all_at_once_at_the_base_step() -> None:
-    found = as_readers_run(case())
-    assert (found.ripple, found.coupling.scheme, found.coupling.events) == (1, "jacobi", "grid")
-    for made, said in [
-        (case("iterative"), "w: the coupling is iterative: no reader of SSP archives iterates"),
-        (case(every=2), "w: b runs once in several steps: SSP has one step"),
-        (case(substeps=2), "w: b has substeps or a hold of its own: SSP knows neither"),
-        (case(hold="first"), "w: b has substeps or a hold of its own: SSP knows neither"),
-    ]:
-        with pytest.raises(InputError, match=f"^{re.escape(said)}$"):
-            as_readers_run(made)
-
-
 # ---- as it is written ----------------------------------------------------------------------------------------------
 
 
@@ -372,3 +330,57 @@ def test_values_that_a_foreign_unit_is_given() -> None:
         with pytest.raises(InputError, match=rf"^here: x\.{name}: {re.escape(why)}$"):
             changes(part, "here")
     assert changes(SimpleNamespace(graph=None), "here") == {}  # type: ignore[arg-type]
+
+
+# ---- written ---------------------------------------------------------------------------------------------------------
+@pytest.fixture
+def system(loop: Any, write: Any) -> System:
+    loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
+    return ready(write(loop))
+
+
+# ---- the structure -------------------------------------------------------------------------------------------------
+
+
+def test_an_archive_has_no_date(loop: Any, write: Any, tmp_path: Path) -> None:
+    loop["stop"], loop["metrics"]["tracking"]["after"] = 0.001, 0.0
+    case = ready(write(loop)).case
+    made = write_ssp(case, tmp_path / "x.ssp")
+    with zipfile.ZipFile(tmp_path / "x.ssp") as archive:
+        assert {i.date_time for i in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+        assert {i.compress_type for i in archive.infolist()} == {zipfile.ZIP_DEFLATED}
+        names = archive.namelist()
+    assert (made.components, made.path) == (1, tmp_path / "x.ssp")
+    assert names == ["SystemStructure.ssd", "resources/loop.fmu", "extra/org.hystfmu/reference.csv"]
+
+
+# ---- units that are joined -----------------------------------------------------------------------------------------
+
+
+def test_an_algebraic_loop_is_cut_where_a_value_is_late(loop: Any, write: Any) -> None:
+    del loop["units"]["plant"]["graph"]["outputs"][1]
+    loop["units"]["plant"] = {"block": "scaling", "dims": {"n": 1}}
+    loop["units"]["pid"] = {"block": "sum", "dims": {"n": 2}, "values": {"k": [1.0, -0.5]}}
+    loop["connections"] = {"plant.u": "pid.y", "pid.u_1": "reference.r", "pid.u_2": "plant.y"}
+    loop["loops"] = []
+    case, names = joined(ready(write(loop)))
+    assert case.order == ("plant_to_reference", "pid")
+    assert names["pid.y"] == "pid.pid_y"
+    assert case.connections == {
+        "plant_to_reference.plant_u": "pid.pid_y", "pid.pid_u_1": "plant_to_reference.reference_r",
+        "pid.pid_u_2": "plant_to_reference.plant_y",
+    }  # fmt: skip
+
+
+# ---- a container ---------------------------------------------------------------------------------------------------
+
+
+def test_what_a_container_does_not_step(loop: Any, write: Any) -> None:
+    loop["coupling"] = {"scheme": "iterative"}
+    with pytest.raises(InputError, match="a container steps in order or all at once, not with iterative coupling"):
+        _check(ready(write(loop)))
+    loop["coupling"] = {"scheme": "jacobi"}
+    _check(ready(write(loop)))
+    loop["units"]["pid"]["hold"] = "first"
+    with pytest.raises(InputError, match="pid has a hold of its own: a container knows none"):
+        _check(ready(write(loop)))

@@ -1,27 +1,37 @@
-"""What a scenario reads of a foreign FMU's description, from descriptions made by hand; and values of our units."""
+"""What a scenario reads of a foreign FMU, and units as members of a run: the bits of the core."""
 
 from __future__ import annotations
 
+import copy
+import json
+import pickle
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from engines import ready
+from reference_fmus import reference_fmu
 
 from hystfmu.base.errors import InputError
+from hystfmu.fmu.foreign.instance import Finding
+from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.engine.simulation import ENDED, ENGINES, TASK, chunks_here, main
+from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.system import foreign as module
 from hystfmu.scenario.system.case import (
-    changed,
     first_outputs,
     parameter_names,
-    scalar_names,
     start_values,
     with_values,
 )
 from hystfmu.scenario.system.foreign import Foreign, _ports
+from hystfmu.scenario.system.system import System
 
 
 def variable(name: str, causality: str = "input", type_: str = "Float64", start: Any = None, **more: Any) -> Any:
@@ -60,12 +70,6 @@ def test_inputs_come_before_outputs_in_the_order_of_the_file() -> None:
     ]  # fmt: skip
     assert [p.size for p in f.ports] == [1, 3, 1, 4]
     assert f.ports[1].scalar_names == ("a_1", "a_2", "a_3")
-
-
-def test_start_values_that_are_missing_are_zero_and_so_are_outputs_that_are_not_finite() -> None:
-    outputs = [variable("a", "output", start="nan"), variable("b", "output", start="-inf")]
-    f = unit(*outputs, variable("c", start=""), variable("d"), variable("e", start="inf"))
-    assert {p.name: p.start for p in f.ports} == dict.fromkeys("abcd", (0.0,)) | {"e": (np.inf,)}
 
 
 @pytest.mark.parametrize(
@@ -109,16 +113,6 @@ def test_how_it_can_be_called() -> None:
     assert not unit(real, canHandleVariableCommunicationStepSize=False).any_step
     assert not unit(real, fixedInternalStepSize=0.1).any_step
     assert [unit(real, version=v).fmi for v in ("1.0", "2.0", "3.0")] == [1, 2, 3]
-
-
-def test_declared_feed_through() -> None:
-    a, b, y, z, w = variable("a"), variable("b"), *(variable(n, "output") for n in "yzw")
-    told = [
-        SimpleNamespace(variable=y, dependencies=[a, variable("state", "local")]),
-        SimpleNamespace(variable=z, dependencies=None), SimpleNamespace(variable=w, dependencies=[]),
-    ]  # fmt: skip
-    assert unit(a, b, y, z, w, outputs=told).dependencies() == {"y": {"a"}, "z": {"a", "b"}, "w": set()}
-    assert unit(a, y).dependencies() == {"y": {"a"}}
 
 
 # ---- settings ------------------------------------------------------------------------------------------------------
@@ -172,19 +166,6 @@ def test_a_value_that_does_not_fit(name: str, value: Any, said: str) -> None:
         unit(*PARAMETERS).with_settings({name: value})
 
 
-def test_sizes_and_scaled_values_add_up() -> None:
-    f = unit(*PARAMETERS)
-    wide = f.with_settings({"n": 3, "v": [1.0, 2.0, 3.0]})
-    assert [p.size for p in wide.ports if p.name == "u"] == [3]
-    assert wide.with_settings({"v": "*2"}).settings == {"n": 3.0, "v": [2.0, 4.0, 6.0]}
-    assert f.with_settings({"p": 2.0}).with_settings({"p": "*3"}).settings == {"p": 6.0}
-    with pytest.raises(InputError, match=r"^v: must have 3 elements; got 2$"):
-        f.with_settings({"v": [1.0, 2.0]}).with_settings({"n": 3})
-    assert unit().with_settings({}).settings == {}
-    with pytest.raises(InputError, match=r"^no parameter 'q'; there are none$"):
-        unit().with_settings({"q": 1})
-
-
 def test_a_token_follows_from_archive_and_settings() -> None:
     f = unit(*PARAMETERS)
     some = [f, f.with_settings({"p": 2.0}), f.with_settings({"i": 2.0}), f.with_settings({"p": 2.0, "i": 2.0})]
@@ -206,33 +187,9 @@ def graph() -> Graph:
     return Graph(nodes, [], ends, [Output("y", "bank.y"), Output("w", "late.y"), Output("r", "ref.r")])
 
 
-def test_names_and_starts_of_a_unit(graph: Graph) -> None:
-    assert scalar_names(graph, "input") == ("u_1", "u_2", "u_3", "v")
-    assert scalar_names(graph, "output") == ("y_1", "y_2", "y_3", "w", "r")
-    assert start_values(graph, "input") == [0.0, 0.0, 0.0, 0.25]
-    assert first_outputs(graph) == [0.0, 0.0, 0.0, 0.5, 0.0], "a delay knows its output"
-    assert {"bank_gain", "bank_gain_2", "ref_shape"} <= parameter_names(graph)
-
-
 def gains(g: Graph | Foreign) -> list[float]:
     assert isinstance(g, Graph)
     return g.nodes[0].value("gain").tolist()
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "want"),
-    [
-        ("bank_gain", [4.0, 5.0, 6.0], [4.0, 5.0, 6.0]), ("bank_gain", "*2", [2.0, 4.0, 6.0]),
-        ("bank_gain_2", 7, [1.0, 7.0, 3.0]), ("bank_gain_3", "*0.5", [1.0, 2.0, 1.5]),
-    ],
-)  # fmt: skip
-def test_a_parameter_by_its_name(graph: Graph, name: str, value: Any, want: list[float]) -> None:
-    assert gains(with_values(graph, {name: value})) == want
-    assert gains(graph) == [1.0, 2.0, 3.0]
-    port, first, values = changed(graph, name, value)
-    assert port.name == "bank_gain"
-    at = int(name[-1]) - 1 if name[-1].isdigit() else 0
-    assert (first, values) == ((at, want[at : at + 1]) if name[-1].isdigit() else (0, want))
 
 
 @pytest.mark.parametrize(
@@ -255,3 +212,179 @@ def test_values_are_changed_one_after_the_other(graph: Graph) -> None:
     shape = with_values(graph, {"ref_shape": "triangle"})
     assert isinstance(shape, Graph)
     assert np.ravel(shape.nodes[2].value("shape")).tolist() != np.ravel(graph.nodes[2].value("shape")).tolist()
+
+
+# ---- in a run --------------------------------------------------------------------------------------------------------
+H = 2.0**-7
+LAG = {"b": [1.0], "a": [0.03, 1.0]}
+PAIR = {"gain": [2.0, -3.0], "offset": [0.5, 0.25]}
+NODES = {
+    "lag": Node("lag", "transfer_function", {"na": 1, "nb": 0}, LAG),
+    "pair": Node("pair", "scaling", {"n": 2}, PAIR),
+}
+STEP = {"block": "reference", "values": {"shape": "steps", "T": 2.3 * H, "levels": [1.0, -0.5]}, "dims": {"m": 2}}
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("fmus")
+    for name, node in NODES.items():
+        for fmi in (2, 3):
+            export_fmu(Graph.single(node).with_step(H), folder / f"{name}{fmi}.fmu", fmi=fmi)  # type: ignore[arg-type]
+    return folder
+
+
+def own(name: str) -> dict[str, Any]:
+    node = NODES[name]
+    values = {k: np.ravel(v).tolist() for k, v in node.values.items()}
+    return {"block": node.type, "dims": dict(node.dims), "values": values}
+
+
+def loop(unit: str, scheme: str, more: dict[str, Any], events: str = "grid") -> dict[str, Any]:
+    """The unit stands before the law that drives it by r - 0.7 y."""
+    law = {"block": "sum", "dims": {"n": 2}, "values": {"k": [1.0, -0.7 if unit == "lag" else -0.1]}}
+    into, out = ("u", "y") if unit == "lag" else ("u_1", "y_1")
+    given = {} if unit == "lag" else {"inputs": {"u_2": 0.75}}
+    return {
+        "name": "members", "step": H, "stop": 7 * H, "order": ["unit", "reference", "law"],
+        "coupling": {"scheme": scheme, "events": events},
+        "units": {"unit": own(unit) | given | more, "reference": STEP, "law": law},
+        "connections": {"unit." + into: "law.y", "law.u_1": "reference.r", "law.u_2": "unit." + out},
+        "metrics": {"p": {"kind": "peak", "signal": "law.y"}},
+    }  # fmt: skip
+
+
+def foreign(data: dict[str, Any], write: Any, fmus: Path, unit: str, fmi: int) -> System:
+    """The same scenario with the unit as a foreign FMU."""
+    data = copy.deepcopy(data)
+    kept = {k: v for k, v in data["units"]["unit"].items() if k not in ("block", "dims", "values")}
+    data["units"]["unit"] = {"fmu": "unit.fmu"} | kept
+    folder = write(data, "foreign")
+    (folder / "unit.fmu").write_bytes((fmus / f"{unit}{fmi}.fmu").read_bytes())
+    return ready(folder)
+
+
+def run(system: System, engine: Any) -> Trace:
+    return Trace.joined(chunks_here(system, engine), system.n_steps + 1)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("unit", ["lag", "pair"])
+@pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
+@pytest.mark.parametrize("more", [{}, {"substeps": 3}, {"substeps": 2, "hold": "first"}])
+def test_a_foreign_unit_has_the_bits_of_ours(
+    write: Any, fmus: Path, unit: str, scheme: str, more: dict[str, Any], fmi: int
+) -> None:
+    data = loop(unit, scheme, more, "located" if unit == "lag" else "grid")
+    ours = ready(write(data))
+    want = Native(ours).run()
+    system = foreign(data, write, fmus, unit, fmi)
+    assert [p.name for p in system.foreign] == ["unit"]
+    assert system.newton == ours.newton == (scheme == "iterative")
+    for engine in ENGINES:
+        found = run(system, engine)
+        assert found.columns.keys() == want.columns.keys()
+        for end in want.columns:
+            assert found[end].tobytes() == want[end].tobytes(), (engine, end)
+        assert found.sweeps == want.sweeps
+    assert len(set(want["law.y"].tolist())) > 3
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_parameters_of_a_foreign_unit(write: Any, fmus: Path, fmi: int) -> None:
+    """Set in the scenario, scaled, and set anew between runs of the core."""
+    data = loop("pair", "gauss_seidel", {})
+    system = foreign(data, write, fmus, "pair", fmi)
+    name, other = ("gain_1", "gain_2") if fmi == 2 else ("gain", "offset")
+    value: Any = 4.0 if fmi == 2 else [4.0, -3.0]
+    data["units"]["unit"]["values"]["gain"][0] = 4.0
+    want = Native(ready(write(data))).run()
+    again = Native(system)
+    plain = again.run().values.tobytes()
+    again.set({f"unit.{name}": value})
+    assert again.run().values.tobytes() == want.values.tobytes()
+    again.set({})
+    assert again.run().values.tobytes() == plain
+    data["units"]["unit"] |= {"set": {name: value}}
+    del data["units"]["unit"]["values"]
+    changed = foreign(data, write, fmus, "pair", fmi)
+    for engine in ENGINES:
+        assert run(changed, engine).values.tobytes() == want.values.tobytes()
+    assert other in system.parameters or f"unit.{other}" in system.parameters
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_values_that_an_fmu_does_not_take_at_first(write: Any, fmus: Path, fmi: int) -> None:
+    system = foreign(loop("lag", "gauss_seidel", {}), write, fmus, "lag", fmi)
+    for engine in ENGINES:
+        with pytest.raises(Stopped, match=r"^unit .*"):
+            run(replace(system, begins=(float("nan"),) * system.n_values), engine)
+
+
+# ---- adapted -------------------------------------------------------------------------------------------------------
+def feedthrough(write: Any, scheme: str, more: dict[str, Any], kind: str = "Float64_continuous") -> System:
+    data = loop("lag", scheme, {})
+    data["units"]["unit"] = {"fmu": "x.fmu"} | more
+    data["connections"] = {
+        f"unit.{kind}_input": "law.y", "law.u_1": "reference.r", "law.u_2": f"unit.{kind}_output",
+    }  # fmt: skip
+    folder = write(data, "adapted")
+    (folder / "x.fmu").write_bytes(reference_fmu("fmi3/Feedthrough").read_bytes())
+    return ready(folder)
+
+
+@pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
+@pytest.mark.parametrize("more", [{}, {"substeps": 2, "hold": "first"}])
+def test_an_fmu_set_by_types_is_a_wire(write: Any, scheme: str, more: dict[str, Any]) -> None:
+    """Feedthrough returns its input: the law reads its own last value, or agrees with it."""
+    system = feedthrough(write, scheme, more)
+    assert not system.parts[0].graph.direct  # type: ignore[union-attr]
+    one, other = (run(system, engine) for engine in ENGINES)
+    assert one.values.tobytes() == other.values.tobytes()
+    assert one.sweeps == other.sweeps
+    y, law, r = (one[f"{n}"] for n in ("unit.Float64_continuous_output", "law.y", "reference.r"))
+    if scheme == "iterative":
+        assert y[1:] == pytest.approx(r[1:] / 1.7, abs=1e-7)
+    elif not more:
+        assert y[1:].tolist() == law[:-1].tolist()
+    if scheme == "gauss_seidel":
+        assert law == pytest.approx(r - 0.7 * y, abs=1e-12)
+
+
+def test_an_fmu_of_another_version_steps_by_its_own_rule(write: Any) -> None:
+    """Dahlquist of FMI 1.0 makes Euler steps of 0.1 s: x = 0.9^k."""
+    data = loop("lag", "gauss_seidel", {}) | {"step": 0.1, "stop": 0.5}
+    data["units"]["unit"] = {"fmu": "x.fmu"}
+    data["connections"] = {"law.u_1": "reference.r", "law.u_2": "unit.x"}
+    folder = write(data, "adapted")
+    (folder / "x.fmu").write_bytes(reference_fmu("fmi1cs/Dahlquist").read_bytes())
+    for engine in ENGINES:
+        assert run(ready(folder), engine)["unit.x"] == pytest.approx(0.9 ** np.arange(6), rel=1e-13), engine
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_without_saved_states_there_is_no_iteration(write: Any, engine: Any) -> None:
+    data = loop("lag", "iterative", {})
+    data["units"]["unit"] = {"fmu": "x.fmu"}
+    data["connections"] = {"law.u_1": "reference.r", "law.u_2": "unit.x"}
+    folder = write(data, "adapted")
+    (folder / "x.fmu").write_bytes(reference_fmu("fmi1cs/Dahlquist").read_bytes())
+    with pytest.raises(Stopped, match=r"^unit: iterative coupling needs an FMU that can get and set its state$"):
+        run(ready(folder), engine)
+
+
+# ---- in a child ----------------------------------------------------------------------------------------------------
+def failing(task: Any, file: Any) -> dict[str, Any]:
+    raise task
+
+
+def test_every_end_of_a_child_has_a_reason(tmp_path: Path) -> None:
+    for error, why, status in [
+        (MemoryError(), "needs more than 1.07374e+09 GB of memory", "memory"),
+        (Stopped("a\n b"), "a b", "stopped"),
+        (Finding("why"), "why", "stopped"),
+        (ValueError("x"), "ValueError: x", "stopped"),
+    ]:
+        (tmp_path / TASK).write_bytes(pickle.dumps((failing, error, 2.0**30)))
+        main(str(tmp_path))
+        assert json.loads((tmp_path / ENDED).read_text()) == {"stopped": why, "status": status}

@@ -1,0 +1,457 @@
+"""The table on disk: lines with sums, two copies, parts; damaged and full, it resumes to the same table."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as pq
+import pytest
+
+import hystfmu as hy
+from hystfmu.base.errors import InputError
+from hystfmu.studies import store
+from hystfmu.studies.store import Store, close_locked, open_locked
+
+
+def row(k: int, **more: Any) -> dict[str, Any]:
+    return {
+        "index": k, "variation": k, "case": "one", "id": f"id{k}", "status": "ok", "reason": "",
+        "values": {"a": 1.0 * k}, "metrics": {"m": 2.0 * k}, **more,
+    }  # fmt: skip
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Any:
+    opened: list[Store] = []
+
+    def make(parameters: Any = ("a",), metrics: Any = ("m",)) -> Store:
+        while opened:
+            opened.pop().close()
+        opened.append(Store(tmp_path / "out", parameters, metrics))
+        return opened[0]
+
+    yield make
+    while opened:
+        opened.pop().close()
+
+
+def by_id(rows: Any) -> dict[str, dict[str, Any]]:
+    return {r["id"]: r for r in rows}
+
+
+def test_a_line_is_a_sum_and_json(made: Any, tmp_path: Path) -> None:
+    made().append(row(3))
+    content = json.dumps(row(3)).encode()
+    line = b"%08x\t" % zlib.crc32(content) + content + b"\n"
+    assert (tmp_path / "out" / "journal.jsonl").read_bytes() == line
+    assert store._row(line) == row(3)
+    for damaged in (
+        line[:-1],
+        b"0" + line[1:] if line[:1] != b"0" else b"1" + line[1:],
+        line.replace(b"one", b"two"),
+        b"",
+    ):
+        assert store._row(damaged) is None
+
+
+def test_rows_survive_a_new_start_and_the_later_one_counts(made: Any) -> None:
+    s = made()
+    for k in range(3):
+        s.append(row(k))
+    s.append(row(1, status="timeout"))
+    again = made()
+    assert by_id(again.rows()) == {"id0": row(0), "id1": row(1, status="timeout"), "id2": row(2)}
+    assert again._in_journal == 4
+    again.append(row(7))
+    assert again._in_journal == 5
+    assert again._safe == "5 rows are safe: free some space and run the study again"
+
+
+def test_damaged_lines_are_blanked_in_place(made: Any, tmp_path: Path) -> None:
+    s = made()
+    for k in range(3):
+        s.append(row(k))
+    journal = tmp_path / "out" / "journal.jsonl"
+    lines = journal.read_bytes().splitlines(keepends=True)
+    wrong = lines[1].replace(b"one", b"two")
+    journal.write_bytes(lines[0] + wrong + lines[2] + b"torn")
+    assert set(by_id(made().rows())) == {"id0", "id2"}
+    assert (tmp_path / "out" / "damaged.jsonl").read_bytes() == wrong + b"torn"
+    assert journal.read_bytes() == lines[0] + b" " * (len(wrong) - 1) + b"\n" + lines[2] + b"   \n"
+    assert made()._in_journal == 2
+    assert (tmp_path / "out" / "damaged.jsonl").read_bytes() == wrong + b"torn"  # blanks are no damage
+
+
+@pytest.mark.parametrize("before", [19_998, 19_999])
+def test_a_full_journal_becomes_a_part(made: Any, tmp_path: Path, before: int) -> None:
+    s, folder = made(), tmp_path / "out"
+    s._in_journal = before
+    s.append(row(0, status="timeout", limits={"timeout": 5.0, "memory": 2.0}, metrics={}))
+    parts = sorted(folder.glob("part-*.parquet"))
+    assert len(parts) == (before == 19_999)
+    if parts:
+        content = parts[0].read_bytes()
+        assert parts[0].name == f"part-000000-{zlib.crc32(content):08x}.parquet"
+        assert (folder / "journal.jsonl").read_bytes() == b""
+        assert s._in_journal == 0
+        assert next(iter(s.rows())) == row(0, status="timeout", limits={"timeout": 5.0, "memory": 2.0}, metrics={})
+        s.append(row(1))
+        s._roll()
+        assert sorted(p.name[:11] for p in folder.glob("part-*.parquet")) == ["part-000000", "part-000001"]
+        assert by_id(s.rows())["id1"] == row(1)
+        assert "limits" not in by_id(s.rows())["id1"]
+
+
+def test_the_final_table_has_typed_columns(made: Any) -> None:
+    path = made().finish([row(0), row(1, metrics={}, values={})])
+    table = pq.read_table(path)
+    assert table.column_names == ["index", "variation", "case", "id", "status", "reason", "a", "metric:m"]
+    assert [str(t) for t in table.schema.types] == ["int64", "int64", *["string"] * 4, "double", "double"]
+    assert list(table.to_pylist()[1].values()) == [1, 1, "one", "id1", "ok", "", None, None]
+    assert path.name == "results.parquet"
+
+
+def test_columns_and_seed_are_kept_twice(made: Any, tmp_path: Path) -> None:
+    seed = made().seed()
+    assert 0 <= seed < 2**31
+    folder = tmp_path / "out"
+    sealed = json.loads((folder / "seed.json").read_bytes())
+    assert sealed == {"crc32": zlib.crc32(json.dumps(seed).encode()), "value": seed}
+    assert (folder / "seed.json").read_bytes() == (folder / "seed.copy.json").read_bytes()
+    (folder / "seed.json").write_text('{"crc32": 1, "value": 5}')
+    assert made().seed() == seed
+    assert json.loads((folder / "seed.json").read_bytes()) == sealed  # mended
+    (folder / "seed.copy.json").unlink()
+    assert made().seed() == seed
+    assert (folder / "seed.copy.json").exists()
+    for name in ("seed.json", "seed.copy.json"):
+        (folder / name).write_text('{"value": 5}')
+    with pytest.raises(InputError, match=r"seed\.json: The file and its copy are damaged\. Remove them"):
+        made().seed()
+    with pytest.raises(InputError, match="holds the table of a study with other parameters or metrics"):
+        made(("b",))
+    made()
+
+
+def test_a_disk_that_fills_up_keeps_the_earlier_rows(made: Any, tmp_path: Path, monkeypatch: Any) -> None:
+    s = made()
+    s.append(row(0))
+    whole = (tmp_path / "out" / "journal.jsonl").read_bytes()
+    write = os.write
+    monkeypatch.setattr(store.os, "write", lambda handle, content: write(handle, content[: len(content) // 2]))
+    with pytest.raises(InputError, match="No space left on device; 1 rows are safe: free some space and run"):
+        s.append(row(1))
+    monkeypatch.undo()
+    assert (tmp_path / "out" / "journal.jsonl").read_bytes() == whole
+
+    def full(path: Path, content: bytes) -> None:
+        raise InputError("full")
+
+    monkeypatch.setattr(store, "write_bytes", full)
+    with pytest.raises(InputError, match="full; 1 rows are safe"):
+        s._roll()
+
+
+def test_a_file_and_a_folder_are_synchronised_and_closed(tmp_path: Path, monkeypatch: Any) -> None:
+    synced: list[int] = []
+    monkeypatch.setattr(store.os, "fsync", synced.append)
+    (tmp_path / "file").write_text("x")
+    store._sync(tmp_path / "file")
+    store._sync(tmp_path)
+    assert len(synced) == 2
+    for handle in synced:
+        with pytest.raises(OSError, match="Bad file descriptor"):
+            os.fstat(handle)
+
+
+def test_files_that_are_read_only_stay_as_they_are(made: Any, tmp_path: Path) -> None:
+    made().append(row(0))
+    out = tmp_path / "out"
+    (out / "journal.jsonl").write_bytes(b"torn")
+    (out / "damaged.jsonl").write_bytes(b"before")
+    (out / "damaged.jsonl").chmod(0o444)
+    with pytest.raises(InputError, match=r"damaged\.jsonl: cannot be written: it is read-only"):
+        made()
+    with pytest.raises(InputError, match=r"damaged\.jsonl: cannot be written: it is read-only"):
+        open_locked(out / "damaged.jsonl")
+    assert (out / "damaged.jsonl").read_bytes() == b"before"
+
+
+# ---- the lock -------------------------------------------------------------------------------------------------------
+def test_a_lock_that_fails_leaves_no_handle_open(tmp_path: Path, monkeypatch: Any) -> None:
+    handles: list[int] = []
+    held = dict(store._HELD)  # of other tests
+
+    def lock(error: OSError) -> Any:
+        def fail(handle: int) -> None:
+            handles.append(handle)
+            raise error
+
+        return fail
+
+    for error, caught in (
+        (BlockingIOError(), InputError), (PermissionError(), InputError), (OSError("no locks"), OSError),
+    ):  # fmt: skip
+        monkeypatch.setattr(store, "_lock", lock(error))
+        with pytest.raises(caught):
+            open_locked(tmp_path / "file")
+        with pytest.raises(OSError, match="Bad file descriptor"):
+            os.fstat(handles[-1])
+    assert held == store._HELD
+    monkeypatch.undo()
+    handle = open_locked(tmp_path / "file")
+    with pytest.raises(InputError, match="another study is writing into this folder"):
+        open_locked(tmp_path / "file")
+    os.write(handle, b"ab")
+    os.lseek(handle, 0, os.SEEK_SET)
+    assert os.read(handle, 2) == b"ab"
+    assert (tmp_path / "file").stat().st_mode & 0o700 == 0o600
+    close_locked(handle)
+    close_locked(open_locked(tmp_path / "file"))
+
+
+# ---- many rows -------------------------------------------------------------------------------------------------------
+@pytest.mark.skipif(sys.platform == "win32", reason="locks of POSIX")
+def test_a_folder_belongs_to_one_study_at_a_time(tmp_path: Path) -> None:
+    store = Store(tmp_path, ["a"], ["m"])
+    list(store.rows())  # reading keeps the lock
+    assert elsewhere(tmp_path) == f"{tmp_path}: another study is writing into this folder"
+    store.close()
+    assert elsewhere(tmp_path) == "free"
+
+
+def elsewhere(folder: Path) -> str:
+    """What another process is told that opens the folder."""
+    ours, theirs = os.pipe()
+    if (child := os.fork()) == 0:
+        try:
+            Store(folder, ["a"], ["m"])
+            os.write(theirs, b"free")
+        except InputError as e:
+            os.write(theirs, str(e).encode())
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
+    os.close(theirs)
+    with open(ours) as told:
+        return told.read()
+
+
+@pytest.mark.parametrize("content", [b"", b"\0", b"[1"])
+@pytest.mark.parametrize("name", ["columns", "seed"])
+def test_columns_or_seed_damaged_with_their_copy_are_one_line(name: str, content: bytes, tmp_path: Path) -> None:
+    def opened() -> int:
+        store = Store(tmp_path, ["a"], ["m"])
+        try:
+            return store.seed()
+        finally:
+            store.close()
+
+    seed = opened()
+    for file in (f"{name}.json", f"{name}.copy.json"):
+        (tmp_path / file).write_bytes(content)
+    for _ in range(2):  # the lock is free again
+        with pytest.raises(InputError, match=rf"{name}\.json: The file and its copy are damaged"):
+            opened()
+    for file in (f"{name}.json", f"{name}.copy.json"):
+        (tmp_path / file).unlink()
+    assert (opened() == seed) == (name == "columns")
+
+
+def test_a_folder_of_an_older_version_is_refused(tmp_path: Path) -> None:
+    """It kept columns and seed without a checksum."""
+    Store(tmp_path, ["a"], ["m"]).close()
+    file = tmp_path / "columns.json"
+    file.write_text(json.dumps(json.loads(file.read_text())["value"]))
+    with pytest.raises(InputError, match=r"columns\.json: HystFMU before 0\.1 wrote this folder\. Choose another one"):
+        Store(tmp_path, ["a"], ["m"])
+
+
+# ---- damage ----------------------------------------------------------------------------------------------------------
+DRAWS: dict[str, Any] = {"method": "random", "n": 12, "seed": "run"}  # 24 rows, a seed of their own
+ROWS = 96  # of a study whose journal takes 23 kB
+FILES = ("journal.jsonl", "columns.json", "columns.copy.json", "seed.json", "seed.copy.json", "part-*.parquet")
+
+
+_MADE: list[Path] = []
+
+
+@pytest.fixture
+def study(
+    write: Any, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> tuple[Path, Path, bytes]:
+    """A study file, its folder with a part of 15 rows and a journal of 9, made once, and its table."""
+    monkeypatch.setattr("hystfmu.studies.store.PART_ROWS", 15)
+    path, folder = write(**DRAWS), tmp_path / "out"
+    if not _MADE:
+        _MADE.append(tmp_path_factory.mktemp("damage"))
+        hy.study(path, _MADE[0], workers=1)
+    shutil.copytree(_MADE[0], folder)
+    return path, folder, (folder / "results.parquet").read_bytes()
+
+
+def only(folder: Path, pattern: str) -> Path:
+    (found,) = folder.glob(pattern)
+    return found
+
+
+@pytest.mark.parametrize("pattern", FILES)
+@pytest.mark.parametrize("draw", range(2))
+def test_a_flipped_byte(pattern: str, draw: int, study: tuple[Path, Path, bytes]) -> None:
+    path, folder, whole = study
+    file, rng = only(folder, pattern), random.Random(f"{pattern} {draw}")
+    content = bytearray(file.read_bytes())
+    content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
+    file.write_bytes(content)
+    outcome = hy.study(path, folder, workers=1)
+    assert outcome.table.read_bytes() == whole
+    if pattern == "journal.jsonl":
+        assert 1 <= outcome.ran <= 2  # two if the byte was the end of a line
+    else:
+        assert outcome.ran == (15 if "part" in pattern else 0)
+        assert len(list(folder.glob("damaged-part-*.parquet"))) == ("part" in pattern)
+    assert hy.study(path, folder, workers=1).ran == 0
+
+
+@pytest.mark.parametrize("pattern", FILES)
+@pytest.mark.parametrize("damage", ["emptied", "removed", "cut in half"])
+def test_a_lost_file(pattern: str, damage: str, study: tuple[Path, Path, bytes]) -> None:
+    path, folder, whole = study
+    file = only(folder, pattern)
+    content = file.read_bytes()
+    if damage == "removed":
+        file.unlink()
+    else:
+        file.write_bytes(b"" if damage == "emptied" else content[: len(content) // 2])
+    outcome = hy.study(path, folder, workers=1)
+    assert outcome.table.read_bytes() == whole
+    lost = {"journal.jsonl": 5 if damage == "cut in half" else 9, "part-*.parquet": 15}
+    assert outcome.ran == lost.get(pattern, 0)
+    assert hy.study(path, folder, workers=1).ran == 0
+
+
+def test_a_table_of_another_study_is_not_taken_for_damage(study: tuple[Path, Path, bytes]) -> None:
+    _, folder, _ = study
+    with pytest.raises(InputError, match="holds the table of a study with other parameters"):
+        Store(folder, ["a"], ["m"])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="another program may not append to an open file there")
+def test_another_program_writes_into_the_journal(write: Any, tmp_path: Path) -> None:
+    """It ends a line, leaves one torn, and never asked for the lock: one row of ours is lost with the torn line."""
+    path, folder = write(), tmp_path / "out"
+    whole = hy.study(path, tmp_path / "whole", workers=1).table.read_bytes()
+
+    def disturb(done: int, total: int, rate: float) -> None:
+        text = {5: "whole\\n", 11: '01234567\\t{"torn"'}.get(done)
+        if text:
+            subprocess.run(["sh", "-c", f"printf '{text}' >> {folder}/journal.jsonl"], check=True)
+
+    assert hy.study(path, folder, workers=1, progress=disturb).table.read_bytes() == whole
+    outcome = hy.study(path, folder, workers=1)
+    assert outcome.ran == 1
+    assert outcome.table.read_bytes() == whole
+    assert (folder / "damaged.jsonl").read_bytes().startswith(b'whole\n01234567\t{"torn"')
+
+
+def test_a_second_study_in_the_same_process_is_refused_and_the_lock_stays(tmp_path: Path) -> None:
+    store = Store(tmp_path, ["a"], ["m"])
+    with pytest.raises(InputError, match="another study is writing into this folder"):
+        Store(tmp_path, ["a"], ["m"])
+    code = "import sys; from pathlib import Path; from hystfmu.studies.store import Store\n"
+    code += "Store(Path(sys.argv[1]), ['a'], ['m'])"
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, env=paths())
+    assert "another study is writing into this folder" in done.stderr
+    store.close()
+    Store(tmp_path, ["a"], ["m"]).close()
+
+
+def test_the_lock_of_windows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Emulated: one byte far beyond the journal is locked, a refusal is the same line, and reading starts at 0."""
+
+    class Msvcrt:
+        LK_NBLCK = 2
+        taken: int | None = None
+
+        @classmethod
+        def locking(cls, handle: int, mode: int, n: int) -> None:
+            assert (mode, n) == (cls.LK_NBLCK, 1)
+            at = os.lseek(handle, 0, os.SEEK_CUR)
+            assert 2**29 < at < 2**31  # beyond every journal; its C library seeks with 32 bits
+            if at == cls.taken:
+                raise PermissionError(13, "Permission denied")
+            cls.taken = at
+
+    from hystfmu.studies import store
+
+    class Windows:
+        platform = "win32"
+
+    monkeypatch.setattr(store, "sys", Windows)
+    monkeypatch.setitem(sys.modules, "msvcrt", Msvcrt)
+    handle = store.open_locked(tmp_path / "journal.jsonl")
+    assert os.lseek(handle, 0, os.SEEK_CUR) == 0
+    monkeypatch.setattr(store, "_HELD", {})  # as in another process
+    with pytest.raises(InputError, match="another study is writing into this folder"):
+        store.open_locked(tmp_path / "journal.jsonl")
+    os.close(handle)
+
+
+def test_rows_are_on_the_disk_after_a_quarter_of_a_second(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A loss of power costs the rows that came within that time after the last sync, at any rate of rows."""
+    clock, calls = [0.0], []
+    monkeypatch.setattr("hystfmu.studies.store.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("hystfmu.studies.store.os.fsync", lambda handle: calls.append(clock[0]))
+    store = Store(tmp_path, ["a"], ["m"])
+    calls.clear()
+    row = {"index": 0, "variation": 0, "case": "c", "status": "ok", "reason": "", "values": {"a": 1.0}, "metrics": {}}
+    for k, at in enumerate([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 5.0, 5.1, 9.0]):
+        clock[0] = at
+        store.append(row | {"id": str(k)})
+    assert calls == [0.3, 0.6, 5.0, 9.0]
+    store.close()
+    assert len(calls) == 5
+
+
+def paths() -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+
+
+FULL = """
+mount -t tmpfs -o size={size}k none "$1" || exit 77
+$2 -m hystfmu.cli study "$3" -o "$1" -j 1; echo "status $?"
+mount -o remount,size=50m "$1" && $2 -m hystfmu.cli study "$3" -o "$1" -j 1 && cp "$1/results.parquet" "$4"
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="mounts a small disk")
+@pytest.mark.parametrize("size", [24, *(pytest.param(n, marks=pytest.mark.stress) for n in (8, 40))])
+def test_a_full_disk_resumes_to_the_same_table(size: int, write: Any, tmp_path: Path) -> None:
+    """A disk of some kB is full at the first files, amid the journal, or at the table and the report."""
+    path = write(**DRAWS | {"n": ROWS // 2, "seed": 1})
+    whole = hy.study(path, tmp_path / "whole", workers=1).table.read_bytes()
+    (tmp_path / "small").mkdir()
+    space = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
+    words = ["sh", "-c", FULL.format(size=size), "sh", str(tmp_path / "small"), sys.executable, str(path)]
+    if not shutil.which("unshare"):
+        pytest.skip("needs unshare")
+    done = subprocess.run(
+        ["unshare", *space, "--mount", *words, str(tmp_path / "table")], capture_output=True, text=True, env=paths()
+    )
+    if done.returncode == 77 or "unshare" in done.stderr:
+        pytest.skip(f"cannot mount here: {done.stderr}")
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("hystfmu: ")
+    assert "No space left on device" in line
+    status, resumed, *_ = done.stdout.splitlines()
+    assert status == "status 2"
+    assert resumed.startswith(f"{ROWS} rows")
+    assert (tmp_path / "table").read_bytes() == whole
