@@ -64,6 +64,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         "delay": "_chain(): no other method inverts a delay",
         "transfer_function": "_chain(): no other method inverts linear dynamics",
     },
+    "inverse/ports.py": {"scaling": "line(): gain and offset of scalings in a row"},
     "inverse/learned.py": {
         **dict.fromkeys(("scaling", "play_bank", "zhao_tan_inverse"), "_corrected(): what the network reads"),
         "prandtl_ishlinskii": MODEL,
