@@ -91,16 +91,8 @@ class Child:
     them. On Linux a supervisor ends these processes together with the child. On other systems the process group of the
     child is ended, and on Windows only the child.
 
-    Parameters
-    ----------
-    *arguments : str
-        Arguments of Python.
-    box : Box, optional
-        Box that confines the child as far as this system can, and passes only some environment variables.
-    keep : collection of int
-        Descriptors that stay open in the child; not on Windows.
-    told : bool
-        Whether to state once which protections this system lacks.
+    A `box` confines the child as far as this system can, and passes only some environment variables; `told` states once
+    which protections this system lacks. The descriptors `keep` stay open in the child; not on Windows.
     """
 
     def __init__(self, *arguments: str, box: Box | None = None, keep: Collection[int] = (), told: bool = True) -> None:
@@ -138,19 +130,8 @@ class Child:
     def finish(self, seconds: float, look: Callable[[], bool] = lambda: False) -> tuple[list[str], bool]:
         """Wait at most `seconds`, then end the child and all processes that it has started.
 
-        Parameters
-        ----------
-        seconds : float
-            Time limit (s).
-        look : function
-            Called repeatedly while the child runs. If it returns true, the time limit starts again.
-
-        Returns
-        -------
-        lines : list of str
-            Last 64 KiB of the output of the child, as lines.
-        in_time : bool
-            Whether the child ended by itself.
+        `look` is called repeatedly while the child runs. If it returns true, the time limit starts again. Returns the
+        last 64 KiB of the output of the child as lines, and whether the child ended by itself.
         """
         end = time.monotonic() + seconds
         try:
@@ -270,19 +251,10 @@ class Count:
 
 
 class PipedChild:
-    """A process with the methods of `multiprocessing.Process` that a pool uses.
+    """A process with the methods of `multiprocessing.Process` that a pool uses, in its own `folder`, confined by a box.
 
-    Parameters
-    ----------
-    target : function
-        Function of a module of this package that the process runs. It takes a pipe, a `Count`, the process number of
-        the parent and the arguments.
-    folder : str
-        Own folder of the process.
-    words : tuple
-        Arguments that can be pickled.
-    box : Box or None
-        Box that confines the process.
+    The process runs `target`, a function of a module of this package. The function takes a pipe, a `Count`, the process
+    number of the parent, and `words` that can be pickled.
     """
 
     def __init__(self, target: Callable[..., None], folder: str, words: tuple[Any, ...], box: Box | None) -> None:

@@ -135,17 +135,9 @@ def refuse_calls(signals: bool) -> None:
     """Refuse system calls that reach services and other processes of the user.
 
     A process may act on itself. A filter sees only process numbers, so it treats a thread as another process. A program
-    of another architecture has other call numbers, so the filter kills this program.
-
-    Parameters
-    ----------
-    signals : bool
-        Whether signals to all other processes are refused, also to processes that this process starts.
-
-    Raises
-    ------
-    OSError
-        The system refuses the filter.
+    of another architecture has other call numbers, so the filter kills this program. With `signals`, signals to all
+    other processes are refused, also to processes that this process starts. Raises OSError if the system refuses the
+    filter.
     """
     machine = list(_AUDIT).index(platform.machine())
     me = os.getpid()

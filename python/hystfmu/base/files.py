@@ -114,14 +114,8 @@ def together() -> Iterator[None]:
 def place(file: Path, target: Path, shown: str | Path, apart: re.Pattern[bytes] | None = None) -> None:
     """Rename a written file to its final name, at once or at the end of `together`; remove an unchanged file.
 
-    Parameters
-    ----------
-    file, target : Path
-        Written file and final name, in the same folder.
-    shown : path
-        The target as the user names it.
-    apart : pattern, optional
-        Pattern of parts that are ignored in a comparison of contents, such as the run time of a fit.
+    `file` and `target` are in the same folder; `shown` is the target as the user names it. Parts that match `apart`,
+    such as the run time of a fit, are ignored in a comparison of contents.
 
     Raises
     ------
@@ -215,19 +209,13 @@ def written(path: str | Path, apart: re.Pattern[bytes] | None = None) -> Iterato
     """Open a file for an atomic write: write a temporary file in the same folder, then rename it.
 
     If the path is a link, the target of the link is written. An existing file keeps its mode; a new file follows the
-    umask.
-
-    Parameters
-    ----------
-    path : str or Path
-    apart : pattern, optional
-        Pattern of parts that are ignored in a comparison, see `hystfmu.base.files`.
+    umask. `apart` as in `place`.
 
     Raises
     ------
     InputError
-        The file cannot be written, or is read-only, a device, a pipe or a socket. In a command also: the file exists
-        with other content.
+        The file cannot be written, or is read-only, a device, a pipe or a socket. In a command also: the file
+        exists with other content.
     """
     target = Path(os.path.realpath(path))
     try:
@@ -249,18 +237,9 @@ def written(path: str | Path, apart: re.Pattern[bytes] | None = None) -> Iterato
 
 
 def check_target(path: str | Path, folder: bool = False) -> int | None:
-    """Check that a path can be written as a regular file; return the mode of the existing file, if any.
+    """Check that a path can be written as a regular file, with `folder` also that its folder exists.
 
-    Parameters
-    ----------
-    path : str or Path
-    folder : bool
-        Whether its folder must exist.
-
-    Raises
-    ------
-    InputError
-        One line with the reason.
+    Returns the mode of the existing file, if any. Raises InputError with the reason in one line.
     """
     try:
         found = Path(path).stat()
@@ -351,18 +330,8 @@ def _check_printable(table: dict[str, Any], path: str | Path) -> None:
 def check_format(data: dict[str, Any], present: int, path: str | Path, required: bool = False) -> None:
     """Refuse a file whose format is not `present`, before its keys are checked.
 
-    Parameters
-    ----------
-    data : dict
-    present : int
-    path : str or Path
-    required : bool
-        Whether a file without the key belongs to an older version.
-
-    Raises
-    ------
-    InputError
-        One line with the file, its format and the remedy: an upgrade, or a new file.
+    With `required`, a file without the key belongs to an older version. The InputError names the file, its format and
+    the remedy: an upgrade, or a new file.
     """
     found = data.get("format", None if required else present)
     if found is None or (isinstance(found, int) and found != present):
@@ -375,15 +344,7 @@ def check_format(data: dict[str, Any], present: int, path: str | Path, required:
 
 
 def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key], Path]) -> M:
-    """Validate a dictionary against the pydantic model `kind`.
-
-    Parameters
-    ----------
-    data : dict
-    kind : type
-        The pydantic model.
-    path : path or callable
-        The file with the data, or a function that returns the file that states a key.
+    """Validate a dictionary against the pydantic model `kind`; a callable path returns the file that states a key.
 
     Raises
     ------

@@ -25,18 +25,7 @@ _FOLDER = "folder"  # in the record, beside the steps
 
 
 class Steps:
-    """The finished steps in a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder with the record. The folder need not exist yet.
-
-    Attributes
-    ----------
-    kept : list of str
-        Names of the steps whose earlier results were used.
-    """
+    """The finished steps in a folder that need not exist yet; `kept` names those whose earlier results were used."""
 
     def __init__(self, folder: Path) -> None:
         self._folder, self._known = folder, _read(folder / RECORD)
@@ -44,22 +33,16 @@ class Steps:
         self.kept: list[str] = []
 
     def claim(self, *of: Any, removed: Sequence[Path] = ()) -> None:
-        """Reserve the folder for results of these inputs.
+        """Reserve the folder for results of these inputs, values of JSON.
 
-        The command may then replace its earlier results of the same inputs.
-
-        Parameters
-        ----------
-        *of : Any
-            Identification of the inputs, as values of JSON.
-        removed : sequence of Path
-            Files and folders that are removed before the command writes them again.
+        The command may then replace its earlier results of the same inputs. The files and folders `removed` are removed
+        before the command writes them again.
 
         Raises
         ------
         InputError
-            In a command without --force, the folder contains results of other inputs, a file of the folder was changed,
-            or a file that the command did not write would be removed.
+            In a command without --force, the folder contains results of other inputs, a file of the folder was
+            changed, or a file that the command did not write would be removed.
         """
         record, known = self._folder / RECORD, self._known.get(_FOLDER)
         key = hashlib.sha256(json.dumps(of).encode()).hexdigest()
@@ -88,18 +71,8 @@ class Steps:
     def run(self, name: str, inputs: Sequence[Any], files: Sequence[Path], make: Callable[[], Any]) -> Any:
         """Return the value of a step; run the step unless it is finished and its files are unchanged.
 
-        Steps may run in several threads.
-
-        Parameters
-        ----------
-        name : str
-            Name of the step, unique in the folder.
-        inputs : sequence
-            All inputs of the step, as values of JSON.
-        files : sequence of Path
-            Files that the step writes.
-        make : function
-            Function that runs the step; JSON must reproduce its value exactly.
+        Its name is unique in the folder. `inputs` are all its inputs, as values of JSON; it writes the `files`. `make`
+        runs it, and JSON must reproduce its value exactly. Steps may run in several threads.
         """
         key = hashlib.sha256(json.dumps([_package(), name, list(inputs)]).encode()).hexdigest()
         known = self._known.get(name)

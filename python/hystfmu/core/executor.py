@@ -37,14 +37,9 @@ class _Sensitivity(C.Structure):
 
 
 class Executor:
-    """A graph of blocks in the C core, opened from the bytes of a block file.
+    """A graph of blocks in the C core, opened from the bytes of a block file (`Graph.to_bytes`).
 
     All memory belongs to this object; the core has no globals.
-
-    Parameters
-    ----------
-    file : bytes
-        A block file as `hystfmu.graph.graph.Graph.to_bytes` writes it.
 
     Raises
     ------
@@ -111,23 +106,7 @@ class Executor:
         return float(self._lib.hyst_graph_end_of_step(self._g, start, t, h))
 
     def run(self, u: Array, n_outputs: int, h: float, t0: float = 0.0) -> Array:
-        """Run over input rows from a fresh start.
-
-        Parameters
-        ----------
-        u : array, shape (n, n_inputs)
-            Inputs.
-        n_outputs : int
-            Number of scalar outputs.
-        h : float
-            Time between rows (s).
-        t0 : float
-            Time of row 0 (s).
-
-        Returns
-        -------
-        array, shape (n, n_outputs)
-        """
+        """Run over input rows u (n, n_inputs), `h` (s) apart from `t0` (s), from a fresh start: (n, n_outputs)."""
         u = np.ascontiguousarray(u, dtype=np.float64)
         y = np.empty((len(u), n_outputs))
         self._check(self._lib.hyst_graph_run(self._g, len(u), t0, h, u.ctypes.data, y.ctypes.data))
@@ -144,32 +123,16 @@ class Executor:
     ) -> tuple[Array, Array]:
         """Run like `run`, and also compute derivatives of the outputs with respect to parameters and start states.
 
-        Parameters
-        ----------
-        u : array, shape (n, n_inputs)
-            Inputs.
-        n_outputs : int
-            Number of scalar outputs.
-        h : float
-            Time between rows (s).
-        seeds : array of `SEED`, shape (m,)
-            Seeds in the order of columns 0, 1, ..., and within a column in the order of nodes. Columns are sorted by
-            the first node that they change. Columns with several seeds for this node come first.
-        rows : array of int, shape (k,), optional
-            Rows to return, in rising order; default: all.
-        step : float
-            Step of finite differences, relative to a column, for blocks without stated sensitivity.
-
-        Returns
-        -------
-        y : array, shape (k, n_outputs)
-        dy : array, shape (k, n_outputs, columns)
+        The `seeds` (m,), an array of `SEED`, are in the order of columns 0, 1, ..., and within a column in the order of
+        nodes. Columns are sorted by the first node that they change. Columns with several seeds for this node come
+        first. Returned are the rising `rows` (k,), by default all: y (k, n_outputs) and dy (k, n_outputs, columns).
+        `step` is the step of finite differences, relative to a column, for blocks without stated sensitivity.
 
         Raises
         ------
         InputError
-            The seeds are not in order, a seed does not belong to a parameter, the graph has an implicit inverse, or the
-            core refuses a value.
+            The seeds are not in order, a seed does not belong to a parameter, the graph has an implicit inverse, or
+            the core refuses a value.
         """
         u, seeds = np.ascontiguousarray(u, dtype=np.float64), np.ascontiguousarray(seeds, dtype=SEED)
         picked: NDArray[np.int64] = np.ascontiguousarray(np.arange(len(u)) if rows is None else rows, dtype=np.int64)
@@ -210,16 +173,6 @@ class ContinuousExecutor(Executor):
 
     Call `start` first. Then set inputs and `x`, call `evaluate`, and read outputs and `derivatives`; repeat this as
     often as the solver needs. Call `commit` on each accepted step, and `sample` once per sample period.
-
-    Parameters
-    ----------
-    file : bytes
-        A block file.
-
-    Raises
-    ------
-    InputError
-        Raised as by `Executor`.
     """
 
     def __init__(self, file: bytes) -> None:
@@ -255,21 +208,8 @@ class ContinuousExecutor(Executor):
     def tangent(self, du: Array, dx: Array, n_outputs: int) -> tuple[Array, Array]:
         """Tangent at the point of the last `evaluate`: exact, one-sided at kinks.
 
-        Parameters
-        ----------
-        du : array, shape (n_inputs,)
-            Seeds of the inputs of the graph.
-        dx : array, shape (n,)
-            Seeds of `x`.
-        n_outputs : int
-            Number of scalar outputs.
-
-        Returns
-        -------
-        dy : array, shape (n_outputs,)
-            Tangent of the outputs.
-        ddx : array, shape (n,)
-            Tangent of the derivatives.
+        For seeds du (n_inputs,) of the inputs and dx (n,) of `x`, returns dy (n_outputs,) of the outputs and ddx (n,)
+        of the derivatives.
         """
         du, dx = np.ascontiguousarray(du, dtype=np.float64), np.ascontiguousarray(dx, dtype=np.float64)
         dy, ddx = np.empty(n_outputs), np.empty(len(self._places))

@@ -156,20 +156,7 @@ STEP_TOLERANCE = 1e-6  # relative to the step
 
 
 def check_increasing(t: Array, place: Callable[[int], str]) -> None:
-    """Check that the times (n,) increase.
-
-    Parameters
-    ----------
-    t : array, shape (n,)
-        Times (s).
-    place : function
-        Name of a row, for messages.
-
-    Raises
-    ------
-    InputError
-        The time of a row is not after the time of the row before.
-    """
+    """Refuse times t (n,) in s that do not increase; `place` names a row for the message."""
     back = np.diff(t) <= 0
     if back.any():
         n = int(np.argmax(back)) + 1
@@ -178,24 +165,12 @@ def check_increasing(t: Array, place: Callable[[int], str]) -> None:
 
 
 def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array] | None) -> Array:
-    """Check that the time has equal steps; replace rounded printed times by the uniform grid.
+    """Check that times t (n,) in s have equal steps; replace rounded printed times by the uniform grid.
 
     Steps may differ by 1e-6 of the step. Printed times may differ from the uniform grid by half a count of the last
-    digit, if this count is at most a quarter of the step. Coarser digits could hide a missing sample.
-
-    Parameters
-    ----------
-    t : array, shape (n,)
-        Times (s).
-    place : function
-        Name of a row, for messages.
-    digits : function, optional
-        Returns the value (s) of one count in the last printed digit of each time. It is called only if it is needed.
-
-    Returns
-    -------
-    array, shape (n,)
-        The times, or the uniform grid from which the times were rounded.
+    digit, if this count is at most a quarter of the step. Coarser digits could hide a missing sample. `digits` returns
+    the value (s) of one count in the last printed digit of each time. It is called only if it is needed. `place` names
+    a row for the message.
 
     Raises
     ------
@@ -227,16 +202,9 @@ _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 @dataclass(frozen=True, eq=False)
 class Covariates:
-    """Columns of covariates, with names and units of measure.
+    """Columns of covariates: values (n, m), names and units of measure.
 
-    Parameters
-    ----------
-    names : tuple of str
-        Names of the inputs of a model; identifiers.
-    units : tuple of str
-        Units of measure; empty if none is stated.
-    values : array, shape (n, m)
-        One column for each covariate.
+    The names are those of the inputs of a model, identifiers. A unit of measure is empty if none is stated.
     """
 
     names: tuple[str, ...]
@@ -267,23 +235,13 @@ class Covariates:
 
     @classmethod
     def of(cls, given: Mapping[str, ArrayLike], n: int, where: str, place: Callable[[int], str]) -> Covariates:
-        """Check columns by their labels, ``T`` or ``T [degC]``.
-
-        Parameters
-        ----------
-        given : mapping of str to array, shape (n,)
-        n : int
-            Rows of the data.
-        where : str
-            Name of the data, for messages.
-        place : function
-            Name of a row, for messages.
+        """Check columns (n,) by their labels, ``T`` or ``T [degC]``; `where` and `place` name data and rows.
 
         Raises
         ------
         InputError
-            A name is not an identifier, is already used or occurs twice, the number of rows is wrong, or a value is not
-            finite.
+            A name is not an identifier, is already used or occurs twice, the number of rows is wrong, or a value is
+            not finite.
         """
         names: list[str] = []
         units: list[str] = []

@@ -432,14 +432,8 @@ class Dataset:
     def from_file(self, read_as: str, lines: Sequence[int] | None, titles: tuple[str, str]) -> Dataset:
         """Store the origin of data from a file.
 
-        Parameters
-        ----------
-        read_as : str
-            What was assumed, one line.
-        lines : sequence of int, optional
-            Line of each row as an editor counts lines; None if a row is not a line.
-        titles : tuple of str
-            Names of input and output in the file.
+        `read_as` is one line with the assumptions, `titles` are the names of input and output in the file. `lines` are
+        the lines of the rows as an editor counts lines; None if a row is not a line.
         """
         vars(self).update(titles=titles, _lines=lines, read_as=read_as)
         return self

@@ -31,17 +31,9 @@ LEAST = 1e-9  # relative to the range: smaller values are rounding
 
 
 def noise(v: Array) -> float:
-    """Estimate the RMS sigma of white noise in a sampled path.
+    """Estimate the RMS sigma of white noise in an evenly sampled path v (n,).
 
-    Parameters
-    ----------
-    v : array, shape (n,)
-        Evenly sampled path.
-
-    Returns
-    -------
-    float
-        Sigma in the unit of measure of v; 0 for a smooth path, or one that is held for most rows.
+    Sigma is 0 for a smooth path, or one that is held for most rows.
     """
     width = float(np.ptp(v)) if len(v) else 0.0
     for k in ORDERS:
@@ -88,16 +80,9 @@ FASTER = 2.0  # times the mean rate of the data: a higher rate would make rows w
 
 @dataclass(frozen=True)
 class Unevenness:
-    """Times on an even grid, up to jitter and some lost samples.
+    """Times on an even grid of `rate` (Hz), up to jitter and some lost samples.
 
-    Parameters
-    ----------
-    rate : float
-        Rate of the grid (Hz).
-    lost, rows : int
-        Number of points of the grid without a sample, and number of all points.
-    off : float
-        Largest distance to the grid (steps).
+    `lost` of the `rows` points of the grid have no sample; `off` is the largest distance to the grid (steps).
     """
 
     rate: float
@@ -144,27 +129,11 @@ def resample(
     place: Callable[[int], str] | None = None,
     rows: slice = slice(None),
 ) -> tuple[Array, Array, Array, slice]:
-    """Resample to even steps, and convert row numbers of the data.
+    """Resample t (s), u and y (NaN where none was measured), each (n,), to even steps, and convert row numbers.
 
-    Parameters
-    ----------
-    t, u, y : array, shape (n,)
-        Time (s); input; output, NaN where none was measured.
-    rate : float or None
-        New rate (Hz); None takes one over the median step.
-    where : str
-        Name of the data, for messages.
-    place : function, optional
-        Name of a data row, for messages; default "where: row k".
-    rows : slice
-        Rows of the data.
-
-    Returns
-    -------
-    t, u, y : array, shape (m,)
-        New rows from the first time to the last time, or to at most one step before.
-    rows : slice
-        Numbers of the new rows that cover the same time as the given rows.
+    The new `rate` (Hz) is by default one over the median step. The new rows go from the first time to the last time, or
+    to at most one step before; the returned slice covers the same time as the slice `rows`. `where` and `place` name
+    data and rows for messages.
 
     Raises
     ------

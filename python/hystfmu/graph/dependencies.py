@@ -26,17 +26,7 @@ Link = tuple[int, int, int, int, int]
 def evaluation_order(nodes: Sequence[Node], links: Sequence[Link]) -> list[int]:
     """Order blocks so that each source precedes its readers. In a loop, blocks that read held values come first.
 
-    Parameters
-    ----------
-    nodes : sequence of Node
-        Blocks; an order that is already valid is kept.
-    links : sequence of (node, place, source or -1, place, size)
-        Wires as `Graph.links` holds them.
-
-    Returns
-    -------
-    list of int
-        Indices in evaluation order.
+    An order that is already valid is kept. `links` are the wires as `Graph.links` holds them. Returns indices.
 
     Raises
     ------
@@ -148,21 +138,8 @@ def dependencies(
 ) -> tuple[dict[str, Knowns], list[Knowns]]:
     """Find the knowns of every output port and of the derivative of every continuous state.
 
-    Parameters
-    ----------
-    nodes : sequence of Node
-        Blocks of the graph.
-    links : sequence of (node, place, source or -1, place, size)
-        Wires as `Graph.links` holds them.
-    ports : sequence of Port
-        Ports of the graph.
-
-    Returns
-    -------
-    outputs : dict of str to Knowns
-        Knowns by port name; for an array port, the union over its elements.
-    derivatives : list of Knowns
-        Knowns in the order of the continuous states of the graph.
+    Returns the knowns by port name, for an array port the union over its elements; and the knowns of the derivatives,
+    in the order of the continuous states of the graph.
     """
     names = [p.name for p in ports if p.kind == "input" for _ in range(p.size)]
     # per node, through its own states: one entry for all outputs, or one per output if the block has states

@@ -31,23 +31,7 @@ _TOKEN = 40
 def block_file(
     step: float, nodes: Sequence[Node], links: Sequence[tuple[int, int, int, int, int]], ports: Sequence[Port]
 ) -> bytes:
-    """Serialise a graph.
-
-    Parameters
-    ----------
-    step : float
-        Sample period (s); 0 if the graph states none.
-    nodes : sequence of Node
-        Blocks in evaluation order.
-    links : sequence of (node, place, source or -1, place, size)
-        Wires, sorted by node.
-    ports : sequence of Port
-        Ports in the order of their value references.
-
-    Returns
-    -------
-    bytes
-    """
+    """Serialise a graph: step (s, or 0), blocks in evaluation order, sorted wires, ports in the order of references."""
     kinds = {"param": 0, "fixed": 1, "input": 3, "output": 5}
 
     def name(s: str) -> bytes:

@@ -37,17 +37,7 @@ _LIMIT = re.compile(r"_min\Z|_max\Z|\Alo\Z|\Ahi\Z")
 def group(block: BlockType, v: Var) -> str:
     """Return the group of a parameter: Start, Memory, Limits, Weights, ..., or the group of its block family.
 
-    Parameters
-    ----------
-    block : BlockType
-        The block that has the parameter.
-    v : Var
-        A row of its table, ``param`` or ``fixed``.
-
-    Returns
-    -------
-    str
-        One or two words. The first letter is a capital.
+    The row `v` of the block's table is ``param`` or ``fixed``. The group has one or two words with a first capital.
     """
     if v.kind == "fixed" and (v.name == "start" or v.text.startswith("initial") or "first input" in v.text):
         return "Start"

@@ -46,19 +46,7 @@ class Recursion:
         return _Raw(len(self.c), *(v.ctypes.data for v in arrays), float(self.d)), arrays
 
     def run(self, columns: Array, rows: NDArray[np.intp] | None = None) -> Array:
-        """Run over columns.
-
-        Parameters
-        ----------
-        columns : array, shape (n, p)
-            Inputs.
-        rows : array of int, shape (m,), optional
-            Rows of the output to return, in rising order; default: all.
-
-        Returns
-        -------
-        array, shape (m, p)
-        """
+        """Run over inputs `columns` (n, p); return the outputs at rising `rows` (m,) or all rows, shape (m, p)."""
         u = np.ascontiguousarray(columns, dtype=np.float64)
         picked: NDArray[np.int64] = np.ascontiguousarray(np.arange(len(u)) if rows is None else rows, dtype=np.int64)
         y = np.empty((len(picked), u.shape[1]))
@@ -82,12 +70,8 @@ class Recursion:
 def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursion:
     """Return d x + sum_j w_j q_j for lags q_j[k] = q_j[k - 1] + s_j (x[k] - q_j[k - 1]) from q_j[0] = x[0].
 
-    Parameters
-    ----------
-    shares, weights : array, shape (m,)
-        `shares` contains s_j, the approach of a lag to its input in one step; `weights` contains w_j.
-    direct : float
-        d.
+    `shares` (m,) contains s_j, the approach of a lag to its input in one step; `weights` (m,) contains w_j; d is
+    `direct`.
     """
     return Recursion(np.diag(1 - shares), np.zeros(len(shares)), shares, weights, np.ones(len(shares)), direct)
 

@@ -33,15 +33,8 @@ MOST_COLUMNS = 10_000
 class Named:
     """An array in a file, not read yet.
 
-    Parameters
-    ----------
-    name : str
-        Name of the array, with its group if there is one, ``run1/u``; empty for the only array of a file.
-    shape : tuple of int
-    unit : str
-        Unit of measure that the file states, or empty.
-    first : str
-        First time stamp of an array of times, whose numbers are seconds since this stamp; otherwise empty.
+    Its name includes its group if there is one, ``run1/u``; it is empty for the only array of a file. An array of times
+    has its `first` stamp, and its numbers are seconds since this stamp.
     """
 
     name: str
@@ -53,20 +46,10 @@ class Named:
 def table_of(
     path: str | Path, kind: str, arrays: Sequence[Named], read: Callable[[str], np.ndarray], most: int
 ) -> Table:
-    """Make a table of the arrays of a file.
+    """Make a table of the arrays of numbers of a file; `read` returns the values of an array by name.
 
-    Parameters
-    ----------
-    path : path
-        The file.
-    kind : str
-        Format of the file, for the line with the assumptions; may be empty.
-    arrays : sequence of Named
-        Arrays of numbers. An array of one number may state the sample step; other arrays of one number are ignored.
-    read : function
-        Returns the values of an array by name.
-    most : int
-        Largest size of all columns together, in bytes.
+    An array of one number may state the sample step; other arrays of one number are ignored. `kind` is the format of
+    the file, for the line with the assumptions, or empty. `most` is the largest size of all columns together, in bytes.
 
     Raises
     ------
@@ -109,15 +92,7 @@ class _Place:
 
 
 class Arrays:
-    """The cells of a file of arrays, a `Source`.
-
-    Parameters
-    ----------
-    path, read, most
-        As in `table_of`.
-    places : sequence
-        The columns.
-    """
+    """The cells of a file of arrays, a `Source`; arguments as in `table_of`."""
 
     def __init__(
         self, path: str | Path, places: Sequence[_Place], read: Callable[[str], np.ndarray], most: int
@@ -211,11 +186,7 @@ def is_frame(given: object) -> bool:
 def frame(given: Any, most: int) -> Table:
     """Read the columns of numbers and times; a pandas index other than row numbers is a column.
 
-    Parameters
-    ----------
-    given : data frame, mapping of str to array, or array
-    most : int
-        Largest size of a column in bytes.
+    `given` is a data frame, a mapping of str to array, or an array; `most` is the largest size of a column in bytes.
 
     Raises
     ------
@@ -321,19 +292,9 @@ def format_of(content: bytes, path: str | Path) -> Format | None:
 
 
 def confined(content: bytes, form: Format, path: str | Path, decimal: str | None, most: int) -> Table:
-    """Read a binary file.
+    """Read the content of a binary file; `path` is for messages, `most` is the largest size of a column in bytes.
 
-    Parameters
-    ----------
-    content : bytes
-        The file.
-    form : Format
-    path : path
-        For messages.
-    decimal : str, optional
-        Decimal sign of numbers in cells of text.
-    most : int
-        Largest size of a column in bytes.
+    `decimal` is the decimal sign of numbers in cells of text, None if it must be found.
 
     Raises
     ------
@@ -370,14 +331,9 @@ def confined(content: bytes, form: Format, path: str | Path, decimal: str | None
 def _parsed(
     content: bytes, form: Format, most: int, asked: str = ""
 ) -> tuple[list[str], list[Named], dict[str, np.ndarray | str]]:
-    """Return the remark, all arrays, and the values of all arrays or of the requested array.
+    """Return the remark, all arrays, and the values of all arrays or of the one asked for; after a failure the reason.
 
-    In case of a failure, return a text with the reason.
-
-    Raises
-    ------
-    _Damaged
-        The parser refuses the file, crashes, does not end or gives an invalid result.
+    Raises _Damaged if the parser refuses the file, crashes, does not end or gives an invalid result.
     """
     program = str(Path(__file__).with_name("formats.py"))
     with tempfile.TemporaryDirectory(prefix="hystfmu-read-") as folder:

@@ -30,13 +30,7 @@ def is_stamp(cell: str) -> bool:
 
 
 def stamps(cells: Sequence[str], place: Callable[[int], str]) -> Stamps:
-    """Convert a column of clocks.
-
-    Parameters
-    ----------
-    cells : sequence of str
-    place : function
-        Names a row for a message.
+    """Convert a column of clocks; `place` names a row for a message.
 
     Raises
     ------
@@ -109,17 +103,10 @@ _EPOCH = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}  # counts in a second
 
 @dataclass(frozen=True)
 class Clock:
-    """Times of the rows.
+    """Times t (n,) of the rows in s, and a text `said` with the unit of measure and the assumptions.
 
-    Parameters
-    ----------
-    t : array, shape (n,)
-        Times (s).
-    digits : function, optional
-        Returns the value (s) of one count of the last digit of each time. None for times that are uniform by
-        construction.
-    said : str
-        Text with the unit of measure and the assumptions.
+    `digits` returns the value (s) of one count of the last digit of each time; None for times that are uniform by
+    construction.
     """
 
     t: Array
@@ -128,19 +115,9 @@ class Clock:
 
 
 def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: Array) -> Clock:
-    """Return the times of `n` rows.
+    """Return the times of `n` rows from column `k` with the given `numbers` (n,), if it contains numbers.
 
-    Parameters
-    ----------
-    table : Table
-    k : int or None
-        Column of the time; None without a time column.
-    rate : float, optional
-        Sample rate (Hz); if it is given, the time column is not used.
-    n : int
-        Rows.
-    numbers : array, shape (n,)
-        Numbers of the column, if it contains numbers.
+    Without a time column, `k` is None. If a sample `rate` (Hz) is given, the time column is not used.
 
     Raises
     ------

@@ -42,20 +42,9 @@ _CELL = "\x1f"  # no text file has this character here
 
 
 class Rows:
-    """The rows of numbers of a text file.
+    """The rows of numbers of a text file, a `Source`; `titles` name its columns, for messages.
 
-    Parameters
-    ----------
-    text : str
-        The file.
-    layout : Layout
-        Layout of the file.
-    titles : list of str
-        Names of the columns, for messages.
-    path : path
-        The file, for messages.
-    decimal : str, optional
-        Decimal sign; None finds it.
+    `decimal` is the decimal sign; None finds it.
 
     Raises
     ------
@@ -290,18 +279,9 @@ def _shown(name: str) -> str:
 
 
 def delimited(content: bytes, path: str | Path, decimal: str | None, packed: list[str]) -> Table:
-    """Read a text file.
+    """Read the content of a text file, unpacked; `path` is for messages, `packed` names its compression.
 
-    Parameters
-    ----------
-    content : bytes
-        The file, unpacked.
-    path : path
-        For messages.
-    decimal : str, optional
-        Decimal sign; with None the reader finds the sign.
-    packed : list of str
-        Compression of the file, for the line with the assumptions.
+    `decimal` is the decimal sign; None finds it.
 
     Raises
     ------

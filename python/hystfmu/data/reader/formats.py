@@ -24,20 +24,9 @@ _SECONDS = {"D": 86400.0, "h": 3600.0, "m": 60.0, "s": 1.0, "ms": 1e-3, "us": 1e
 
 
 class Found(NamedTuple):
-    """An array in a file, not read yet.
+    """An array in a file, not read yet: `read` returns its values, of `nbytes`; the file states the `unit`.
 
-    Parameters
-    ----------
-    name : str
-    shape : tuple of int
-    nbytes : int
-        Size of the values (bytes).
-    read : function
-        Function that returns the values.
-    unit : str
-        Unit of measure that the file states.
-    first : str
-        First stamp of an array of dates and clocks, whose values are seconds since this stamp.
+    An array of dates and clocks has its `first` stamp, and its values are seconds since this stamp.
     """
 
     name: str
@@ -64,13 +53,8 @@ def since_first(times: np.ndarray) -> tuple[np.ndarray, str]:
 def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Sequence[str]) -> None:
     """Parse a file and write its result.
 
-    Parameters
-    ----------
-    arrays : function
-        Function that returns the arrays of a file from its path, and a remark. It may raise any exception.
-    words : sequence of str
-        Source, result (an existing file), maximum number of bytes of all values, and the name of one array, or none for
-        all arrays.
+    `arrays` returns the arrays of a file from its path, and a remark. It may raise any exception. `words` are source,
+    result (an existing file), maximum number of bytes of all values, and the name of one array, or none for all arrays.
     """
     source, result, most, asked = [*words, ""][:4]
     with open(result, "r+b") as out:

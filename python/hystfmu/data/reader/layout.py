@@ -83,11 +83,7 @@ _SIGNED = {sign: re.compile(rf"\d{re.escape(sign)}\d") for sign in (POINT, COMMA
 def decimal_sign(text: str) -> str | None:
     """Find the decimal sign of the numbers in a text.
 
-    Returns
-    -------
-    str or None
-        The sign. None if a comma may be a thousands separator or the decimal sign, or if point and comma are decimal
-        signs.
+    None if a comma may be a thousands separator or the decimal sign, or if point and comma are decimal signs.
     """
     if COMMA not in text or not (_SIGNED[COMMA].search(text) or _DECIMAL[COMMA].search(text)):
         return POINT
@@ -133,26 +129,11 @@ class Line:
 class Layout:
     """Layout of a file.
 
-    Parameters
-    ----------
-    separator : str or None
-        Separator of cells; None for blanks.
-    width : int
-        Number of cells in a row, including an empty one after a trailing separator.
-    first : Line
-        First row of numbers.
-    labels, units : list of str
-        Headings and units of measure; empty lists if the file has none.
-    named : int
-        Line of the headings; 0 if there are none.
-    preamble : int
-        Lines above the headings that are neither empty nor comments.
-    trailing : bool
-        Whether rows end with a separator.
-    kinds : tuple of str
-        Kind of cells of each column in the last rows.
-    header : list of (str, list of str)
-        Text and cells of the lines above the headings, of comments, and of cells to the left of the first rows.
+    Rows have `width` cells, including an empty one after a trailing separator; a separator None means blanks. `labels`
+    and `units` are headings and units of measure, or empty; `named` is the line of the headings, or 0. `preamble`
+    counts the lines above the headings that are neither empty nor comments. `kinds` are the kinds of cells in the last
+    rows. `header` has text and cells of the lines above the headings, of comments, and of cells to the left of the
+    first rows.
     """
 
     separator: str | None

@@ -157,13 +157,7 @@ def _even(shape: tuple[int, ...]) -> tuple[int, ...]:
 def _array(matrix: memoryview, order: str, inner: bool = False) -> _Array | None:
     """Read class, shape, name and elements of an array; None for an internal array without name.
 
-    Parameters
-    ----------
-    matrix : memoryview
-    order : str
-        Byte order.
-    inner : bool
-        Whether the array is part of a struct or a cell, where arrays have no names.
+    `order` is the byte order. Parts of a struct or a cell are `inner` arrays, which have no names.
     """
     if inner and not len(matrix):
         return None  # an empty one

@@ -148,13 +148,7 @@ def read(
 
 
 def dataset_of(given: object, output: bool = True) -> Dataset:
-    """Return a data set unchanged, or read a data frame.
-
-    Parameters
-    ----------
-    given : Dataset, data frame or dict of columns
-    output : bool
-        Whether there must be an output.
+    """Return a data set unchanged, or read a data frame or a dict of columns; with `output` there must be an output.
 
     Raises
     ------

@@ -73,19 +73,10 @@ def chosen(
     rate: float | None,
     covariates: Sequence[str | int] = (),
 ) -> Roles:
-    """Choose the columns.
+    """Choose the columns by their headings with or without unit of measure, or by their numbers from 1.
 
-    Parameters
-    ----------
-    table : Table
-        The file.
-    time, input, output, record : str or int
-        Heading with or without its unit of measure, or number from 1. If empty, the column is recognised by name, then
-        by unit of measure. If output or record is None, no such column is read.
-    rate : float, optional
-        Sample rate (Hz): no time column is needed.
-    covariates : sequence of str or int
-        Further inputs, in the form of `time`.
+    If time, input or output is empty, the column is recognised by name, then by unit of measure. If output or record is
+    None, no such column is read. With a sample `rate` (Hz) no time column is needed.
 
     Raises
     ------

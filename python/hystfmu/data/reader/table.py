@@ -105,13 +105,7 @@ _LINE = re.compile(
 def stated_step(name: str, value: float, unit: str = "") -> float:
     """Return the sample step (s) that a named number states; 0 if the number is not a sample step or rate.
 
-    Parameters
-    ----------
-    name : str
-        E.g. ``fs``, ``Sample Interval``, ``run/dt``.
-    value : float
-    unit : str
-        Unit of measure; by default Hz and s.
+    The name is e.g. ``fs``, ``Sample Interval``, ``run/dt``; the unit of measure is by default Hz or s.
     """
     name, behind = split_name(re.split(r"[/@]", name)[-1])
     key, unit = _key(name), unit or behind
@@ -127,14 +121,9 @@ def stated_step(name: str, value: float, unit: str = "") -> float:
 
 
 def step_in(lines: Iterable[str], comma: bool) -> float:
-    """Return the first sample step (s) that a line states; 0 if no line states a step.
+    """Return the first sample step (s) that a line above the rows states; 0 if no line states a step.
 
-    Parameters
-    ----------
-    lines : iterable of str
-        Lines above the rows.
-    comma : bool
-        Whether numbers have a decimal comma.
+    `comma` states whether numbers have a decimal comma.
     """
     for line in lines:
         if m := _LINE.match(line):
@@ -150,16 +139,9 @@ def step_in(lines: Iterable[str], comma: bool) -> float:
 
 
 def units_in(rows: Iterable[list[str]], columns: int) -> list[str]:
-    """Return the units of measure of `columns` columns.
+    """Return the units of measure of `columns` columns of numbers, from the cells of the lines above the rows.
 
     The first unit belongs to the time if it is a unit of time. The result is empty if the units are unknown.
-
-    Parameters
-    ----------
-    rows : iterable of list of str
-        The cells of the lines above the rows.
-    columns : int
-        Number of columns with numbers.
     """
     found = [""] * columns
     for name, *cells in rows:
@@ -183,17 +165,7 @@ Kind = Literal["number", "clock", "text", "empty"]
 
 
 class Stamps(NamedTuple):
-    """Times since the first row.
-
-    Parameters
-    ----------
-    t : array, shape (n,)
-        Times (s), the first 0.
-    digits : array, shape (n,)
-        Value (s) of one count of the last digit.
-    first : str
-        The first stamp, as the file writes it.
-    """
+    """Times t (n,) in s since the first row, value (n,) in s of one count of the last digit, the first stamp."""
 
     t: Array
     digits: Array
@@ -221,18 +193,9 @@ class Source(Protocol):
 
 @dataclass(frozen=True)
 class Column:
-    """Heading of a column.
+    """Heading of a column: label as the file writes it, ``Zeit [ms]``, or empty; name; unit; kind of cells.
 
-    Parameters
-    ----------
-    label : str
-        The heading as the file writes it, ``Zeit [ms]``; empty if the file names no columns.
-    name : str
-        The label without its unit of measure.
-    unit : str
-        Unit of measure, in the spelling of the package; empty if none is stated.
-    kind : {"number", "clock", "text", "empty"}
-        Kind of its cells.
+    The name is the label without its unit of measure. The unit is in the spelling of the package, or empty.
     """
 
     label: str
@@ -253,24 +216,11 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of a file.
+    """Columns of a file with their headings, in the order of the file; `source` has the cells.
 
-    Parameters
-    ----------
-    path : str
-        The file.
-    columns : tuple of Column
-        Headings, in the order of the file.
-    named_in : str
-        Location of the headings in the file, for messages.
-    assumed : tuple of str
-        Findings and assumptions of the reader, each in a few words.
-    source : Source
-        The cells.
-    lines : sequence of int, optional
-        Line of each row as an editor counts lines; None for files without lines.
-    step : float
-        Sample step (s) that the file states outside its columns; 0 without such a statement.
+    `named_in` is the location of the headings, for messages; `assumed` are findings and assumptions of the reader, each
+    in a few words. `lines` are the lines of the rows as an editor counts lines; None for files without lines. `step` is
+    the sample step (s) that the file states outside its columns, or 0.
     """
 
     path: str
