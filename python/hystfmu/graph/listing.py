@@ -6,8 +6,8 @@ import json
 import re
 from typing import Any
 
-from hystfmu.base.errors import InputError, meant
 from hystfmu.core.library import BlockType, Var, block_types
+from hystfmu.graph.node import block_type
 from hystfmu.report.terminal import table
 
 FAMILIES = {  # and the group of parameters that belong to no other one
@@ -50,20 +50,6 @@ def group(block: BlockType, v: Var) -> str:
     return next((name for name, words in _WORDS if re.match(words, v.text)), FAMILIES[block.family])
 
 
-def find(name: str) -> BlockType:
-    """Return the block called `name`.
-
-    Raises
-    ------
-    InputError
-        There is no such block; the message lists the blocks.
-    """
-    types = block_types()
-    if name not in types:
-        raise InputError(f"The block must be one of {', '.join(types)}. Got {name!r} instead.{meant(name, types)}")
-    return types[name]
-
-
 def _ports(t: BlockType) -> tuple[str, str]:
     def names(kind: str) -> str:
         return ", ".join(v.name if v.size == "1" else f"{v.name}[{v.size}]" for v in t.of(kind))
@@ -79,7 +65,7 @@ def overview() -> str:
 
 def details(name: str) -> str:
     """Describe one block: equation, source, sizes, ports, parameters."""
-    t = find(name)
+    t = block_type(name)
     lines = [f"{t.name} ({t.class_name}): {t.text}", "", f"  {t.equation}", f"  source: {t.source}"]
     lines += [f"  family: {t.family}; rate: {t.rate}"]
     if t.inverse:
@@ -104,7 +90,7 @@ def _row(v: Var) -> list[Any]:
 
 def as_json(name: str | None = None) -> str:
     """Describe one block or all as JSON."""
-    types = [find(name)] if name else list(block_types().values())
+    types = [block_type(name)] if name else list(block_types().values())
     return json.dumps([_data(t) for t in types], indent=1)
 
 

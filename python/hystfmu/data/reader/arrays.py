@@ -23,7 +23,7 @@ from hystfmu.base.confine import Box
 from hystfmu.base.errors import InputError, extras
 from hystfmu.data.columns import LEAST_ROWS
 from hystfmu.data.reader.delimited import delimited
-from hystfmu.data.reader.formats import since_first
+from hystfmu.data.reader.formats import MATLAB_BLOCK, PARQUET, since_first
 from hystfmu.data.reader.table import Column, Stamps, Table, spelling, stated_step
 
 MOST_COLUMNS = 10_000
@@ -238,7 +238,6 @@ def _array(column: Any) -> np.ndarray:
 SECONDS = 120.0  # time limit of the parser
 MOST_TOLD = 2**24  # bytes of names, units of measure and headings in its result
 _HDF5, _ZIP = b"\x89HDF\r\n\x1a\n", b"PK\x03\x04"
-_MATLAB_BLOCK = 512  # bytes before the signature in a MAT file of version 7.3
 _OLD = b"\xd0\xcf\x11\xe0"
 
 
@@ -254,7 +253,7 @@ class Format:
 _FORMATS = {
     _HDF5: Format("HDF5", "hdf5", "h5py"),
     b"\x93NUMPY": Format("npy", "numpy_files", "numpy"),
-    b"PAR1": Format("parquet", "arrow", "pyarrow"),
+    PARQUET: Format("parquet", "arrow", "pyarrow"),
     b"ARROW1": Format("feather", "arrow", "pyarrow"),
     b"FEA1": Format("feather", "arrow", "pyarrow"),
     b"TDSm": Format("TDMS", "tdms", "nptdms"),
@@ -286,7 +285,7 @@ def format_of(content: bytes, path: str | Path) -> Format | None:
         raise InputError(
             f"{path}: The workbook must be in the format xlsx. Got one of Excel 97: save it as xlsx or CSV."
         )
-    if content[_MATLAB_BLOCK : _MATLAB_BLOCK + len(_HDF5)] == _HDF5:
+    if content[MATLAB_BLOCK : MATLAB_BLOCK + len(_HDF5)] == _HDF5:
         return _FORMATS[_HDF5]
     return next((f for start, f in _FORMATS.items() if content.startswith(start)), None)
 

@@ -96,7 +96,7 @@ Told = tuple[list[Found], list[str]]
 INDEX = "__index_level_0__"  # an index of pandas without a name
 PARQUET = b"PAR1"
 MOST_DEPTH = 8
-MATLAB_BLOCK = 512  # bytes before the signature in a MAT file
+MATLAB_BLOCK = 512  # bytes before the signature in a MAT file of version 7.3
 UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
 LEAST_ROWS = 4  # with two numbers or times
 
