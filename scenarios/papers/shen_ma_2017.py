@@ -24,10 +24,16 @@ from hystfmu.data import Dataset, signals
 from hystfmu.data.synthetic import stack
 from hystfmu.identify import errors, fit, options
 from hystfmu.identify.catalogue import resolve
-from hystfmu.identify.features.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.methods import prandtl_ishlinskii
-from hystfmu.identify.methods.constraint_factor_mlp import SHARE, fit_operator
+from hystfmu.identify.methods.constraint_factor_mlp import (
+    SHARE,
+    Branch,
+    fit_operator,
+    increasing_branch,
+    literal_branch,
+    stack_coordinates,
+)
 from hystfmu.identify.network.readout import hidden_sweep
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model import Model, accuracy

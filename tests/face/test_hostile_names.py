@@ -141,7 +141,7 @@ FILES: dict[str, tuple[str, str, Callable[[Path, Path], list[object]]]] = {
     "kind": ("m.model.toml", "key", lambda file, out: ["export", file, "--modelica", out]),
     "run": ("loop/scenario.toml", "text", lambda file, out: ["run", file, "--report", out]),
     "ssp": ("loop/scenario.toml", "name", lambda file, out: ["ssp", file, "-o", out.with_suffix(".ssp")]),
-    "margins": ("loop/scenario.toml", "signal", lambda file, out: ["margins", file]),
+    "margins": ("loop/scenario.toml", "text", lambda file, out: ["margins", file]),
     **{
         name: ("loop/scenario.toml", "text", partial(lambda name, file, out: ["design", name, file, "-o", out], name))
         for name in ("irc", "repetitive")  # the others are of the one kind or the other

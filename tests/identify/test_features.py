@@ -11,10 +11,10 @@ from numpy.polynomial import legendre
 from hystfmu.identify.estimate import search
 from hystfmu.identify.features import (
     bent_sum,
-    constraint_factor,
     smooth_density,
 )
 from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.methods import constraint_factor_mlp as constraint_factor
 from hystfmu.identify.methods import polynomial_narx, preisach
 from hystfmu.identify.methods.fitted_operator_mlp import straightened
 from papers.statements.printed import auxiliary

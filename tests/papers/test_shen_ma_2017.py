@@ -15,7 +15,7 @@ from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit, options
 from hystfmu.identify.catalogue import resolve
-from hystfmu.identify.features.constraint_factor import (
+from hystfmu.identify.methods.constraint_factor_mlp import (
     GRID,
     LEAST_SLOPE,
     Branch,

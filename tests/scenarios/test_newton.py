@@ -187,7 +187,7 @@ def test_samples_answer_in_steps_and_not_in_derivatives(write: Any) -> None:
 
 @pytest.mark.parametrize(
     ("fmi", "offers"),
-    [(3, True), (2, False), *(pytest.param(*c, marks=pytest.mark.stress) for c in ((3, False), (2, True)))],
+    [(2, False), *(pytest.param(*c, marks=pytest.mark.stress) for c in ((3, False), (2, True), (3, True)))],
 )
 def test_an_fmu_of_others(write: Any, tmp_path: Path, fmi: Literal[2, 3], offers: bool) -> None:
     """With derivatives as ours; one that has none is relaxed."""

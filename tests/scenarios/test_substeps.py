@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from engines import ready, same
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
-from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import Cases, build, simulate, to_graph
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report.loops import delay_budget
@@ -132,17 +130,6 @@ def test_what_cannot_be_is_refused(loop: Any, write: Any) -> None:
     data = ramp(["reference", "lag"], substeps=2)
     with pytest.raises(InputError, match="ramp/nominal: lag has substeps"):
         to_graph(ready(write(data)))
-
-
-@pytest.mark.parametrize("fmi", [2, 3])
-def test_an_fmu_of_others_does_the_same(write: Any, tmp_path: Path, fmi: Literal[2, 3]) -> None:
-    data = ramp(["lag", "reference"], substeps=3, hold="first")
-    system = ready(write(data))
-    export_fmu(system.parts[0].own, tmp_path / "scenarios" / "lag.fmu", fmi=fmi)
-    data["units"]["lag"] = {"fmu": "../lag.fmu", "substeps": 3, "hold": "first"}
-    foreign = ready(write(data))
-    want = simulate(system, "native").values.tobytes()
-    assert [simulate(foreign, e).values.tobytes() == want for e in ("fmpy", "native")] == [True, True]
 
 
 def test_a_jump_between_two_steps_is_said(write: Any) -> None:

@@ -12,7 +12,6 @@ import zlib
 from pathlib import Path
 from typing import Any
 
-import pyarrow.parquet as pq
 import pytest
 
 import hystfmu as hy
@@ -45,21 +44,6 @@ def made(tmp_path: Path) -> Any:
 
 def by_id(rows: Any) -> dict[str, dict[str, Any]]:
     return {r["id"]: r for r in rows}
-
-
-def test_a_line_is_a_sum_and_json(made: Any, tmp_path: Path) -> None:
-    made().append(row(3))
-    content = json.dumps(row(3)).encode()
-    line = b"%08x\t" % zlib.crc32(content) + content + b"\n"
-    assert (tmp_path / "out" / "journal.jsonl").read_bytes() == line
-    assert store._row(line) == row(3)
-    for damaged in (
-        line[:-1],
-        b"0" + line[1:] if line[:1] != b"0" else b"1" + line[1:],
-        line.replace(b"one", b"two"),
-        b"",
-    ):
-        assert store._row(damaged) is None
 
 
 def test_rows_survive_a_new_start_and_the_later_one_counts(made: Any) -> None:
@@ -108,15 +92,6 @@ def test_a_full_journal_becomes_a_part(made: Any, tmp_path: Path, before: int) -
         assert sorted(p.name[:11] for p in folder.glob("part-*.parquet")) == ["part-000000", "part-000001"]
         assert by_id(s.rows())["id1"] == row(1)
         assert "limits" not in by_id(s.rows())["id1"]
-
-
-def test_the_final_table_has_typed_columns(made: Any) -> None:
-    path = made().finish([row(0), row(1, metrics={}, values={})])
-    table = pq.read_table(path)
-    assert table.column_names == ["index", "variation", "case", "id", "status", "reason", "a", "metric:m"]
-    assert [str(t) for t in table.schema.types] == ["int64", "int64", *["string"] * 4, "double", "double"]
-    assert list(table.to_pylist()[1].values()) == [1, 1, "one", "id1", "ok", "", None, None]
-    assert path.name == "results.parquet"
 
 
 def test_columns_and_seed_are_kept_twice(made: Any, tmp_path: Path) -> None:

@@ -7,7 +7,8 @@ package TutorialActuator "Tutorial: an actuator with physical ports"
 <p>The pins and flanges carry the quantities of those of the Modelica Standard Library and connect to them. Nothing is differentiated: the
 rate that the hysteresis needs is that of a state. The hysteresis is replaceable: choose another of <a href=\"modelica://HystFMU.Actuators.Hysteresis\">Actuators.Hysteresis</a>.
 Plot <code>stack.flange_b.s</code> over <code>stack.pin_p.v</code>.</p>
-<p><a href=\"modelica://HystFMU.Examples.StackInLoop\">Examples.StackInLoop</a> closes a loop around the stack, with a sensor, the inverse and a controller of the library;
+<p><a href=\"modelica://HystFMU.Examples.StackInLoop\">Examples.StackInLoop</a> closes a loop around the stack, with a sensor, the inverse and a controller of the library.
+An exported actuator may stand in the place of the stack. In <a href=\"modelica://HystFMU.Loops.Tracking\">Loops.Tracking</a>, amplifier, actuator and sensor are the plant.
 <a href=\"modelica://HystFMU.Examples.MagnetostrictiveRod\">Examples.MagnetostrictiveRod</a> has an actuator that a current drives. With blocks of the Modelica Standard Library, such a loop is</p>
 <pre>
 model WithStandardBlocks

@@ -92,17 +92,9 @@ class Child:
     of the pipe would wait for them. On Linux a supervisor ends these processes together with the child. On other
     systems the process group of the child is ended. On Windows only the child is ended.
 
-    Parameters
-    ----------
-    *arguments : str
-        Command-line arguments of Python.
-    box : Box, optional
-        Access rights of the child. The child is confined as far as this system supports it, and it gets only some
-        environment variables.
-    keep : collection of int
-        File descriptors that stay open in the child. This is not supported on Windows.
-    told : bool
-        Whether to print once the protections that this system does not offer.
+    A `box` confines the child as far as this system supports it, and the child then gets only some environment
+    variables. With `told`, the protections that this system does not offer are printed once. The file descriptors
+    `keep` stay open in the child; Windows does not support this.
     """
 
     def __init__(self, *arguments: str, box: Box | None = None, keep: Collection[int] = (), told: bool = True) -> None:
@@ -140,19 +132,8 @@ class Child:
     def finish(self, seconds: float, look: Callable[[], bool] = lambda: False) -> tuple[list[str], bool]:
         """Wait at most `seconds`, then end the child and all processes that it has started.
 
-        Parameters
-        ----------
-        seconds : float
-            Time limit (s).
-        look : function
-            Function that is called repeatedly while the child runs. If it returns true, the time limit starts again.
-
-        Returns
-        -------
-        lines : list of str
-            Last 64 KiB of the output of the child, as lines.
-        in_time : bool
-            Whether the child ended by itself within the time limit.
+        The function `look` is called repeatedly while the child runs. If it returns true, the time limit starts again.
+        Returns the last 64 KiB of the output of the child as lines, and whether the child ended by itself.
         """
         end = time.monotonic() + seconds
         try:
@@ -274,19 +255,10 @@ class Count:
 
 
 class PipedChild:
-    """A process with the methods of `multiprocessing.Process` that a pool uses.
+    """A process with the methods of `multiprocessing.Process` that a pool uses, in its own `folder`, confined by a box.
 
-    Parameters
-    ----------
-    target : function
-        Function of a module of this package that the process runs. Its arguments are a pipe, a `Count`, the process
-        number of the parent, and `words`.
-    folder : str
-        Folder in which the process may write.
-    words : tuple
-        Further arguments of the function, which pickle must support.
-    box : Box or None
-        Access rights of the process; None means no confinement.
+    The process runs `target`, a function of a module of this package. The arguments of this function are a pipe, a
+    `Count`, the process number of the parent, and `words`, which pickle must support.
     """
 
     def __init__(self, target: Callable[..., None], folder: str, words: tuple[Any, ...], box: Box | None) -> None:

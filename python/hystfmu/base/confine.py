@@ -136,17 +136,8 @@ def refuse_calls(signals: bool) -> None:
 
     Calls that act on the calling process itself are permitted. A filter knows only process numbers, so it treats
     another thread as another process. A program for another processor architecture uses other call numbers, so the
-    filter kills this program.
-
-    Parameters
-    ----------
-    signals : bool
-        Whether the filter also refuses signals to all other processes, including processes that this process starts.
-
-    Raises
-    ------
-    OSError
-        The system refuses the filter.
+    filter kills this program. With `signals`, the filter also refuses signals to all other processes, including
+    processes that this process starts. Raises OSError if the system refuses the filter.
     """
     machine = list(_AUDIT).index(platform.machine())
     me = os.getpid()

@@ -117,14 +117,8 @@ def place(file: Path, target: Path, shown: str | Path, apart: re.Pattern[bytes] 
 
     If the target already has the same content, the written file is removed.
 
-    Parameters
-    ----------
-    file, target : Path
-        Written file and its final name, in the same folder.
-    shown : path
-        Path of the target in the form that the user gave, for messages.
-    apart : pattern, optional
-        Pattern of text that is ignored when old and new content are compared, such as the run time of a fit.
+    `file` and `target` are in the same folder. `shown` is the path of the target in the form that the user gave. Text
+    that matches `apart`, such as the run time of a fit, is ignored when old and new content are compared.
 
     Raises
     ------
@@ -219,13 +213,7 @@ def written(path: str | Path, apart: re.Pattern[bytes] | None = None) -> Iterato
 
     The content is written to a temporary file in the same folder. At the end of the context, this file is renamed. If
     the path is a link, the target of the link is written. An existing file keeps its permissions; a new file gets the
-    permissions of the umask.
-
-    Parameters
-    ----------
-    path : str or Path
-    apart : pattern, optional
-        Pattern of text that is ignored when old and new content are compared, see `place`.
+    permissions of the umask. `place` explains the argument `apart`.
 
     Raises
     ------
@@ -255,16 +243,7 @@ def written(path: str | Path, apart: re.Pattern[bytes] | None = None) -> Iterato
 def check_target(path: str | Path, folder: bool = False) -> int | None:
     """Check that a path can be written as a regular file; return the permissions of the existing file, or None.
 
-    Parameters
-    ----------
-    path : str or Path
-    folder : bool
-        Whether the folder that contains the path must exist.
-
-    Raises
-    ------
-    InputError
-        The path cannot be written; the message is one line with the reason.
+    With `folder`, the folder that contains the path must exist. Raises InputError with the reason in one line.
     """
     try:
         found = Path(path).stat()
@@ -355,21 +334,8 @@ def _check_printable(table: dict[str, Any], path: str | Path) -> None:
 def check_format(data: dict[str, Any], present: int, path: str | Path, required: bool = False) -> None:
     """Refuse a file whose format number is not `present`, before its keys are checked.
 
-    Parameters
-    ----------
-    data : dict
-        Tables of the file.
-    present : int
-        Format number that this version reads and writes.
-    path : str or Path
-        The file, for messages.
-    required : bool
-        Whether the key `format` must exist. A file without this key is then refused as one of an older version.
-
-    Raises
-    ------
-    InputError
-        The format differs. The message states the file, its format and the remedy: an upgrade, or a new file.
+    With `required`, the key `format` must exist; a file without this key is refused as one of an older version. The
+    InputError states the file, its format and the remedy: an upgrade, or a new file.
     """
     found = data.get("format", None if required else present)
     if found is None or (isinstance(found, int) and found != present):
@@ -384,14 +350,7 @@ def check_format(data: dict[str, Any], present: int, path: str | Path, required:
 def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key], Path]) -> M:
     """Validate the tables of a file against the pydantic model `kind`; return an object of this model.
 
-    Parameters
-    ----------
-    data : dict
-        Tables of the file.
-    kind : type
-        Class of the pydantic model.
-    path : path or callable
-        The file that contains the data, or a function that returns, for a key, the file that contains this key.
+    `path` is the file, or a function that returns, for a key, the file that contains this key.
 
     Raises
     ------

@@ -25,17 +25,9 @@ _FOLDER = "folder"  # key of the log for the whole folder, in addition to one ke
 
 
 class Steps:
-    """The finished steps of a command, with their results in a folder.
+    """The finished steps of a command, with their results in a folder that need not exist yet.
 
-    Parameters
-    ----------
-    folder : Path
-        Output folder, which contains the log. The folder need not exist yet.
-
-    Attributes
-    ----------
-    kept : list of str
-        Names of the steps that did not run again because their earlier results are valid.
+    `kept` contains the names of the steps that did not run again because their earlier results are valid.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -44,16 +36,10 @@ class Steps:
         self.kept: list[str] = []
 
     def claim(self, *of: Any, removed: Sequence[Path] = ()) -> None:
-        """Reserve the folder for the results of these inputs.
+        """Reserve the folder for the results of inputs, which the values `of` identify. JSON must support these values.
 
-        Afterwards, the command may replace its earlier results of the same inputs.
-
-        Parameters
-        ----------
-        *of : Any
-            Values that identify the inputs; JSON must be able to represent them.
-        removed : sequence of Path
-            Files and folders that are removed before the command writes them again.
+        Afterwards, the command may replace its earlier results of the same inputs. The files and folders `removed` are
+        removed before the command writes them again.
 
         Raises
         ------
@@ -88,18 +74,9 @@ class Steps:
     def run(self, name: str, inputs: Sequence[Any], files: Sequence[Path], make: Callable[[], Any]) -> Any:
         """Return the value of a step. Run the step only if it is not finished or if its files were changed.
 
-        Several threads may call this method.
-
-        Parameters
-        ----------
-        name : str
-            Name of the step, unique in the folder.
-        inputs : sequence
-            Values that identify all inputs of the step; JSON must be able to represent them.
-        files : sequence of Path
-            Files that the step writes.
-        make : function
-            Function that runs the step and returns its value; JSON must reproduce this value exactly.
+        The name is unique in the folder. The values `inputs` identify all inputs of the step. The step writes `files`.
+        The function `make` runs the step and returns its value. JSON must reproduce inputs and value exactly. Several
+        threads may call this method.
         """
         key = hashlib.sha256(json.dumps([_package(), name, list(inputs)]).encode()).hexdigest()
         known = self._known.get(name)

@@ -160,7 +160,7 @@ def demo(out: str, full: bool) -> None:
     "-o", "out", default="start", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
 )
 @of("start.run:start", key="--model KEY")
-@data_options("covariates")
+@data_options(refused=["covariates"])
 @of("start.run:start", seed="")
 @of(
     "start.requirements:Requirements",

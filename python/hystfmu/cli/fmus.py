@@ -192,9 +192,9 @@ def _controller(scenario: str, case: str | None, target: str | None, how: Mappin
 def _block(name: str, values: dict[str, Any]) -> Block:
     """Return the block `name` with these sizes and values."""
     import hystfmu as hy
-    from hystfmu.graph.listing import find
+    from hystfmu.graph.node import block_type
 
-    made: Block = getattr(hy.blocks, find(name).class_name)(**values)
+    made: Block = getattr(hy.blocks, block_type(name).class_name)(**values)
     return made
 
 

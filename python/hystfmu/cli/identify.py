@@ -74,18 +74,21 @@ class Columns:
             return hy.read(path, **options | {"output": None})
 
 
-def data_options(*without: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def data_options(*without: str, refused: Sequence[str] = ()) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Return a decorator that adds the options of a data file; the command receives them as one argument, `columns`.
 
     Parameters
     ----------
     *without : str
-        Arguments of `hystfmu.read` that the command refuses.
+        Arguments of `hystfmu.read` without an option.
+    refused : sequence of str
+        Arguments that the command refuses with a reason; they are not in its help.
     """
     every: dict[str, Any] = {"time": "COLUMN", "input": "COLUMN", "output": "COLUMN", "rate": "", "lag": "ROWS"}
     every |= {"record": "COLUMN", "covariates": "--covariate COLUMN", "decimal": ""}
     every |= {"resample": ("[HZ]", {"is_flag": False, "flag_value": "median", "help": RESAMPLE}), "train": "A:B"}
     options = {name: spelled for name, spelled in every.items() if name not in without}
+    options |= {name: (options[name], {"hidden": True}) for name in refused}
 
     def decorate(f: Callable[..., Any]) -> Callable[..., Any]:
         @functools.wraps(f)

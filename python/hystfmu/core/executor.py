@@ -40,14 +40,9 @@ class _Sensitivity(C.Structure):
 
 
 class Executor:
-    """An instance of a graph of blocks in the C core, created from the bytes of a block file.
+    """An instance of a graph of blocks in the C core, created from the bytes of a block file (`Graph.to_bytes`).
 
     This object owns all memory of the instance; the core has no global variables.
-
-    Parameters
-    ----------
-    file : bytes
-        Content of a block file, e.g. from `hystfmu.graph.graph.Graph.to_bytes`.
 
     Raises
     ------
@@ -117,23 +112,9 @@ class Executor:
         return float(self._lib.hyst_graph_end_of_step(self._g, start, t, h))
 
     def run(self, u: Array, n_outputs: int, h: float, t0: float = 0.0) -> Array:
-        """Compute the outputs for all input rows, from the initial state.
+        """Return the outputs (n, n_outputs) for input rows u (n, n_inputs), from the initial state.
 
-        Parameters
-        ----------
-        u : array, shape (n, n_inputs)
-            Inputs.
-        n_outputs : int
-            Number of scalar outputs.
-        h : float
-            Time between rows (s).
-        t0 : float
-            Time of row 0 (s).
-
-        Returns
-        -------
-        array, shape (n, n_outputs)
-            Outputs.
+        The rows have the step `h` (s) and begin at the time `t0` (s).
         """
         u = np.ascontiguousarray(u, dtype=np.float64)
         y = np.empty((len(u), n_outputs))
@@ -153,34 +134,17 @@ class Executor:
 
         One column of the derivatives belongs to one variable, which may change several parameters.
 
-        Parameters
-        ----------
-        u : array, shape (n, n_inputs)
-            Inputs.
-        n_outputs : int
-            Number of scalar outputs.
-        h : float
-            Time between rows (s).
-        seeds : array of `SEED`, shape (m,)
-            Parameters that each column changes, sorted by column, and within a column by node. The columns are sorted
-            by the first node that they change. Columns with several seeds for this node come first.
-        rows : array of int, shape (k,), optional
-            Indices of the rows to return, in ascending order; by default, all rows are returned.
-        step : float
-            Change of a column variable in finite differences, for blocks without a function `sensitivity`.
-
-        Returns
-        -------
-        y : array, shape (k, n_outputs)
-            Outputs.
-        dy : array, shape (k, n_outputs, columns)
-            Derivatives of the outputs.
+        The array `seeds` (m,) of the type `SEED` contains the parameters that each column changes. It is sorted by
+        column, and within a column by node. The columns are sorted by the first node that they change; columns with
+        several seeds for this node come first. For blocks without a function `sensitivity`, derivatives are finite
+        differences with the change `step` of the column variable. Returns y (k, n_outputs) and dy (k, n_outputs,
+        columns) in the ascending `rows` (k,), or in all rows.
 
         Raises
         ------
         InputError
-            The seeds are not in order, a seed does not belong to a parameter, the graph has an implicit inverse, or the
-            core refuses a value.
+            The seeds are not in order, a seed does not belong to a parameter, the graph has an implicit inverse, or
+            the core refuses a value.
         """
         u, seeds = np.ascontiguousarray(u, dtype=np.float64), np.ascontiguousarray(seeds, dtype=SEED)
         picked: NDArray[np.int64] = np.ascontiguousarray(np.arange(len(u)) if rows is None else rows, dtype=np.int64)
@@ -221,16 +185,6 @@ class ContinuousExecutor(Executor):
 
     Call `start` first. Then set the inputs and `x`, call `evaluate`, and get the outputs and `derivatives`. Repeat this
     as often as the solver needs. Call `commit` after each accepted step, and `sample` once per sample period.
-
-    Parameters
-    ----------
-    file : bytes
-        Content of a block file.
-
-    Raises
-    ------
-    InputError
-        `Executor` refuses the file.
     """
 
     def __init__(self, file: bytes) -> None:
@@ -266,21 +220,8 @@ class ContinuousExecutor(Executor):
     def tangent(self, du: Array, dx: Array, n_outputs: int) -> tuple[Array, Array]:
         """Return the exact tangent at the point of the last call of `evaluate`; at a kink, the tangent is one-sided.
 
-        Parameters
-        ----------
-        du : array, shape (n_inputs,)
-            Direction of the inputs of the graph.
-        dx : array, shape (n,)
-            Direction of the continuous states `x`.
-        n_outputs : int
-            Number of scalar outputs.
-
-        Returns
-        -------
-        dy : array, shape (n_outputs,)
-            Tangent of the outputs.
-        ddx : array, shape (n,)
-            Tangent of the time derivatives of `x`.
+        The direction is du (n_inputs,) for the inputs and dx (n,) for `x`. Returns the tangents dy (n_outputs,) of the
+        outputs and ddx (n,) of the time derivatives of `x`.
         """
         du, dx = np.ascontiguousarray(du, dtype=np.float64), np.ascontiguousarray(dx, dtype=np.float64)
         dy, ddx = np.empty(n_outputs), np.empty(len(self._places))

@@ -159,20 +159,7 @@ STEP_TOLERANCE = 1e-6  # permitted deviation of a step, relative to the step
 
 
 def check_increasing(t: Array, place: Callable[[int], str]) -> None:
-    """Refuse times that do not increase.
-
-    Parameters
-    ----------
-    t : array, shape (n,)
-        Times (s).
-    place : function
-        Function that returns the name of a row for messages.
-
-    Raises
-    ------
-    InputError
-        The time of a row is not greater than the time of the previous row.
-    """
+    """Refuse times t (n,) in s that do not increase; `place` returns the name of a row for the message."""
     back = np.diff(t) <= 0
     if back.any():
         n = int(np.argmax(back)) + 1
@@ -181,25 +168,12 @@ def check_increasing(t: Array, place: Callable[[int], str]) -> None:
 
 
 def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array] | None) -> Array:
-    """Return times with equal steps; refuse unequal steps that rounding does not explain.
+    """Return times t (n,) in s with equal steps; refuse unequal steps that rounding does not explain.
 
     The steps may differ by 1e-6 of the step. Printed times may differ from a uniform grid by half a unit of their last
-    digit, if this unit is at most a quarter of the step. Coarser times could hide a missing sample.
-
-    Parameters
-    ----------
-    t : array, shape (n,)
-        Times (s).
-    place : function
-        Function that returns the name of a row for messages.
-    digits : function, optional
-        Function that returns, for each time, the value (s) of one unit of the last printed digit. It is called only if
-        it is needed.
-
-    Returns
-    -------
-    array, shape (n,)
-        The times, or the uniform grid if the times are rounded values of this grid.
+    digit, if this unit is at most a quarter of the step; then the times of the grid are returned. Coarser times could
+    hide a missing sample. The function `digits` returns the value (s) of one unit of the last printed digit of each
+    time; it is called only if needed. `place` returns the name of a row for the message.
 
     Raises
     ------
@@ -231,16 +205,9 @@ _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 @dataclass(frozen=True, eq=False)
 class Covariates:
-    """Measured covariates with their names and units of measure.
+    """Measured covariates: values (n, m), names and units of measure.
 
-    Parameters
-    ----------
-    names : tuple of str
-        Names, which are also the names of the inputs of a model. A name is an identifier.
-    units : tuple of str
-        Units of measure; an empty string if no unit is stated.
-    values : array, shape (n, m)
-        One column for each covariate.
+    The names are identifiers; a model uses the same names for its inputs. If no unit of measure is stated, it is empty.
     """
 
     names: tuple[str, ...]
@@ -271,18 +238,9 @@ class Covariates:
 
     @classmethod
     def of(cls, given: Mapping[str, ArrayLike], n: int, where: str, place: Callable[[int], str]) -> Covariates:
-        """Return the covariates with the given labels and values; refuse invalid names and values.
+        """Return covariates with the given values (n,) by label, ``T`` or ``T [degC]``; refuse invalid ones.
 
-        Parameters
-        ----------
-        given : mapping of str to array, shape (n,)
-            Values by label, ``T`` or ``T [degC]``.
-        n : int
-            Number of rows of the data.
-        where : str
-            Name of the data, for messages.
-        place : function
-            Function that returns the name of a row for messages.
+        `where` is the name of the data for messages, and `place` returns the name of a row.
 
         Raises
         ------

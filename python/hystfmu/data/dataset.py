@@ -436,14 +436,8 @@ class Dataset:
     def from_file(self, read_as: str, lines: Sequence[int] | None, titles: tuple[str, str]) -> Dataset:
         """Store a description of the file that contains the data, and return this data set.
 
-        Parameters
-        ----------
-        read_as : str
-            One line with the assumptions of the reader.
-        lines : sequence of int, optional
-            Line number of each row in the file, counted from 1; None if the file does not consist of lines.
-        titles : tuple of str
-            Names of input and output in the file.
+        `read_as` is one line with the assumptions of the reader, and `titles` contains the names of input and output in
+        the file. `lines` contains the line number of each row, or is None if the file does not consist of lines.
         """
         vars(self).update(titles=titles, _lines=lines, read_as=read_as)
         return self

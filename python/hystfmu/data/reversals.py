@@ -32,17 +32,9 @@ LEAST = 1e-9  # noise below this fraction of the range is treated as rounding er
 
 
 def noise(v: Array) -> float:
-    """Return an estimate of the RMS value sigma of the white noise in a sampled signal.
+    """Return an estimate of the RMS value sigma of the white noise in a signal v (n,) with equal time steps.
 
-    Parameters
-    ----------
-    v : array, shape (n,)
-        Signal with equal time steps.
-
-    Returns
-    -------
-    float
-        Sigma in the unit of measure of v. It is 0 for a smooth signal, and for a signal that is constant in most rows.
+    Sigma is 0 for a smooth signal, and for a signal that is constant in most rows.
     """
     width = float(np.ptp(v)) if len(v) else 0.0
     for k in ORDERS:
@@ -92,16 +84,10 @@ FASTER = 2.0  # maximum new rate, relative to the mean rate of the data; a highe
 
 @dataclass(frozen=True)
 class Unevenness:
-    """Deviations of time stamps from a uniform grid: jitter and lost samples.
+    """Deviations of time stamps from a uniform grid of `rate` (Hz): jitter and lost samples.
 
-    Parameters
-    ----------
-    rate : float
-        Sampling rate of the grid (Hz).
-    lost, rows : int
-        Number of grid points without a sample, and number of all grid points.
-    off : float
-        Largest distance of a time stamp from its grid point, in steps.
+    `lost` of the `rows` grid points have no sample. `off` is the largest distance of a stamp from its grid point, in
+    steps.
     """
 
     rate: float
@@ -149,27 +135,12 @@ def resample(
     place: Callable[[int], str] | None = None,
     rows: slice = slice(None),
 ) -> tuple[Array, Array, Array, slice]:
-    """Return the data resampled to equal time steps, and the new numbers of given rows.
+    """Return t (s), u and y, each (n,), resampled to equal time steps, and the new numbers of given rows.
 
-    Parameters
-    ----------
-    t, u, y : array, shape (n,)
-        Time (s), input, and output. The output is NaN where it was not measured.
-    rate : float or None
-        New sampling rate (Hz). With None, the new step is the median step.
-    where : str
-        Name of the data, for messages.
-    place : function, optional
-        Function that returns the name of a row for messages; by default, the name is "where: row k".
-    rows : slice
-        Rows whose new numbers are returned.
-
-    Returns
-    -------
-    t, u, y : array, shape (m,)
-        New rows. They begin at the first time and end at most one step before the last time.
-    rows : slice
-        New rows that cover the same time span as the given rows.
+    The output y is NaN where it was not measured. By default, the new step is the median step; otherwise `rate` (Hz)
+    defines it. The new rows begin at the first time and end at most one step before the last time. The returned slice
+    covers the same time span as the slice `rows`. `where` is the name of the data for messages, and `place` returns the
+    name of a row.
 
     Raises
     ------

@@ -100,35 +100,18 @@ DAMPED = 1e-3  # least damping of the zeros that a filter may undo
 
 @dataclass(frozen=True)
 class Preview:
-    """Feed-forward of a wanted output that is known `lead` steps ahead.
+    """Feed-forward of a wanted output that is known `lead` steps ahead."""
 
-    Attributes
-    ----------
-    lead : int
-        Steps.
-    taps : array, shape (n,)
-        Weights of the last samples, newest first; their sum is 1.
-    zeros : Node or None
-        Filter in front of the weights.
-    error : float
-        Largest abs(1 - F W G) up to half the first natural frequency.
-    """
-
-    lead: int
-    taps: Array
-    zeros: Node | None
-    error: float
+    lead: int  # steps
+    taps: Array  # weights of the last samples, newest first; their sum is 1, shape (n,)
+    zeros: Node | None  # filter in front of the weights
+    error: float  # largest abs(1 - F W G) up to half the first natural frequency
 
 
 def preview(plant: Plant, h: float) -> Preview:
-    """Design the feed-forward of a plant behind a held command.
+    """Design the feed-forward of a plant behind a command that is held for a step h (s).
 
-    Parameters
-    ----------
-    plant : Plant
-        Plant. Its delay includes the computing time.
-    h : float
-        Step (s).
+    The delay of the plant includes the computing time.
     """
     whole = int(np.floor(plant.delay / h + 1e-9)) + 1
     seen = [i for i, f in enumerate(plant.f_n) if f * h < TOP]
@@ -168,7 +151,7 @@ def preview(plant: Plant, h: float) -> Preview:
     return best
 
 
-def transfer_function(plant: Plant, name: str, hold: str = "zoh") -> Node:
+def transfer_function(plant: Plant, name: str) -> Node:
     """Return the modes of a plant, without its delay, as one transfer function with a steady start.
 
     The static rest would be direct feed-through. It becomes a mode that is much faster than the other modes.
@@ -180,7 +163,7 @@ def transfer_function(plant: Plant, name: str, hold: str = "zoh") -> Node:
     b = np.zeros(2 * len(dens) - 1)
     for i, k in enumerate(share):
         b = b + k * _times([d for j, d in enumerate(dens) if j != i])
-    values: dict[str, Any] = {"b": b.tolist(), "a": _times(dens).tolist(), "hold": hold, "start": "steady"}
+    values: dict[str, Any] = {"b": b.tolist(), "a": _times(dens).tolist(), "hold": "zoh", "start": "steady"}
     return Node(name, "transfer_function", {"na": 2 * len(dens), "nb": len(b) - 1}, values)
 
 

@@ -4,7 +4,7 @@ A continuous transfer function stays a transfer function. Sampled systems become
 h, because products of polynomials lose poles near z = 1. A controller with a smoothed switching term is linearised for
 small s. For a graph, the result is the exact tangent at rest; hysteresis has the slope of the ascending branch.
 
-Gains of a controller with units of measure. A gain needs its unit of measure for use in another loop.
+`gains` lists the gains of a controller with units of measure, which a gain needs for use in another loop.
 """
 
 from __future__ import annotations

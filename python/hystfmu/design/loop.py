@@ -6,9 +6,8 @@ polynomials; with creep it also changes the response. Hysteresis is a gain, for 
 A gain at which the Nyquist curve passes through -1 is not always a limit, because a loop may stay stable although the
 curve crosses -1. A conditionally stable loop has a lower and an upper limit of the gain.
 
-Frequency response of sampled state spaces on a grid up to half the sampling frequency.
-
-Angles are omega h. Many cases have equal controllers and equal plants. Therefore the responses are cached by content.
+Frequency responses are computed on a grid up to half the sampling frequency; angles are omega h. Many cases have equal
+controllers and equal plants. Therefore the responses are cached by content.
 """
 
 from __future__ import annotations
@@ -286,18 +285,13 @@ def margins_of(
     Parameters
     ----------
     L : function
-        Returns the response of the open loop at angles omega h; argument and result have the shape (k,).
+        Response of the open loop at angles omega h; argument and result have the shape (k,).
     angles, values : array, shape (m,)
         Grid of angles up to pi, and the response on this grid.
     h : float
         Step (s).
     stable : function
-        Returns whether the closed loop is stable for a factor of the gain. The response alone does not determine
-        stability.
-
-    Returns
-    -------
-    Margins
+        Whether the closed loop is stable for a factor of the gain, which the response alone does not determine.
     """
     if not stable(1.0):
         nan = np.nan

@@ -37,23 +37,13 @@ WIDTHS = np.sinh(np.linspace(-np.arcsinh(40.0), np.arcsinh(40.0), 33))  # half-w
 
 @dataclass(frozen=True)
 class Plant:
-    """One plant of static gain 1.
+    """One plant of static gain 1."""
 
-    Attributes
-    ----------
-    f_n, zeta, share : tuple of float
-        Natural frequencies (Hz), damping ratios and static gains of the modes.
-    delay : float
-        Delay behind the held command (s).
-    name : str
-        Text on the difference from the identified plant.
-    """
-
-    f_n: tuple[float, ...] = ()
+    f_n: tuple[float, ...] = ()  # natural frequencies (Hz), damping ratios and static gains of the modes
     zeta: tuple[float, ...] = ()
     share: tuple[float, ...] = ()
-    delay: float = 0.0
-    name: str = "identified"
+    delay: float = 0.0  # delay behind the held command (s)
+    name: str = "identified"  # text on the difference from the identified plant
 
     @property
     def rest(self) -> float:
@@ -124,24 +114,12 @@ def _poles(f: float, zeta: float) -> list[tuple[complex, complex]]:
 
 @dataclass(frozen=True)
 class Unseen:
-    """A resonance that the record did not excite.
+    """A resonance that the record did not excite."""
 
-    Attributes
-    ----------
-    above : float
-        Lowest possible frequency (Hz).
-    share : float
-        Share of the resonance in the static gain.
-    zeta : float
-        Damping ratio of the resonance.
-    to : float, optional
-        Highest possible frequency (Hz); None for `BEYOND` times half the sampling rate.
-    """
-
-    above: float
-    share: float = 1.0
-    zeta: float = UNSEEN_ZETA
-    to: float | None = None
+    above: float  # lowest possible frequency (Hz)
+    share: float = 1.0  # share of the resonance in the static gain
+    zeta: float = UNSEEN_ZETA  # damping ratio of the resonance
+    to: float | None = None  # highest possible frequency (Hz); None for `BEYOND` times half the sampling rate
 
     def frequencies(self, h: float) -> Array:
         """Return the frequencies of this resonance in the set of plants (Hz), shape (m,)."""
@@ -153,29 +131,14 @@ class Unseen:
 
 @dataclass(frozen=True)
 class PlantSet:
-    """Plants that agree with a record, and the angles at which their responses are evaluated.
+    """Plants that agree with a record, and the angles at which their responses are evaluated."""
 
-    Attributes
-    ----------
-    h : float
-        Step of the controller (s).
-    plants : tuple of Plant
-        The identified plant is first. The delays include the computing time.
-    slopes : (float, float)
-        Sector of local slopes of plant over inverse.
-    angles : array, shape (m, k)
-        Angles omega h in (0, pi] for each plant, in ascending order.
-    response : array, shape (m, k)
-        Response of each plant at its angles.
-    beside : tuple of (Plant, Plant)
-        Expected devices: pairs of the identified plant with one parameter increased and decreased by a standard error.
-    """
-
-    h: float
-    plants: tuple[Plant, ...]
-    slopes: tuple[float, float]
-    angles: Array = field(repr=False)
-    response: Complex = field(repr=False)
+    h: float  # step of the controller (s)
+    plants: tuple[Plant, ...]  # the identified plant is first. The delays include the computing time.
+    slopes: tuple[float, float]  # sector of local slopes of plant over inverse
+    angles: Array = field(repr=False)  # angles omega h in (0, pi] for each plant, in ascending order, shape (m, k)
+    response: Complex = field(repr=False)  # response of each plant at its angles, shape (m, k)
+    # expected devices: pairs of the identified plant with one parameter increased and decreased by a standard error
     beside: tuple[tuple[Plant, Plant], ...] = ()
 
     def missed(self, z: Complex) -> Array:
@@ -208,22 +171,12 @@ def plant_set(
     ----------
     identified : Plant
         Identified plant without the computing time.
-    h : float
-        Step of the controller (s).
-    slopes : (float, float)
-        Sector of local slopes of plant over inverse.
-    errors : sequence of (float, float, float)
-        Standard errors of f_n (Hz), zeta and share for each mode.
-    delay_error : float
-        Standard error of the delay (s).
-    unseen : Unseen, optional
-        A resonance in addition to the identified modes.
+    h, slopes, unseen
+        See `PlantSet`, and `Unseen` for a resonance in addition to the identified modes.
+    errors, delay_error
+        Standard errors of f_n (Hz), zeta and share for each mode, and of the delay (s).
     computing : float
         Steps between a sample and its command.
-
-    Returns
-    -------
-    PlantSet
     """
     late = replace(identified, delay=identified.delay + computing * h)
     plants = [late, *_differing(late, errors, delay_error, h)]

@@ -175,22 +175,14 @@ def taps_at(taps: Array, z: Any) -> Any:
 
 @dataclass(frozen=True)
 class PeriodMemory:
-    """Law of a memory of one period, w = z^-n (Q w + L e).
+    """Law of a memory of one period, w = z^-n (Q w + L e)."""
 
-    Attributes
-    ----------
-    n : int
-        Steps in a period.
-    q, l : array, shapes (2 n_q + 1,), (2 n_l + 1,)
-        Taps of Q and L, from the oldest step to the same number of steps ahead.
-    lifted : bool
-        Whether the memory changes only at the end of a period. Then there is no feedback through the memory within a
-        period.
-    """
-
-    n: int
+    n: int  # steps in a period
+    # taps of Q and L, from the oldest step to the same number of steps ahead, shapes (2 n_q + 1,), (2 n_l + 1,)
     q: Array
     l: Array  # noqa: E741
+    # whether the memory changes only at the end of a period. Then there is no feedback through the memory within a
+    # period.
     lifted: bool
 
     def factor(self, angles: Array, error: Complex) -> Complex:

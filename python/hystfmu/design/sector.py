@@ -3,11 +3,9 @@
 In a loop around an inverse and its plant, the loop gain contains the local slope of inverse and plant. This slope
 depends on the path. The loop must be stable for every slope of the sector.
 
-Describing function of a block or model: gain of the first harmonic in a simulation.
-
-N(A) = (b_1 + j a_1) / A, with y = a_1 cos + b_1 sin + ... for u = A sin (Gelb & Vander Velde, Multiple-Input Describing
-Functions, 1968, section 2.2).  N of a static block does not depend on frequency. For a block with dynamics, state the
-frequency.
+The describing function of a block or model is the gain of the first harmonic in a simulation: N(A) = (b_1 + j a_1) / A,
+with y = a_1 cos + b_1 sin + ... for u = A sin (Gelb & Vander Velde, Multiple-Input Describing Functions, 1968, section
+2.2). N of a static block does not depend on frequency. For a block with dynamics, state the frequency.
 """
 
 from __future__ import annotations

@@ -93,16 +93,10 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
 
 
 def robust_controller(system: StateSpace, ratio: float) -> tuple[StateSpace, float]:
-    """Return the controller for negative feedback of a shaped plant, and the smallest norm.
+    """Return the controller of a shaped plant for negative feedback, and the smallest norm.
 
-    Skogestad & Postlethwaite, eq. 9.69 to 9.73.
-
-    Parameters
-    ----------
-    system : (A, B, C, D)
-        Continuous state space, one input and one output.
-    ratio : float
-        Ratio of the optimal margin to the margin of the controller, above 1.
+    The plant has one input and one output. `ratio`, above 1, is the ratio of the optimal margin to the margin of the
+    controller. Source: Skogestad & Postlethwaite, eq. 9.69 to 9.73.
     """
     # imported here, so that a process for a foreign FMU does not wait for the import
     from scipy.linalg import solve_continuous_are
@@ -143,16 +137,8 @@ FAST = 3.0  # times the sampling rate (rad/s over 1/s): poles and zeros above ar
 def robust_filters(plant: Plant, h: float, weight: float, zero: float) -> tuple[Node, ...]:
     """Return filters of static gain 1 for use in front of an integral; empty if there is no such controller.
 
-    Parameters
-    ----------
-    plant : Plant
-        Plant. Its delay includes the computing time.
-    h : float
-        Step (s).
-    weight : float
-        Gain K of the integral in the weight (1/s).
-    zero : float
-        Time constant T_z of the zero in the weight (s).
+    The delay of the plant includes the computing time. The weight has an integral of gain K `weight` (1/s) and a zero
+    of time constant T_z `zero` (s); `h` is the step (s).
     """
     try:
         (A, B, C, D), _ = robust_controller(_shaped(plant, plant.delay + h / 2, weight, zero), RATIO)
@@ -234,21 +220,11 @@ OPEN = 0.4  # of the sampling rate: a roll-off above is none
 
 @dataclass(frozen=True)
 class Design:
-    """Data for the design of a structure: the identified plant and the step.
+    """Data for the design of a structure: the identified plant and the step."""
 
-    Attributes
-    ----------
-    plant : Plant
-        Identified plant without the computing time.
-    h : float
-        Step (s).
-    computing : int
-        Steps between a sample and its command.
-    """
-
-    plant: Plant
-    h: float
-    computing: int = 1
+    plant: Plant  # identified plant without the computing time
+    h: float  # step (s)
+    computing: int = 1  # steps between a sample and its command
 
     @property
     def known_steps(self) -> int:
@@ -258,33 +234,18 @@ class Design:
 
 @dataclass(frozen=True)
 class Structure:
-    """A family of controllers, with its values other than the integral gain, and its blocks.
-
-    Attributes
-    ----------
-    name, text : str
-    bounds : function
-        Maps a design to the name and the range of each value. All values are positive.
-    filters : function
-        Maps a design and values to the blocks in front of the integral.
-    damping : function
-        Maps a design and values to the block in parallel to the integral; None if there is no such block.
-    proportional : bool
-        Whether the controller has a proportional gain Kp = Ki T with the value ``T`` (s).
-    predictor : bool
-        Whether the error includes the predicted effect of commands that are still in the delay.
-    resonant : bool
-        Whether the structure needs an identified mode.
-    """
+    """A family of controllers, with its values other than the integral gain, and its blocks."""
 
     name: str
     text: str
+    # maps a design to the name and the range of each value. All values are positive.
     bounds: Callable[[Design], dict[str, tuple[float, float]]]
-    filters: Callable[[Design, Values], list[Node]]
+    filters: Callable[[Design, Values], list[Node]]  # maps a design and values to the blocks in front of the integral
+    # maps a design and values to the block in parallel to the integral; None if there is no such block
     damping: Callable[[Design, Values], Node | None] = lambda design, values: None
-    proportional: bool = False
-    predictor: bool = False
-    resonant: bool = False
+    proportional: bool = False  # whether the controller has a proportional gain Kp = Ki T with the value ``T`` (s)
+    predictor: bool = False  # whether the error includes the predicted effect of commands that are still in the delay
+    resonant: bool = False  # whether the structure needs an identified mode
 
     def response(self, design: Design, values: Values, z: Complex) -> Speed:
         """Return the function from Ki (1/s) to the response of the controller from e to u at z, and its inner loop.
@@ -306,19 +267,8 @@ class Structure:
     def graph(self, design: Design, values: Values, Ki: float, limits: tuple[float, float] | None = None) -> Graph:
         """Return the controller as a graph with inputs y_d, y, u_ff and output u.
 
-        Parameters
-        ----------
-        design : Design
-        values : mapping
-            A value for each name in `bounds`.
-        Ki : float
-            Integral gain (1/s).
-        limits : (float, float), optional
-            Limits of u. At a limit the integral stops (anti-windup).
-
-        Returns
-        -------
-        Graph
+        `values` has a value for each name in `bounds`; `Ki` is the integral gain (1/s). At a limit of u the integral
+        stops (anti-windup).
         """
         Kp = Ki * values["T"] if self.proportional else 0.0
         pid: dict[str, Any] = {"Kp": Kp, "Ki": Ki}

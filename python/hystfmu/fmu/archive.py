@@ -157,21 +157,9 @@ def _temporary() -> tempfile.TemporaryDirectory[str]:
 
 
 def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
-    """Unpack an archive, or find its unpacked copy.
+    """Unpack an archive, an untrusted file that must contain the file `needs`, or find its unpacked copy.
 
-    Parameters
-    ----------
-    path : str or Path
-        The archive, an untrusted file.
-    needs : str, optional
-        File that the archive must contain.
-
-    Returns
-    -------
-    folder : Path
-        Folder of the unpacked archive.
-    digest : str
-        SHA-256 of the archive.
+    Returns the folder of the unpacked archive and the SHA-256 of the archive.
 
     Raises
     ------
@@ -338,19 +326,10 @@ class Deflated:
 
 
 def zip_file(members: Mapping[str, bytes | Deflated], executable: str = "") -> bytes:
-    """Return an archive with its members in the given order (PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12 and 4.3.16).
+    """Return an archive with its members, by ASCII names, in the given order; equal members give equal bytes.
 
-    Parameters
-    ----------
-    members : mapping
-        Content by name; names are ASCII, all sizes below 4 GB.
-    executable : str, optional
-        Folder whose members get the executable mode of Unix.
-
-    Returns
-    -------
-    bytes
-        The archive; equal members give equal bytes at any time.
+    Members in the folder `executable` get the executable mode of Unix (PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12
+    and 4.3.16). All sizes are below 4 GB.
     """
     body, directory = b"", b""
     for name, given in members.items():

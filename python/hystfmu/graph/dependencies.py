@@ -28,17 +28,8 @@ def evaluation_order(nodes: Sequence[Node], links: Sequence[Link]) -> list[int]:
 
     In a loop, a block without direct feed-through comes first, because it uses the values of the last step.
 
-    Parameters
-    ----------
-    nodes : sequence of Node
-        Blocks. If their order is already valid, it does not change.
-    links : sequence of (node, place, source or -1, place, size)
-        Wires in the form of `Graph.links`.
-
-    Returns
-    -------
-    list of int
-        Indices of the blocks in the order of evaluation.
+    If the order of `nodes` is already valid, it does not change. `links` are the wires in the form of `Graph.links`.
+    The result contains the indices of the blocks.
 
     Raises
     ------
@@ -150,21 +141,8 @@ def dependencies(
 ) -> tuple[dict[str, Knowns], list[Knowns]]:
     """Return the known variables on which each output port and each derivative of a continuous state depends.
 
-    Parameters
-    ----------
-    nodes : sequence of Node
-        Blocks of the graph.
-    links : sequence of (node, place, source or -1, place, size)
-        Wires in the form of `Graph.links`.
-    ports : sequence of Port
-        Ports of the graph.
-
-    Returns
-    -------
-    outputs : dict of str to Knowns
-        Known variables of each output port, by port name. For an array port, they are the union over its elements.
-    derivatives : list of Knowns
-        Known variables of each derivative, in the order of the continuous states of the graph.
+    Returns the known variables of each output port by port name, and those of each derivative in the order of the
+    continuous states. For an array port, they are the union over its elements.
     """
     names = [p.name for p in ports if p.kind == "input" for _ in range(p.size)]
     # for each node, dependencies through its own states: one entry per output, or one for all outputs without states

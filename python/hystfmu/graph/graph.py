@@ -33,20 +33,8 @@ def block_file(
 ) -> bytes:
     """Return the block file of a graph.
 
-    Parameters
-    ----------
-    step : float
-        Sample period (s); 0 if the graph states no period.
-    nodes : sequence of Node
-        Blocks in the order of evaluation.
-    links : sequence of (node, place, source or -1, place, size)
-        Wires, sorted by node.
-    ports : sequence of Port
-        Ports in the order of their value references.
-
-    Returns
-    -------
-    bytes
+    `step` is the sample period (s), or 0. The blocks are in the order of evaluation, the wires are sorted by node, and
+    the ports are in the order of their value references.
     """
     kinds = {"param": 0, "fixed": 1, "input": 3, "output": 5}
 

@@ -6,8 +6,8 @@ import json
 import re
 from typing import Any
 
-from hystfmu.base.errors import InputError, meant
 from hystfmu.core.library import BlockType, Var, block_types
+from hystfmu.graph.node import block_type
 from hystfmu.report.terminal import table
 
 FAMILIES = {  # families of blocks, and the group of parameters that belong to no other group
@@ -37,17 +37,7 @@ _LIMIT = re.compile(r"_min\Z|_max\Z|\Alo\Z|\Ahi\Z")
 def group(block: BlockType, v: Var) -> str:
     """Return the name of the group to which a parameter belongs, such as Start, Memory, Limits or Weights.
 
-    Parameters
-    ----------
-    block : BlockType
-        The block that has the parameter.
-    v : Var
-        The parameter, of the kind ``param`` or ``fixed``.
-
-    Returns
-    -------
-    str
-        One or two words with a capital first letter.
+    The name of the group has one or two words with a capital first letter.
     """
     if v.kind == "fixed" and (v.name == "start" or v.text.startswith("initial") or "first input" in v.text):
         return "Start"
@@ -58,20 +48,6 @@ def group(block: BlockType, v: Var) -> str:
     if block.family == "sources":
         return FAMILIES[block.family]
     return next((name for name, words in _WORDS if re.match(words, v.text)), FAMILIES[block.family])
-
-
-def find(name: str) -> BlockType:
-    """Return the type of block with the name `name`.
-
-    Raises
-    ------
-    InputError
-        There is no block with this name; the message lists all blocks.
-    """
-    types = block_types()
-    if name not in types:
-        raise InputError(f"The block must be one of {', '.join(types)}. Got {name!r} instead.{meant(name, types)}")
-    return types[name]
 
 
 def _ports(t: BlockType) -> tuple[str, str]:
@@ -89,7 +65,7 @@ def overview() -> str:
 
 def details(name: str) -> str:
     """Return the description of one block as text: equation, source, sizes, ports and parameters."""
-    t = find(name)
+    t = block_type(name)
     lines = [f"{t.name} ({t.class_name}): {t.text}", "", f"  {t.equation}", f"  source: {t.source}"]
     lines += [f"  family: {t.family}; rate: {t.rate}"]
     if t.inverse:
@@ -114,7 +90,7 @@ def _row(v: Var) -> list[Any]:
 
 def as_json(name: str | None = None) -> str:
     """Return the description of one block, or of all blocks, as JSON."""
-    types = [find(name)] if name else list(block_types().values())
+    types = [block_type(name)] if name else list(block_types().values())
     return json.dumps([_data(t) for t in types], indent=1)
 
 

@@ -163,6 +163,23 @@ def _short(value: Any) -> str:
     return repr(float(f"{value:.6g}")) if isinstance(value, float) else repr(value)
 
 
+def block_type(name: str) -> BlockType:
+    """Return the block called `name`.
+
+    Raises
+    ------
+    InputError
+        There is no such block; the message lists the blocks.
+    """
+    types = block_types()
+    if name not in types:
+        raise InputError(
+            f"The type of a block must be one of {', '.join(types)} ('hystfmu blocks'). Got {name!r} instead."
+            f"{meant(name, types)}"
+        )
+    return types[name]
+
+
 def _is_whole(n: Any) -> bool:
     """Return whether a value of any type is equal to an integer."""
     try:
@@ -245,13 +262,7 @@ class Node:
         InputError
             There is no block of this type.
         """
-        types = block_types()
-        if self.type not in types:
-            names = ", ".join(types)
-            raise InputError(
-                f"The type of a block must be one of {names} ('hystfmu blocks'). Got {self.type!r} instead."
-            )
-        return types[self.type]
+        return block_type(self.type)
 
     def _complete_dims(self) -> dict[str, int]:
         dims = dict(self.dims)

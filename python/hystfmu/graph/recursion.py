@@ -48,20 +48,7 @@ class Recursion:
         return _Raw(len(self.c), *(v.ctypes.data for v in arrays), float(self.d)), arrays
 
     def run(self, columns: Array, rows: NDArray[np.intp] | None = None) -> Array:
-        """Return the filtered columns.
-
-        Parameters
-        ----------
-        columns : array, shape (n, p)
-            Inputs; the filter is applied to each column.
-        rows : array of int, shape (m,), optional
-            Indices of the rows to return, in ascending order; by default, all rows are returned.
-
-        Returns
-        -------
-        array, shape (m, p)
-            Outputs.
-        """
+        """Return the filtered `columns` (n, p) in the ascending `rows` (m,), or in all rows; shape (m, p)."""
         u = np.ascontiguousarray(columns, dtype=np.float64)
         picked: NDArray[np.int64] = np.ascontiguousarray(np.arange(len(u)) if rows is None else rows, dtype=np.int64)
         y = np.empty((len(picked), u.shape[1]))
@@ -87,12 +74,7 @@ def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursi
 
     The lags are q_j[k] = q_j[k - 1] + s_j (x[k] - q_j[k - 1]), with q_j[0] = x[0].
 
-    Parameters
-    ----------
-    shares, weights : array, shape (m,)
-        `shares` contains the factors s_j, `weights` the factors w_j.
-    direct : float
-        Factor d of the direct feed-through.
+    `shares` (m,) contains the factors s_j, `weights` (m,) the factors w_j, and `direct` is d.
     """
     return Recursion(np.diag(1 - shares), np.zeros(len(shares)), shares, weights, np.ones(len(shares)), direct)
 

@@ -1,8 +1,7 @@
 """Replace the controllers of a scenario by a controller of a named structure, tuned for all loops of the scenario.
 
-Replace the controllers of a scenario by one unit with inputs y_d, y, u_ff and output u.
-
-The controllers are found from the connections. They are all units on paths from the measured output to the command.
+One unit with inputs y_d, y, u_ff and output u replaces the controllers. They are found from the connections: all units
+on paths from the measured output to the command.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.design.loop import Margins
-from hystfmu.design.race import Limits, Tuned, tune
+from hystfmu.design.race import MS_DB, SET_MS_DB, Limits, Tuned, tune
 from hystfmu.design.structures import STRUCTURES
 from hystfmu.face.scenario import Scenario
 from hystfmu.face.table import What
@@ -140,7 +139,6 @@ def _case(case: dict[str, Any], metrics: Mapping[str, Any]) -> dict[str, Any]:
     return {**case, "limits": {k: v for k, v in case.get("limits", {}).items() if k in metrics}}
 
 
-MS_DB, SET_MS_DB = 6.0, 12.0
 OFF = 0.05
 
 

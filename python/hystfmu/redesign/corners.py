@@ -1,6 +1,6 @@
 """Loops of a scenario for a design, over cases, slopes, delays and mode errors, with and without controllers.
 
-Roles of the signals of a loop. They follow from the connections, not from the names of the units.
+The roles of the signals of a loop follow from the connections, not from the names of the units.
 """
 
 from __future__ import annotations
@@ -32,25 +32,14 @@ NONE, INSIDE = 1e300, 1e-6
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of the command on its way to the plant.
+    """A limit of the command on its way to the plant."""
 
-    Attributes
-    ----------
-    signal : str
-        Limited output; empty for the command itself.
-    low, high : float
-        Limits; -1e300 and 1e300 mean no limit.
-    keys : (str, str)
-        Names of the limits in `set` of a case.
-    clipped : bool
-        Whether the signal is saturated by the limit. It has then reached a limit if its distance is at most a millionth
-        of the range.
-    """
-
-    signal: str
-    low: float
+    signal: str  # limited output; empty for the command itself
+    low: float  # limits; -1e300 and 1e300 mean no limit
     high: float
-    keys: tuple[str, str]
+    keys: tuple[str, str]  # names of the limits in `set` of a case
+    # whether the signal is saturated by the limit. It has then reached a limit if its distance is at most a millionth
+    # of the range.
     clipped: bool = False
 
     def ends(self, said: Mapping[str, Any]) -> tuple[float, float]:
@@ -62,30 +51,14 @@ class Limit:
 
 @dataclass(frozen=True)
 class Roles:
-    """Names of the signals of a loop in a scenario.
+    """Names of the signals of a loop in a scenario."""
 
-    Attributes
-    ----------
-    reference : str
-        Reference: output with which the tracked output is compared.
-    measured : str
-        Tracked output behind the sensor and its converter, as the controllers read it.
-    command : str
-        Input that the controllers drive: the input of the inverse, or of the plant if there is no inverse.
-    driver : str
-        Output that is connected to `command`.
-    sources : tuple of str
-        Units of the block `reference` that produce the reference.
-    limits : tuple of Limit
-        Limits of the command.
-    """
-
-    reference: str
-    measured: str
-    command: str
-    driver: str
-    sources: tuple[str, ...]
-    limits: tuple[Limit, ...] = field(default=(), compare=False)
+    reference: str  # reference: output with which the tracked output is compared
+    measured: str  # tracked output behind the sensor and its converter, as the controllers read it
+    command: str  # input that the controllers drive: the input of the inverse, or of the plant if there is no inverse
+    driver: str  # output that is connected to `command`
+    sources: tuple[str, ...]  # units of the block `reference` that produce the reference
+    limits: tuple[Limit, ...] = field(default=(), compare=False)  # limits of the command
 
 
 def roles(opened: OpenedLoop) -> Roles:
@@ -95,11 +68,12 @@ def roles(opened: OpenedLoop) -> Roles:
     controllers.
     """
     system = opened.system
-    signal, against = next((m.signal, m.against) for m in system.case.metrics.values() if m.against is not None)
-    assert against is not None
+    tracked = system.case.tracked
+    assert tracked is not None
+    signal, against = tracked.signal, str(tracked.against)
     owner = {p.name: k for k, p in enumerate(system.parts)}
     plant, maker = owner[signal.partition(".")[0]], owner[against.partition(".")[0]]
-    forward = [(system.owners[n.source], n.to) for n in system.links]
+    forward = system.edges
     led = behind([e for e in forward if e[0] != plant], maker) | {maker}
     back = behind([(b, a) for a, b in forward], maker) | {maker}
     command = opened.command or opened.side.entry
@@ -116,8 +90,7 @@ def roles(opened: OpenedLoop) -> Roles:
 
 def _measured(system: System, place: int, plant: int, led: set[int]) -> int:
     """Follow the tracked output through units up to the first unit that depends on the reference."""
-    forward = [(system.owners[n.source], n.to) for n in system.links]
-    acting = behind([(b, a) for a, b in forward], plant)
+    acting = behind([(b, a) for a, b in system.edges], plant)
     while True:
         readers = {n.to for n in system.links if n.source == place and n.to in acting}
         if len(readers) != 1 or readers & led:
@@ -346,8 +319,3 @@ def sector(opened: Mapping[str, OpenedLoop], stated: Sequence[float] | None, nom
     """
     found = np.array(list(stated) if stated else [v for o in opened.values() for v in o.slopes]) / nominal
     return min(float(found.min()), 1.0), max(float(found.max()), 1.0)
-
-
-def in_unit(values: Array | float, nominal: float) -> Array:
-    """Return gains from an error to a command, for a plant with the slope `nominal`."""
-    return np.asarray(values) / nominal

@@ -1,6 +1,6 @@
-"""A repetitive part for the loop of a scenario. Its filters are stable in all corners of the loop.
+"""A repetitive part for the loop of a scenario.
 
-Search for the filters of repetitive control with the largest cutoff and gain that are stable in every corner.
+The search finds the filters with the largest cutoff and gain that are stable in all corners of the loop.
 """
 
 from __future__ import annotations

@@ -166,16 +166,9 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Parallel:
-    """A diagram of draws across axes.
+    """A diagram of draws across axes: `good` (n,) states whether each draw is inside the limits.
 
-    Parameters
-    ----------
-    title : str
-    axes : sequence of Coordinate
-    good : array of bool, shape (n,)
-        Whether each draw is inside the limits.
-    words : (str, str)
-        Text of the legend for good draws, and for all other draws.
+    `words` are the text of the legend for good draws, and for all other draws.
     """
 
     title: str

@@ -40,20 +40,11 @@ class Slider:
 
 @dataclass(frozen=True)
 class Memory:
-    """States of a block that represent its memory.
+    """States of the node `block` that represent its memory: turning points, plays, or other states with `names`.
 
-    Attributes
-    ----------
-    block : str
-        Name of the node.
-    kind : {"turns", "plays", "states"}
-        A list of turning points (`fmu_build/core/memory/turning_points.h`), plays, or other states.
-    node, place : int
-        Index of the node, and of the first number among its states.
-    widths, size : int
-        First value reference and number of the half-widths of plays.
-    names : tuple of str
-        Names of other states.
+    `node` and `place` are the index of the node, and of the first number among its states. `widths` and `size` are the
+    first value reference and the number of the half-widths of plays. `core/memory/turning_points.h` has the list of
+    turns.
     """
 
     block: str

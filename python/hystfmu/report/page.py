@@ -16,14 +16,10 @@ from hystfmu.report.explorer import Explorer
 
 
 def policy(styles: Sequence[str], scripts: Sequence[str] = (), core: bool = False) -> str:
-    """Return the <meta> element that states the policy. It must be in front of every style and script.
+    """Return the <meta> element of the Content-Security-Policy; it must be in front of every style and script.
 
-    Parameters
-    ----------
-    styles, scripts : sequence of str
-        Complete text between the tags of each <style> and <script> element, including line ends.
-    core : bool
-        Whether the page compiles WebAssembly.
+    The policy allows only the given scripts and styles, each the complete text between its tags, including line ends,
+    and no requests. With `core`, the page compiles WebAssembly.
     """
     allowed = [*map(_hash, scripts), *(["'wasm-unsafe-eval'"] if core else [])]
     rules = ["default-src 'none'", f"style-src {' '.join(map(_hash, styles))}"]

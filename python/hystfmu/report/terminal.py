@@ -103,18 +103,10 @@ def width() -> int | None:
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[Any]], keys: int = 1) -> str:
-    """Return a text table with numbers aligned to the right.
+    """Return a text table with numbers aligned to the right; the first `keys` columns name a row.
 
     In a terminal, the cells of a table that is too wide are wrapped between words. If this is not sufficient, the table
     is split into several tables with the same first columns.
-
-    Parameters
-    ----------
-    head : sequence of str
-    rows : sequence of sequence
-        Cells; shape (rows, columns).
-    keys : int
-        Number of the first columns, which name a row.
     """
     columns = [_Column([printable(str(row[k])) for row in (head, *rows)]) for k in range(len(head))]
     most = width()
@@ -225,15 +217,7 @@ BAR = 20  # characters
 
 
 class Bar:
-    """A progress bar: one line on stderr that is overwritten.
-
-    Parameters
-    ----------
-    label : str
-        Name of the work.
-    clock : function
-        Returns the time in seconds.
-    """
+    """A progress bar: one line on stderr that is overwritten; the clock returns seconds."""
 
     def __init__(self, label: str, clock: Callable[[], float] = time.monotonic) -> None:
         self._label, self._clock = label, clock

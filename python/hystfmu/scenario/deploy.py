@@ -1,15 +1,14 @@
-"""The control side of a loop: the units from reference and measured output to the command.
+"""The controller of a loop: the units from reference and measured output to the command, for another target.
 
 The plant is the unit whose output the first metric with `against` evaluates. The actuator side of the plant consists of
 the units upstream of the plant that belong to it: units at the rate of the plant, converters, delays for computing
 time, and amplifiers. The sensor side consists of the downstream units that read only the plant and noise. The
 controller consists of the units upstream of the command.
 
-The controller of a loop as one graph with the ports r, y and u, as an FMU, and as C files for a target.
-
-The inputs are the measured output `y` and the outputs of sources that the controller reads. These are `r`, `r_ahead`,
-`r_dot`, `r_ddot` of the reference, and `unit_output` of any other source. `u_present` starts a hand-over, see
-`bumpless_transfer`. Without `u_present`, the output equals the command in the scenario bit by bit.
+The controller is written as one graph with the ports r, y and u, as an FMU, or as C files. The inputs are the measured
+output `y` and the outputs of sources that the controller reads. These are `r`, `r_ahead`, `r_dot`, `r_ddot` of the
+reference, and `unit_output` of any other source. `u_present` starts a hand-over, see `bumpless_transfer`. Without
+`u_present`, the output equals the command in the scenario bit by bit.
 """
 
 from __future__ import annotations
@@ -81,7 +80,7 @@ class _Sides:
 
     @cached_property
     def plant(self) -> int:
-        metric = next((m for m in self.system.case.metrics.values() if m.against is not None), None)
+        metric = self.system.case.tracked
         if metric is None:
             raise InputError(f"{self.where}: A metric must have 'against', which names the plant. Got none.")
         return self.owner[self.system.columns[metric.signal]]
@@ -339,7 +338,8 @@ def _sources(system: System, side: ControlSide) -> dict[int, _Source]:
     """Return the inputs of the controller by the indices of their values. r and y are first."""
     read = sorted({n.source for n in boundary(system, side)})
     owner, names = {place: system.parts[k] for place, k in system.owners.items()}, system.names
-    tracked = next(m for m in system.case.metrics.values() if m.against is not None)
+    tracked = system.case.tracked
+    assert tracked is not None
     measure = unit_of(system, names[side.measured]) if side.measured is not None else ""
     measure = measure or unit_of(system, tracked.signal)
     reference = _reference(system, tracked.against, [owner[p] for p in read if p != side.measured])

@@ -3,9 +3,7 @@
 A controller is used only if it meets its margins for all plants of the set, and if every drawn device stays bounded in
 simulation. Otherwise the loop consists of feed-forward and inverse, and a note states this.
 
-Overshoot and settling time for a reference with jumps, from a run.
-
-A compared controller structure, with an error for each reference and a step response.
+For the table of compared structures, each structure has an error for each reference, and overshoot and settling time.
 """
 
 from __future__ import annotations
@@ -20,16 +18,15 @@ import numpy as np
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.design.feedforward import Preview, preview
+from hystfmu.design.feedforward import preview
 from hystfmu.design.plants import PlantSet, plant_set
 from hystfmu.design.race import Aim, Limits, Race, Tuned, race
 from hystfmu.design.structures import STRUCTURES, Design
 from hystfmu.face.model import Model
-from hystfmu.face.scenario import Scenario
 from hystfmu.scenario import Result, Results
 from hystfmu.scenario.loop.table import MarginTable, margin_table
 from hystfmu.start.device import FINE, SLOPES, Device, device
-from hystfmu.start.loop import command_of, draws, loop_scenario
+from hystfmu.start.loop import LoopPlan, draws
 from hystfmu.start.promise import HARMONICS, Misfit, Promise, expected_percent, misfit, promises
 from hystfmu.start.references import Tried, references
 from hystfmu.start.requirements import JUMPS, OVERSHOOT, Amplifier, Requirements
@@ -39,34 +36,17 @@ WITHIN = 0.02  # of a step: settled
 
 @dataclass(frozen=True)
 class StepResponse:
-    """Overshoot and settling time of the worst step of a reference.
+    """Overshoot and settling time of the worst step of a reference."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the reference.
-    overshoot : float
-        Overshoot beyond the new level, in percent of the step.
-    settling : float
-        Time until the output stays within 2 % of the step (s). It is infinite if the output does not settle before the
-        next step.
-    """
-
-    name: str
-    overshoot: float
+    name: str  # name of the reference
+    overshoot: float  # overshoot beyond the new level, in percent of the step
+    # time until the output stays within 2 % of the step (s). It is infinite if the output does not settle before the
+    # next step.
     settling: float
 
 
 def step_response(tried: Tried, result: Result) -> StepResponse:
-    """Measure overshoot and settling time in a run.
-
-    Parameters
-    ----------
-    tried : Tried
-        The reference.
-    result : Result
-        Result of the case of this reference.
-    """
+    """Measure overshoot and settling time in the run of the case of a reference."""
     trace = result.trace
     if trace is None:
         return StepResponse(tried.name, np.inf, np.inf)
@@ -86,20 +66,11 @@ def step_response(tried: Tried, result: Result) -> StepResponse:
 
 @dataclass(frozen=True)
 class Contender:
-    """One row of the comparison table.
-
-    Attributes
-    ----------
-    tuned : Tuned
-    errors : dict of str to float
-        Expected RMS error in percent of peak to peak, for each reference without jumps.
-    step : StepResponse or None
-        Response to the first reference with jumps, simulated with the identified device.
-    """
+    """One row of the comparison table."""
 
     tuned: Tuned
-    errors: dict[str, float]
-    step: StepResponse | None
+    errors: dict[str, float]  # expected RMS error in percent of peak to peak, for each reference without jumps
+    step: StepResponse | None  # response to the first reference with jumps, simulated with the identified device
 
 
 WORSE, NOISY = 2.0, 3.0  # times the error without feedback, and times that of the noise: a drawn device stays bounded
@@ -110,39 +81,17 @@ SLOW = 0.02  # of the band: a bandwidth below is a slow integrator
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """A simulated loop with its results.
-
-    Attributes
-    ----------
-    device : Device
-    race : Race
-        Comparison of structures, best first; empty if no feedback is allowed.
-    contenders : tuple of Contender
-        The structures of `race`, with figures for the user.
-    tuned : Tuned or None
-        Controller of the loop; None for feed-forward alone.
-    misfit : Misfit
-    promises : tuple of Promise
-        Expected errors on the device, one for each reference.
-    steps : tuple of StepResponse
-        Overshoot and settling time for each reference with jumps.
-    results : Results
-        Results of the cases of the scenario.
-    margins : MarginTable
-    reasons : tuple of str
-        Properties that the record does not show, and reasons for missing feedback.
-    """
+    """A simulated loop with its results."""
 
     device: Device
-    race: Race
-    contenders: tuple[Contender, ...]
-    tuned: Tuned | None
-    misfit: Misfit
-    promises: tuple[Promise, ...]
-    steps: tuple[StepResponse, ...]
-    results: Results
+    race: Race  # comparison of structures, best first; empty if no feedback is allowed
+    contenders: tuple[Contender, ...]  # the structures of `race`, with figures for the user
+    tuned: Tuned | None  # controller of the loop; None for feed-forward alone
+    promises: tuple[Promise, ...]  # expected errors on the device, one for each reference
+    steps: tuple[StepResponse, ...]  # overshoot and settling time for each reference with jumps
+    results: Results  # of the cases of the scenario
     margins: MarginTable
-    reasons: tuple[str, ...]
+    reasons: tuple[str, ...]  # properties that the record does not show, and reasons for missing feedback
 
     @property
     def approved(self) -> bool:
@@ -180,28 +129,10 @@ def close(
     told: Callable[[str], None],
     shown: Callable[[str], AbstractContextManager[Callable[[float], None]]],
 ) -> ClosedLoop:
-    """Invert the model, tune a controller, and run the scenario of the loop.
+    """Invert the model that was fitted to `data`, tune a controller, and run the scenario of the loop in `folder`.
 
-    Parameters
-    ----------
-    model : Model
-        Model that was fitted to `data`.
-    data : Dataset
-    folder : Path
-        Folder for the scenario.
-    name : str
-        Name of the scenario.
-    asked : Requirements
-    told : function
-        Called with a line at the end of each step.
-    shown : function
-        Called with the name of a long step. It returns a context manager, which yields a function for the fraction
-        done.
-
-    Raises
-    ------
-    InputError
-        The model cannot be used in a loop, a reference is not possible, or a requirement is not met.
+    `name` is the name of the scenario; for `told` and `shown` see `hystfmu.start.run.start`. An InputError is raised if
+    the model cannot be used in a loop, a reference is not possible, or a requirement is not met.
     """
     amplifier = asked.amplifier or Amplifier()
     found = device(model, data, asked.resonance, (amplifier.low, amplifier.high))
@@ -229,7 +160,7 @@ def close(
     if asked.bandwidth and (tuned is None or tuned.bandwidth < asked.bandwidth):
         reached = max((t.bandwidth for t in outcome.found), default=0.0)
         faults.append(f"a bandwidth of {asked.bandwidth:g} Hz is asked for; {reached:.3g} Hz is reachable")
-    plan = _Plan(found, ahead, missed, tried, asked, name)
+    plan = _Runs(found, ahead, missed, tried, asked, name)
     margins, lost = MarginTable([], [], []), ""
     with shown("running the loop") as progress:
         for tuned in (*outcome.found[:TRIED], None):
@@ -255,7 +186,7 @@ def close(
         raise InputError("; ".join(faults))
     told(f"loop: {_said(tuned)}" if tuned else f"loop: feed-forward and inverse; {reasons[0]}")
     table = plan.contenders(outcome, plants, aim)
-    return ClosedLoop(found, outcome, table, tuned, missed, said, steps, results, margins, tuple(reasons))
+    return ClosedLoop(found, outcome, table, tuned, said, steps, results, margins, tuple(reasons))
 
 
 def _margins(into: Path) -> tuple[MarginTable, str]:
@@ -297,16 +228,8 @@ def _said(t: Tuned) -> str:
     )
 
 
-@dataclass(frozen=True)
-class _Plan:
-    """Parts of a scenario."""
-
-    found: Device
-    ahead: Preview
-    missed: Misfit
-    tried: tuple[Tried, ...]
-    asked: Requirements
-    name: str
+class _Runs(LoopPlan):
+    """Runs of the scenario of a loop."""
 
     def run(self, tuned: Tuned | None, folder: Path, progress: Callable[[float], None]) -> tuple[Results, Path, str]:
         """Run the scenario and record its results; the last returned value names a device that becomes unbounded."""
@@ -357,7 +280,7 @@ class _Plan:
         amplifier, trace = self.asked.amplifier, result.trace
         if amplifier is None or trace is None:
             return ""
-        u = trace[command_of(self.asked)][trace.t >= t.after][::FINE]
+        u = trace[self.command][trace.t >= t.after][::FINE]
         needs = float(np.abs(np.diff(u)).max(initial=0.0)) / self.found.h
         if needs <= amplifier.slew:
             return ""
@@ -371,15 +294,6 @@ class _Plan:
             d.name: float(f"{WORSE * _tracking(loop.run(d.name, engine='native')) + noise:.3g}")
             for d in draws(self.found)
         }
-
-    def scenario(self, tuned: Tuned | None, limits: dict[str, float], slower: float = 1.0) -> Scenario:
-        """Build the scenario. The shaping of references with jumps is slower by the factor `slower`."""
-        p = self
-        loop = loop_scenario(p.found, tuned, p.ahead, p.missed, p.tried, p.asked, p.name, limits, slower)
-        if tuned is None:
-            return loop
-        corners = [d.name for d in draws(p.found)]
-        return loop.margins(case=p.tried[0].name, Ms_db=p.asked.ms, corners=corners, slopes=SLOPES, stable_to_steps=0.0)
 
 
 def _tracking(result: Result) -> float:

@@ -47,57 +47,26 @@ Errors = tuple[tuple[float, float, float], ...]
 
 @dataclass(frozen=True)
 class Device:
-    """A fitted model and its parts.
+    """A fitted model and its parts."""
 
-    Attributes
-    ----------
-    model : Model
-        Model of hysteresis and creep, without dynamics.
-    inverse : Model
-        Inverse of `model`.
-    plant : Plant
-        Dynamics after the hysteresis, as the record shows them. Computing time is not included.
-    errors : tuple of (float, float, float)
-        Standard errors of frequency (Hz), damping ratio and share for each mode.
-    delay_error : float
-        Standard error of the delay (s).
-    unseen : Unseen or None
-        Resonance that the record did not excite.
-    h : float
-        Step (s).
-    frequency : float
-        Frequency of the references (Hz). It is the frequency of the record, limited by the step.
-    band : float
-        Highest frequency at which input and output are coherent (Hz); 0 if there is no such frequency.
-    noise : float
-        RMS of the noise of the sensor.
-    low, high, rest : float
-        Smallest and largest output that the device keeps for the time of a run, and output before the first step, in
-        the unit of measure of y. Because of creep, a quick sweep may have another range.
-    commands : (float, float)
-        Range of the input in the record.
-    falling : bool
-        Whether the output decreases with the input, as for a contracting stack.
-    notes : tuple of str
-        Properties that the record does not show.
-    """
-
-    model: Model
-    inverse: Model
-    plant: Plant
-    errors: Errors
-    delay_error: float
-    unseen: Unseen | None
-    h: float
-    frequency: float
-    band: float
-    noise: float
+    model: Model  # model of hysteresis and creep, without dynamics
+    inverse: Model  # inverse of `model`
+    plant: Plant  # dynamics after the hysteresis, as the record shows them. Computing time is not included.
+    errors: Errors  # standard errors of frequency (Hz), damping ratio and share for each mode
+    delay_error: float  # standard error of the delay (s)
+    unseen: Unseen | None  # resonance that the record did not excite
+    h: float  # step (s)
+    frequency: float  # frequency of the references (Hz). It is the frequency of the record, limited by the step.
+    band: float  # highest frequency at which input and output are coherent (Hz); 0 if there is no such frequency
+    noise: float  # RMS of the noise of the sensor
+    # smallest and largest output that the device keeps for the time of a run, and output before the first step, in the
+    # unit of measure of y. Because of creep, a quick sweep may have another range.
     low: float
     high: float
     rest: float
-    commands: tuple[float, float]
-    falling: bool
-    notes: tuple[str, ...] = ()
+    commands: tuple[float, float]  # range of the input in the record
+    falling: bool  # whether the output decreases with the input, as for a contracting stack
+    notes: tuple[str, ...] = ()  # properties that the record does not show
 
     @property
     def input(self) -> str:
@@ -116,23 +85,12 @@ def device(
     resonance: tuple[float, float] | None = None,
     commands: tuple[float, float] = (-math.inf, math.inf),
 ) -> Device:
-    """Split a model into the parts that a loop needs.
+    """Split a model that was fitted to `data` into the parts that a loop needs.
 
-    Parameters
-    ----------
-    model : Model
-        Fitted to `data`.
-    data : Dataset
-        Data of the fit. Their input determines the speed of the references.
-    resonance : (float, float), optional
-        Frequency (Hz) and damping ratio of a mode that the user states.
-    commands : (float, float)
-        Range of the amplifier. A finite limit replaces the limit of the record.
-
-    Raises
-    ------
-    InputError
-        The model has further inputs, dynamics within its hysteresis, or no inverse, or its output does not last.
+    The speed of the data is that of the references. `resonance` is the frequency (Hz) and the damping ratio of a mode
+    that the user states. A finite limit of the amplifier in `commands` replaces the limit of the record. An InputError
+    is raised if the model has further inputs, dynamics within its hysteresis, or no inverse, or if its output does not
+    last.
     """
     if fault := unsuited(model):
         raise InputError(f"{data.path or data.name}: {fault}")
@@ -251,16 +209,9 @@ def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[fl
 def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) -> Model:
     """Return the model of a device, which runs `FINE` times per step of the controller.
 
-    The model consists of delay, hysteresis, an additive input ``d``, and dynamics. The model error ``d`` acts in front
-    of the dynamics, because a lightly damped mode amplifies harmonics of the model error.
-
-    Parameters
-    ----------
-    found : Device
-    plant : Plant, optional
-        Dynamics; by default the dynamics of the device. The delay of the plant does not include computing time.
-    gain : float
-        Noise of the output around its rest value.
+    The model consists of delay, hysteresis, an additive input ``d``, and dynamics, by default those of the device
+    without computing time. The model error ``d`` acts in front of the dynamics, because a lightly damped mode amplifies
+    harmonics of the model error. `gain` is a gain of the output around its rest value.
     """
     plant = found.plant if plant is None else plant
     g, fine = found.model.graph, found.h / FINE

@@ -10,9 +10,7 @@ greatest speed of the record. It consists of these parts:
 - a sweep of small amplitude up to the required frequency.
 
 Levels and phases are random. Several inputs are drawn, and the input with the most information about the model is used
-(`hystfmu.start.excitation`).
-
-Information of a new input about the parameters of a model, in addition to the record of the fit.
+(`information`), in addition to the record of the fit.
 
 J contains the derivatives of the output with respect to relative changes of each parameter, on the record and on the
 new input. sigma is the error of the fit. The information is log det(I + J'J / sigma^2). Thus each direction of the
@@ -94,17 +92,8 @@ def write_excitation(
 ) -> str:
     """Write the columns t and u of `excitation` to a CSV file.
 
-    Parameters
-    ----------
-    path : Path
-    data, frequency, up_to, model
-        As for `excitation`.
-
-    Returns
-    -------
-    str
-        A line with last frequency of the sweep, number of rows, duration and rate. If the sweep needs a higher rate
-        than the rate of the record, the line states this.
+    Return a line with last frequency of the sweep, number of rows, duration and rate. It also states a rate that is
+    higher than the rate of the record.
     """
     u, h = excitation(data, frequency, up_to, model)
     unit = f" [{data.unit_u}]" if data.unit_u else ""
@@ -173,16 +162,8 @@ def _rows(cycle: float, last: float) -> float:
 def _path(start: float, cycle: float, speed: float, last: float, seed: int) -> Array:
     """Return a path in [-1, 1] that starts and ends at `start`.
 
-    Parameters
-    ----------
-    start : float
-    cycle : float
-        Rows of a full loop.
-    speed : float
-        Greatest step between two rows.
-    last : float
-        Last frequency of the sweep, per row.
-    seed : int
+    `cycle` is the number of rows of a full loop, `speed` the greatest step between two rows, and `last` the last
+    frequency of the sweep, per row.
     """
     rng = np.random.default_rng(seed)
     step = min(4 / cycle, 2 / LEAST_ROWS)

@@ -7,7 +7,7 @@ of the sensor. Drawn devices represent the uncertainty of the record.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -33,16 +33,7 @@ CONTROLLER = "controller"
 
 @dataclass(frozen=True)
 class Draw:
-    """A device that agrees with the record.
-
-    Attributes
-    ----------
-    name, text : str
-    plant : Plant
-    gain : float
-    late : int
-        Additional steps of delay compared with the design.
-    """
+    """A device that agrees with the record. `late` are additional steps of delay compared with the design."""
 
     name: str
     text: str
@@ -79,133 +70,120 @@ def draws(found: Device) -> tuple[Draw, ...]:
     return tuple(made)
 
 
-def loop_scenario(
-    found: Device,
-    tuned: Tuned | None,
-    ahead: Preview,
-    missed: Misfit,
-    tried: Sequence[Tried],
-    asked: Requirements,
-    name: str,
-    limits: Mapping[str, float],
-    slower: float = 1.0,
-) -> Scenario:
-    """Build the scenario of a loop.
+@dataclass(frozen=True)
+class LoopPlan:
+    """Parts of the scenario of a loop: device, feed-forward of its dynamics, model error, references, requirements.
 
-    Parameters
-    ----------
-    found : Device
-    tuned : Tuned or None
-        Controller; None for feed-forward alone.
-    ahead : Preview
-        Feed-forward of the dynamics.
-    missed : Misfit
-    tried : sequence of Tried
-        References. Each reference is a case; the drawn devices follow the first reference.
-    asked : Requirements
-    name : str
-        Name of the scenario.
-    limits : mapping
-        Largest allowed RMS error (percent of the stroke), by name of the case.
-    slower : float
-        Factor by which the shaping of references with jumps is slower than usual.
-
-    Returns
-    -------
-    Scenario
-        The scenario; it has not run yet.
+    Each reference of `tried` is a case; the drawn devices follow the first reference.
     """
-    first = tried[0]
-    title = f"{tuned.structure.text} in front of the inverse" if tuned else "feed-forward and inverse, no feedback"
-    loop = Scenario(name, step=found.h, stop=float(f"{first.stop:.12g}"), text=f"{name}: {title}", ripple=FINE)
-    loop.add("plant", plant_model(found), fine=True, text="the identified device; d: what the model misses")
-    lead = ahead.lead * found.h
-    loop.add(
-        "reference",
-        _leading(first.block, lead),
-        fine=True,
-        text="wanted output now, and some steps ahead",
-    )
-    loop.add(
-        "misfit",
-        missed.tones(first.frequency, 1, first.strength),
-        fine=True,
-        text=f"tones of the residual of the record, {missed.rms:.3g} RMS",
-    )
-    loop.add("noise", blocks.Noise(sigma=float(f"{found.noise:.4g}")), text="noise of the sensor, as in the record")
-    loop.add("sensor", blocks.Sum(k=[1.0, 1.0]))
-    loop.add("feedforward", _feedforward(ahead, found.rest), text="inverse of the dynamics, a few steps ahead")
-    loop.add(CONTROLLER, controller(found, tuned), text=title)
-    loop.add("inverse", found.inverse)
-    low, high = found.commands
-    loop.add("limits", blocks.Scaling(lo=low, hi=high), text="range of the input")
-    if asked.delay:
-        loop.add("delay", _late(found, asked.delay), text="time for computing")
-        loop.connect("limits.y", "delay.u")
-    command = command_of(asked)
-    y = f"plant.{found.output}"
-    for source, target in (
-        ("misfit.r", "plant.d"),
-        (y, "sensor.u_1"),
-        ("noise.w", "sensor.u_2"),
-        ("reference.r_lead", "feedforward.u"),
-        ("feedforward.y", "controller.u_ff"),
-        ("reference.r", "controller.y_d"),
-        ("sensor.y", "controller.y"),
-        ("controller.u", f"inverse.{found.inverse.graph.inputs[0].name}"),
-        (f"inverse.{found.inverse.graph.outputs[0].name}", "limits.u"),
-        (command, f"plant.{found.input}"),
-    ):
-        loop.connect(source, target)
-    stroke = float(f"{2 * first.amplitude:.6g}")
-    counted: dict[str, Any] = {"signal": y, "against": "reference.r", "stroke": stroke, "after": first.after}
-    loop.metric("tracking", "rms_percent", **counted, text="percent of the stroke")
-    loop.metric("worst", "max_percent", **counted, text="percent of the stroke")
-    loop.record("reference.r", y, command).loop("reference.r", y)
-    _cases(loop, found, tried, lead, missed, asked, limits, slower)
-    return loop
 
+    found: Device
+    ahead: Preview
+    missed: Misfit
+    tried: tuple[Tried, ...]
+    asked: Requirements
+    name: str
 
-def _cases(
-    loop: Scenario,
-    found: Device,
-    tried: Sequence[Tried],
-    lead: float,
-    missed: Misfit,
-    asked: Requirements,
-    limits: Mapping[str, float],
-    slower: float,
-) -> None:
-    """Add cases for the references and for the drawn devices, and cases without parts of the loop for comparison."""
+    @property
+    def command(self) -> str:
+        """Output that is the command of the device."""
+        return "delay.y" if self.asked.delay else "limits.y"
 
-    def limit(name: str) -> dict[str, float] | None:
-        return {"tracking": limits[name]} if name in limits else None
+    def scenario(self, tuned: Tuned | None, limits: Mapping[str, float], slower: float = 1.0) -> Scenario:
+        """Build the scenario with a controller, or with feed-forward alone. It has not run yet.
 
-    for t in tried:
-        text = f"{t.shape} of {t.frequency:.4g} Hz" if not t.jumps else f"{t.shape}, {1 / t.frequency:.3g} s a level"
-        units: dict[str, What] = {
-            "reference": _leading(t.block, lead),
-            "misfit": missed.tones(t.frequency, 1, t.strength),
-        }
-        connections = {}
-        if t.jumps:
-            units |= {"shaping": shaping(found, slower), "shaping_lead": shaping(found, slower)}
-            connections = {
-                "shaping.u": "reference.r",
-                "shaping_lead.u": "reference.r_lead",
-                "controller.y_d": "shaping.y",
-                "feedforward.u": "shaping_lead.y",
-            }
-        loop.case(t.name, text, stop=t.stop, after=t.after, units=units, connections=connections, limits=limit(t.name))
-    for d in draws(found):
-        late = {"delay": _late(found, asked.delay + d.late)} if asked.delay and d.late else {}
-        loop.case(d.name, d.text, units={"plant": plant_model(found, d.plant, d.gain), **late}, limits=limit(d.name))
-    lo, hi = found.commands
-    gain = (hi - lo) / (found.high - found.low) * (-1 if found.falling else 1)
-    straight = blocks.Scaling(gain=gain, offset=(lo + hi) / 2 - gain * (found.low + found.high) / 2)
-    alone = controller(found, None)
-    loop.case("inverse_only", "for comparison: without feedback", units={CONTROLLER: alone})
-    loop.case("neither", "for comparison: a gain alone", units={CONTROLLER: alone, "inverse": straight})
+        `limits` are the largest allowed RMS errors (percent of the stroke), by name of the case. The shaping of
+        references with jumps is slower by the factor `slower`.
+        """
+        found, first, missed = self.found, self.tried[0], self.missed
+        title = f"{tuned.structure.text} in front of the inverse" if tuned else "feed-forward and inverse, no feedback"
+        text = f"{self.name}: {title}"
+        loop = Scenario(self.name, step=found.h, stop=float(f"{first.stop:.12g}"), text=text, ripple=FINE)
+        loop.add("plant", plant_model(found), fine=True, text="the identified device; d: what the model misses")
+        loop.add("reference", self._leading(first), fine=True, text="wanted output now, and some steps ahead")
+        text = f"tones of the residual of the record, {missed.rms:.3g} RMS"
+        loop.add("misfit", missed.tones(first.frequency, 1, first.strength), fine=True, text=text)
+        loop.add("noise", blocks.Noise(sigma=float(f"{found.noise:.4g}")), text="noise of the sensor, as in the record")
+        loop.add("sensor", blocks.Sum(k=[1.0, 1.0]))
+        loop.add("feedforward", self._feedforward(), text="inverse of the dynamics, a few steps ahead")
+        loop.add(CONTROLLER, controller(found, tuned), text=title)
+        loop.add("inverse", found.inverse)
+        low, high = found.commands
+        loop.add("limits", blocks.Scaling(lo=low, hi=high), text="range of the input")
+        if self.asked.delay:
+            loop.add("delay", _late(found, self.asked.delay), text="time for computing")
+            loop.connect("limits.y", "delay.u")
+        y = f"plant.{found.output}"
+        for source, target in (
+            ("misfit.r", "plant.d"),
+            (y, "sensor.u_1"),
+            ("noise.w", "sensor.u_2"),
+            ("reference.r_lead", "feedforward.u"),
+            ("feedforward.y", "controller.u_ff"),
+            ("reference.r", "controller.y_d"),
+            ("sensor.y", "controller.y"),
+            ("controller.u", f"inverse.{found.inverse.graph.inputs[0].name}"),
+            (f"inverse.{found.inverse.graph.outputs[0].name}", "limits.u"),
+            (self.command, f"plant.{found.input}"),
+        ):
+            loop.connect(source, target)
+        stroke = float(f"{2 * first.amplitude:.6g}")
+        counted: dict[str, Any] = {"signal": y, "against": "reference.r", "stroke": stroke, "after": first.after}
+        loop.metric("tracking", "rms_percent", **counted, text="percent of the stroke")
+        loop.metric("worst", "max_percent", **counted, text="percent of the stroke")
+        loop.record("reference.r", y, self.command).loop("reference.r", y)
+        self._add_cases(loop, limits, slower)
+        if tuned is None:
+            return loop
+        corners = [d.name for d in draws(found)]
+        return loop.margins(case=first.name, Ms_db=self.asked.ms, corners=corners, slopes=SLOPES, stable_to_steps=0.0)
+
+    def _add_cases(self, loop: Scenario, limits: Mapping[str, float], slower: float) -> None:
+        """Add cases for references and drawn devices, and cases without parts of the loop for comparison."""
+        found = self.found
+        bounds = {name: {"tracking": limit} for name, limit in limits.items()}
+        for t in self.tried:
+            text = f"{t.shape}, {1 / t.frequency:.3g} s a level" if t.jumps else f"{t.shape} of {t.frequency:.4g} Hz"
+            misfit = self.missed.tones(t.frequency, 1, t.strength)
+            units: dict[str, What] = {"reference": self._leading(t), "misfit": misfit}
+            connections = {}
+            if t.jumps:
+                units |= {"shaping": shaping(found, slower), "shaping_lead": shaping(found, slower)}
+                connections = {
+                    "shaping.u": "reference.r",
+                    "shaping_lead.u": "reference.r_lead",
+                    "controller.y_d": "shaping.y",
+                    "feedforward.u": "shaping_lead.y",
+                }
+            changed: dict[str, Any] = {"stop": t.stop, "after": t.after, "units": units, "connections": connections}
+            loop.case(t.name, text, **changed, limits=bounds.get(t.name))
+        for d in draws(found):
+            delay = self.asked.delay
+            late = {"delay": _late(found, delay + d.late)} if delay and d.late else {}
+            units = {"plant": plant_model(found, d.plant, d.gain), **late}
+            loop.case(d.name, d.text, units=units, limits=bounds.get(d.name))
+        lo, hi = found.commands
+        gain = (hi - lo) / (found.high - found.low) * (-1 if found.falling else 1)
+        straight = blocks.Scaling(gain=gain, offset=(lo + hi) / 2 - gain * (found.low + found.high) / 2)
+        alone = controller(found, None)
+        loop.case("inverse_only", "for comparison: without feedback", units={CONTROLLER: alone})
+        loop.case("neither", "for comparison: a gain alone", units={CONTROLLER: alone, "inverse": straight})
+
+    def _feedforward(self) -> Graph:
+        """Return the weights of the last samples behind the filter of the zeros. Before the first sample is rest."""
+        ahead = self.ahead
+        dims = {"n_u": len(ahead.taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
+        taps = Node("taps", "polynomial_narx", dims, {"theta": [*ahead.taps.tolist(), 0.0]})
+        first = [ahead.zeros] if ahead.zeros is not None else []
+        wires = [(f"{n.name}.y", "taps.u") for n in first]
+        inputs = [Input("u", (f"{(first or [taps])[0].name}.u",), start=self.found.rest)]
+        return Graph([*first, taps], wires, inputs, [Output("y", "taps.y")], sort=False)
+
+    def _leading(self, tried: Tried) -> blocks.Reference:
+        """Return a reference with the preview of the feed-forward."""
+        node, lead = tried.block.node, self.ahead.lead * self.found.h
+        given: dict[str, Any] = {**node.dims, **node.values, "lead": float(f"{lead:.12g}")}
+        return blocks.Reference(**given)
 
 
 def controller(found: Device, tuned: Tuned | None) -> Graph:
@@ -220,11 +198,6 @@ def controller(found: Device, tuned: Tuned | None) -> Graph:
     return Graph([pid], [], inputs, [Output("u", "pid.u", text="command")])
 
 
-def command_of(asked: Requirements) -> str:
-    """Return the command of the device."""
-    return "delay.y" if asked.delay else "limits.y"
-
-
 def shaping(found: Device, slower: float = 1.0) -> Node:
     """Return the critically damped filter of a reference with jumps, slower than the known dynamics of the device."""
     known = [f / SHAPING for f in found.plant.f_n] + [found.band / SHAPING] * (found.band > 0 and not found.plant.f_n)
@@ -235,28 +208,6 @@ def shaping(found: Device, slower: float = 1.0) -> Node:
     return Node("shaping", "transfer_function", {"na": 2, "nb": 0}, values)
 
 
-def _feedforward(ahead: Preview, rest: float) -> Graph:
-    """Return the block with the weights of the last samples, after the filter of the zeros.
-
-    Samples before the first sample are `rest`.
-    """
-    dims = {"n_u": len(ahead.taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
-    taps = Node("taps", "polynomial_narx", dims, {"theta": [*ahead.taps.tolist(), 0.0]})
-    first = [ahead.zeros] if ahead.zeros is not None else []
-    wires = [(f"{n.name}.y", "taps.u") for n in first]
-    end = f"{(first or [taps])[0].name}.u"
-    return Graph([*first, taps], wires, [Input("u", (end,), start=rest)], [Output("y", "taps.y")], sort=False)
-
-
-def _leading(block: blocks.Reference, lead: float) -> blocks.Reference:
-    """Return a reference with a preview of `lead` (s)."""
-    given: dict[str, Any] = {**block.node.dims, **block.node.values, "lead": float(f"{lead:.12g}")}
-    return blocks.Reference(**given)
-
-
 def _late(found: Device, n: int) -> blocks.Delay:
     """Return a delay of the command by n steps. Before the first command the device is at rest."""
     return blocks.Delay(n=n, y0=float(found.model.graph.inputs[0].start))
-
-
-__all__ = ["SLOPES", "Draw", "controller", "draws", "loop_scenario", "shaping"]

@@ -2,7 +2,7 @@
 
 If there is no loop, the page states the reason.
 
-The verdict of `hystfmu start`, for terminal, page, verdict.json and exit status.
+Terminal, page, verdict.json and exit status have the same verdict.
 """
 
 from __future__ import annotations
@@ -135,29 +135,7 @@ def write_page(
     told: dict[str, Any],
     notes: list[str],
 ) -> Path:
-    """Write report.html.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the page.
-    name : str
-        Name of the device.
-    model : Model
-    data : Dataset
-        Data of the fit.
-    loop : ClosedLoop or str
-        The loop, or the reason why there is none.
-    told : dict
-        The verdict.
-    notes : list of str
-        Notes on decisions.
-
-    Returns
-    -------
-    Path
-        Path of the page.
-    """
+    """Write report.html and return its path. `told` is the verdict; `loop` may be the reason why there is no loop."""
     if isinstance(loop, str):
         path = folder / "report.html"
         write_text(path, fit_page(model, data, f"{sentence(told)}."))
@@ -193,11 +171,7 @@ def reference_table(told: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
 def race_table(loop: ClosedLoop, page: bool = True) -> tuple[list[str], list[list[str]]]:
     """Return head and rows of the table of structures, best first.
 
-    Parameters
-    ----------
-    loop : ClosedLoop
-    page : bool
-        Whether to add the chosen values of each structure, and a row for each structure that was left out.
+    With `page`, the table has the chosen values of each structure, and a row for each structure that was left out.
     """
     names = list(loop.contenders[0].errors) if loop.contenders else []
     head = ["structure", *(f"{n}, RMS %" for n in names), "bandwidth, Hz", "Ms, dB", "Ms of all, dB"]

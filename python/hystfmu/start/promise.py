@@ -5,11 +5,9 @@ includes the uncertainty of modes and delay. Because of this uncertainty, the fe
 tone of the reference; the feedback reduces this error. A record with only one kind of signal gives no information about
 other signals. A model that does not follow its record gives no information about the device.
 
-Error of a model as tones for the simulation of a loop. The expected error of a loop includes these tones.
-
-The residual of a record has a spectrum. Its frequencies are stated relative to the cycle rate of the record, because
-errors of the hysteresis are at fixed harmonics of a slower or faster reference. The white noise of the sensor is
-subtracted.
+The model error is simulated as tones. The residual of a record has a spectrum. Its frequencies are stated relative to
+the cycle rate of the record, because errors of the hysteresis are at fixed harmonics of a slower or faster reference.
+The white noise of the sensor is subtracted.
 """
 
 from __future__ import annotations
@@ -43,21 +41,11 @@ LEAST_SHARE = 1e-4  # of the power of the residual: a tone
 
 @dataclass(frozen=True)
 class Misfit:
-    """Power of the residual in bands of harmonics of a cycle. `EDGES` are the edges of the bands.
+    """Power of the residual in bands of harmonics of a cycle. `EDGES` are the edges of the bands."""
 
-    Attributes
-    ----------
-    power : array, shape (len(EDGES) - 1,)
-        Power in front of the dynamics, in the square of the unit of measure of y.
-    plant : Plant
-        Dynamics.
-    h : float
-        Step (s).
-    """
-
-    power: Array
-    plant: Plant
-    h: float
+    power: Array  # power in front of the dynamics, in the square of the unit of measure of y, shape (len(EDGES) - 1,)
+    plant: Plant  # dynamics
+    h: float  # step (s)
 
     @property
     def rms(self) -> float:
@@ -100,20 +88,10 @@ class Misfit:
 
 
 def misfit(model: Model, data: Dataset, cycle: float, noise: float, plant: Plant) -> Misfit:
-    """Compute the power of the residual in each band.
+    """Compute the power of the residual in each band, in front of the dynamics `plant`.
 
-    Parameters
-    ----------
-    model : Model
-        The fitted model with all its parts.
-    data : Dataset
-        Record of the fit.
-    cycle : float
-        Rate of the cycles of the record (Hz).
-    noise : float
-        RMS of the white noise of the sensor.
-    plant : Plant
-        Dynamics. The misfit is computed in front of the dynamics.
+    `data` is the record of the fit, `cycle` the rate of its cycles (Hz), and `noise` the RMS of the white noise of the
+    sensor.
     """
     e = data.y - free_run(model, data)
     ratio = float(model.fit.get("validation_percent", 0.0)) / max(float(model.fit.get("rms_percent", 1.0)), 1e-12)
@@ -153,33 +131,19 @@ SLIGHT = 0.2  # percent of the span: an error that is never far, such as on rows
 
 @dataclass(frozen=True)
 class Promise:
-    """Expected error for one reference.
-
-    Attributes
-    ----------
-    name, shape : str
-    frequency, amplitude, offset : float
-        Frequency (Hz), amplitude and offset of the reference (unit of measure of y).
-    model_percent : float
-        RMS error of the identified device with its model error in the run, in percent of peak to peak of the reference.
-    rms_percent, bound_percent : float or None
-        Expected RMS error on the device, and a bound of this error; None if not known.
-    why : str
-        Reason why the error is not known.
-    follows : bool
-        False if this reason is that the model does not follow its record.
-    """
+    """Expected error for one reference."""
 
     name: str
     shape: str
-    frequency: float
+    frequency: float  # frequency (Hz), amplitude and offset of the reference (unit of measure of y)
     amplitude: float
     offset: float
+    # RMS error of the identified device with its model error in the run, in percent of peak to peak of the reference
     model_percent: float
-    rms_percent: float | None
+    rms_percent: float | None  # expected RMS error on the device, and a bound of this error; None if not known
     bound_percent: float | None
-    why: str = ""
-    follows: bool = True
+    why: str = ""  # reason why the error is not known
+    follows: bool = True  # false if this reason is that the model does not follow its record
 
 
 def promises(
@@ -236,11 +200,7 @@ def unknown(found: Device, t: Tried, data: Dataset, model: Model, fault: str) ->
 def misfitted(model: Model, noise: float) -> str:
     """Return the reason why a model does not follow its record; empty if it follows the record.
 
-    Parameters
-    ----------
-    model : Model
-    noise : float
-        RMS of the noise of the record in percent of the span.
+    `noise` is the RMS of the noise of the record in percent of the span.
     """
     fit = model.fit
     error = max(float(fit.get(k, 0.0)) for k in ("rms_percent", "validation_percent", "held_out_rms_percent"))

@@ -29,32 +29,18 @@ DEFAULT = tuple(Wanted(shape) for shape in ("sine", "nested", "triangle", "step"
 
 @dataclass(frozen=True)
 class Tried:
-    """A reference as a block of the scenario.
-
-    Attributes
-    ----------
-    name, shape : str
-    frequency, amplitude, offset : float
-        Frequency (Hz), amplitude and offset (unit of measure of y).
-    block : Reference
-    stop, after : float
-        End of the run (s), and first time at which errors are evaluated (s).
-    jumps : bool
-        Whether the reference jumps. The loop shapes a reference with jumps.
-    strength : float
-        Size of the strokes relative to a sine with this amplitude.
-    """
+    """A reference as a block of the scenario."""
 
     name: str
     shape: str
-    frequency: float
+    frequency: float  # frequency (Hz), amplitude and offset (unit of measure of y)
     amplitude: float
     offset: float
     block: blocks.Reference
-    stop: float
+    stop: float  # end of the run (s), and first time at which errors are evaluated (s)
     after: float
-    jumps: bool = False
-    strength: float = 1.0
+    jumps: bool = False  # whether the reference jumps. The loop shapes a reference with jumps.
+    strength: float = 1.0  # size of the strokes relative to a sine with this amplitude
 
     @property
     def periodic(self) -> bool:

@@ -1,6 +1,6 @@
 """The steps of `hystfmu start`: read, fit, invert, tune, run, export, report.
 
-Study of a loop of `start`: it draws devices around the fitted model, and computes the share within the limits.
+A study draws devices around the fitted model, and computes the share within the limits.
 """
 
 from __future__ import annotations
@@ -37,16 +37,8 @@ DRAWS = 200
 def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
     """Write a study file, and return whether the model has parameters that can be drawn.
 
-    Parameters
-    ----------
-    path : Path
-        Path of the file, in the parent folder of the scenario.
-    loop : ClosedLoop
-        Loop. The limit of each drawn device is the largest limit of the drawn devices in the scenario.
-    scenario : str
-        Name of the folder of the scenario.
-    name : str
-        Name of the device.
+    `scenario` is the name of the folder of the scenario, beside the file. The limit of each draw is the largest limit
+    of the drawn devices in the scenario.
     """
     parameters = drawn(loop.device)
     limits = [r.system.case.metrics["tracking"].limit for r in loop.results if r.case not in loop.references]
@@ -107,26 +99,13 @@ _OPTION = re.compile(r"(\w+)=(\S+)")
 
 @dataclass(frozen=True)
 class Started:
-    """Result of `start`.
-
-    Attributes
-    ----------
-    model : Model
-    loop : ClosedLoop or str
-        The loop with the inverse of the model, or the reason why there is none.
-    verdict : dict
-        Content of verdict.json, see `hystfmu.start.page.SCHEMA`.
-    files : dict of str to (Path, str)
-        Each file or folder, with the command that makes it.
-    notes : list of str
-        Notes on decisions.
-    """
+    """Result of `start`."""
 
     model: Model
-    loop: ClosedLoop | str
-    verdict: dict[str, Any]
-    files: dict[str, tuple[Path, str]]
-    notes: list[str]
+    loop: ClosedLoop | str  # the loop with the inverse of the model, or the reason why there is none
+    verdict: dict[str, Any]  # content of verdict.json, see `hystfmu.start.page.SCHEMA`
+    files: dict[str, tuple[Path, str]]  # each file or folder, with the command that makes it
+    notes: list[str]  # notes on decisions
 
     @property
     def approved(self) -> bool:

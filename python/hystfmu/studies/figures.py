@@ -2,13 +2,12 @@
 
 A notebook shows the answer as HTML, and the metrics as a figure.
 
-First-order and total effects of the parameters on the metrics, from the existing runs of a study.
-
-A polynomial chaos expansion is fitted to the runs by least squares. Its terms are products of polynomials that are
-orthonormal under the distribution of each parameter. The squares of its coefficients are shares of the variance. The
-first-order Sobol index of a parameter is the sum over the terms with this parameter alone. The total index is the sum
-over all terms with this parameter (Sudret 2008, Reliability Engineering & System Safety 93, 964-979). The expansion has
-the degree with the smallest leave-one-out error.
+First-order and total effects of the parameters on the metrics follow from the existing runs of a study. A polynomial
+chaos expansion is fitted to the runs by least squares. Its terms are products of polynomials that are orthonormal under
+the distribution of each parameter. The squares of its coefficients are shares of the variance. The first-order Sobol
+index of a parameter is the sum over the terms with this parameter alone. The total index is the sum over all terms with
+this parameter (Sudret 2008, Reliability Engineering & System Safety 93, 964-979). The expansion has the degree with the
+smallest leave-one-out error.
 """
 
 from __future__ import annotations

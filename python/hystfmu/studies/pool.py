@@ -12,10 +12,9 @@ uses functions that are safe in a fork of a process with threads. All other work
 without a safe fork) are new processes. A worker with foreign code is confined and has a supervisor on Linux
 (`PipedChild`). The parent does not trust it: the answers are JSON, because pickled data could run code.
 
-Run a study on a Dask cluster. The rows are the same as on this machine.
-
-On a cluster with a queueing system, start the workers with dask-jobqueue (`SLURMCluster(...).scale(20)`) and pass the
-address of the scheduler.  The workers need the same version of HystFMU.
+A Dask cluster gives the same rows as this machine. On a cluster with a queueing system, start the workers with
+dask-jobqueue (`SLURMCluster(...).scale(20)`) and pass the address of the scheduler. The workers need the same version
+of HystFMU.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
 """The file format of a study: a scenario, its cases, parameters with their ranges, and a sampling method.
 
-Parameters that a design computes. A study then varies the requirements of the design, not each tap or pole.
-
-The design is computed for the drawn values, and its result is set in every case. The result equals the result of
-`hy.design`.
+A design may compute parameters. A study then varies its requirements, not each tap or pole. The design is computed for
+the drawn values, and its result is set in every case. The result equals the result of `hy.design`.
 """
 
 from __future__ import annotations

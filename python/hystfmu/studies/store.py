@@ -1,14 +1,13 @@
 """Store the table of a study on disk.  Every finished run is stored at once and survives an interruption.
 
 Each row is one line of `journal.jsonl` with CRC-32, tab and JSON. The line is appended when the run ends. If a run has
-two rows, the later row is valid. A lock prevents a second study in the folder. A full journal becomes a Parquet part by
-an atomic rename; the name of the part ends with its CRC-32. Columns and seed are stored twice.
+two rows, the later row is valid. A lock prevents a second study in the folder, in this or another process. A full
+journal becomes a Parquet part by an atomic rename; the name of the part ends with its CRC-32. Columns and seed are
+stored twice.
 
 Truncated or damaged data are found at the next start. Damaged lines are moved to `damaged.jsonl`, damaged parts are
 renamed, and their runs are repeated. The final table is `results.parquet`, sorted by row. This table does not depend on
 time, machine or order of the runs.
-
-Lock of a folder against a second study in this process or in another process.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The answer of a study: the share of draws inside the limits with its interval, and the failures.
 
-Data of a study for a comparison: report.json contains summary and verdicts, results.parquet contains the rows.
+For a comparison, report.json contains summary and verdicts, and results.parquet contains the rows.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """One run of a study: a case with a variation, the id of the run, and its row in the table.
 
-Limits of the linearised loop as constraints of a study: peak of the sensitivity, stability in the corners.
+A run, or the objective of a study, may include the linearised loop: peak of the sensitivity, stability in the corners.
 """
 
 from __future__ import annotations

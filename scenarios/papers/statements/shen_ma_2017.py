@@ -7,7 +7,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.features.constraint_factor import basis, stack_coordinates
+from hystfmu.identify.methods.constraint_factor_mlp import basis, stack_coordinates
 from papers.row import Row
 
 A0, A = 0.2, (1.0, -0.3)  # of the operator that is compared with the block

@@ -7,7 +7,6 @@ import pytest
 
 from hystfmu import Dataset, InputError
 from hystfmu.graph import Graph, Input, Output
-from hystfmu.identify.features.constraint_factor import increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.methods import (
     constraint_factor_mlp,
@@ -18,6 +17,7 @@ from hystfmu.identify.methods import (
     rate_mlp,
     zhao_tan_mlp,
 )
+from hystfmu.identify.methods.constraint_factor_mlp import increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.methods.fitted_operator_mlp import straightened
 from hystfmu.identify.solvers.nonnegative import nonnegative
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from numpy.polynomial import legendre
 
-from hystfmu.identify.features import bent_sum, constraint_factor
+from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_sum import BentSum, Following, Problem
+from hystfmu.identify.methods import constraint_factor_mlp as constraint_factor
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 H = 0.01

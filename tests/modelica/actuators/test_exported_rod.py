@@ -16,7 +16,7 @@ import stacks
 
 import hystfmu as hy
 
-BOUND = 5e-3  # |actuator - model| / span, at 1 Hz: what load, eddy currents and rounded corners add to the model
+BOUND = 2e-3  # |actuator - model| / span, at 1 Hz: what eddy currents and rounded corners add to the model
 QUICK = ("jiles_atherton, strain", "prandtl_ishlinskii")
 KINDS = [pytest.param(k, marks=() if k in QUICK else pytest.mark.stress) for k in rods.KINDS]
 
@@ -36,18 +36,22 @@ def test_an_exported_rod_runs_as_it_comes(key: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("key", [k for k in KINDS if "g0_" not in str(k)])
 def test_a_rod_follows_its_model(key: str, tmp_path: Path) -> None:
-    """A free rod: the position against the output of the model for the current in the coil."""
+    """A free rod: the position against the output of the model for the current in the coil.
+
+    Resistance and damping have no part in that: with the values of the form a coil of 100 A has a lag of 0.2 us and
+    a rod without a mass one of 0.3 us.
+    """
     model = rods.rod(key)
     package = model.export_modelica(tmp_path / "Piezo")
     text = (package / "Actuator.mo").read_text()
-    start, most, L = (float(re.search(rf"\b{k} = ([-\d.e+]+)", text)[1]) for k in ("i_start", "i_max", "L"))
+    start, most, L, k = (float(re.search(rf"\n    {n} = ([-\d.e+]+)", text)[1]) for n in ("i_start", "i_max", "L", "k"))
     file, out = tmp_path / "Bench.mo", tmp_path / "out.npz"
     file.write_text(f"""model Bench
   HystFMU.Sources.Sine command(amplitude = {0.45 * most!r}, offset = {start!r}, frequency = 1);
   HystFMU.Actuators.CurrentDrive drive(gain = 1, v_max = {1e3 * most!r}, K = {1e3 * L!r});
   HystFMU.Plants.Ground ground;
   HystFMU.Plants.Fixed wall;
-  Piezo.Actuator actuator;
+  Piezo.Actuator actuator(resistance = {L!r}, c = {1e-5 * k!r});
 equation
   connect(command.r, drive.u);
   connect(drive.pin_p, actuator.pin_p);

@@ -23,7 +23,7 @@ from hystfmu.base.confine import Box
 from hystfmu.base.errors import InputError, extras
 from hystfmu.data.columns import LEAST_ROWS
 from hystfmu.data.reader.delimited import delimited
-from hystfmu.data.reader.formats import since_first
+from hystfmu.data.reader.formats import MATLAB_BLOCK, PARQUET, since_first
 from hystfmu.data.reader.table import Column, Stamps, Table, spelling, stated_step
 
 MOST_COLUMNS = 10_000
@@ -33,16 +33,8 @@ MOST_COLUMNS = 10_000
 class Named:
     """Description of an array in a file, whose values are not read yet.
 
-    Parameters
-    ----------
-    name : str
-        Name of the array, with its group if there is one, as in ``run1/u``. It is empty for the only array of a file.
-    shape : tuple of int
-        Shape of the array.
-    unit : str
-        Unit of measure that the file states, or an empty string.
-    first : str
-        First time stamp of an array of times; its values are seconds since this stamp. Otherwise empty.
+    The name includes the group of the array if there is one, as in ``run1/u``. It is empty for the only array of a
+    file. For an array of times, `first` is the first time stamp, and the values are seconds since this stamp.
     """
 
     name: str
@@ -54,20 +46,11 @@ class Named:
 def table_of(
     path: str | Path, kind: str, arrays: Sequence[Named], read: Callable[[str], np.ndarray], most: int
 ) -> Table:
-    """Return a table of the arrays of a file.
+    """Return a table of the arrays of numbers in a file; `read` returns the values of the array with a given name.
 
-    Parameters
-    ----------
-    path : path
-        The file, for messages.
-    kind : str
-        Name of the file format for the line with the assumptions, or an empty string.
-    arrays : sequence of Named
-        Arrays of numbers. An array of one number may state the time step; other arrays of one number are ignored.
-    read : function
-        Function that returns the values of the array with a given name.
-    most : int
-        Maximum size of all columns together, in bytes.
+    An array of one number may state the time step; other arrays of one number are ignored. `kind` is the name of the
+    file format for the line with the assumptions, or empty. `most` is the maximum size of all columns together, in
+    bytes.
 
     Raises
     ------
@@ -111,15 +94,7 @@ class _Place:
 
 
 class Arrays:
-    """Cells of a file of arrays. The class implements the protocol `Source`.
-
-    Parameters
-    ----------
-    path, read, most
-        Arguments of `table_of`.
-    places : sequence
-        Positions of the columns in the arrays.
-    """
+    """Cells of a file of arrays, for the protocol `Source`; `table_of` explains the arguments."""
 
     def __init__(
         self, path: str | Path, places: Sequence[_Place], read: Callable[[str], np.ndarray], most: int
@@ -215,12 +190,7 @@ def frame(given: Any, most: int) -> Table:
 
     An index of row numbers is ignored.
 
-    Parameters
-    ----------
-    given : data frame, mapping of str to array, or array
-        Data in columns.
-    most : int
-        Maximum size of a column in bytes.
+    `given` is a data frame, a mapping of str to array, or an array. `most` is the maximum size of a column in bytes.
 
     Raises
     ------
@@ -272,7 +242,6 @@ def _array(column: Any) -> np.ndarray:
 SECONDS = 120.0  # s: time limit of the parser
 MOST_TOLD = 2**24  # maximum number of bytes of names, units of measure and headings in the result of the parser
 _HDF5, _ZIP = b"\x89HDF\r\n\x1a\n", b"PK\x03\x04"
-_MATLAB_BLOCK = 512  # bytes before the signature in a MAT file of version 7.3
 _OLD = b"\xd0\xcf\x11\xe0"
 
 
@@ -288,7 +257,7 @@ class Format:
 _FORMATS = {
     _HDF5: Format("HDF5", "hdf5", "h5py"),
     b"\x93NUMPY": Format("npy", "numpy_files", "numpy"),
-    b"PAR1": Format("parquet", "arrow", "pyarrow"),
+    PARQUET: Format("parquet", "arrow", "pyarrow"),
     b"ARROW1": Format("feather", "arrow", "pyarrow"),
     b"FEA1": Format("feather", "arrow", "pyarrow"),
     b"TDSm": Format("TDMS", "tdms", "nptdms"),
@@ -320,7 +289,7 @@ def format_of(content: bytes, path: str | Path) -> Format | None:
         raise InputError(
             f"{path}: The workbook must be in the format xlsx. Got one of Excel 97: save it as xlsx or CSV."
         )
-    if content[_MATLAB_BLOCK : _MATLAB_BLOCK + len(_HDF5)] == _HDF5:
+    if content[MATLAB_BLOCK : MATLAB_BLOCK + len(_HDF5)] == _HDF5:
         return _FORMATS[_HDF5]
     return next((f for start, f in _FORMATS.items() if content.startswith(start)), None)
 
@@ -328,18 +297,8 @@ def format_of(content: bytes, path: str | Path) -> Format | None:
 def confined(content: bytes, form: Format, path: str | Path, decimal: str | None, most: int) -> Table:
     """Return the table of a binary file, which a parser reads in a confined process.
 
-    Parameters
-    ----------
-    content : bytes
-        Content of the file.
-    form : Format
-        Format of the file.
-    path : path
-        The file, for messages.
-    decimal : str, optional
-        Decimal sign of numbers that are stored as text.
-    most : int
-        Maximum size of a column in bytes.
+    `content` is the content of the file, and `path` its name for messages. `most` is the maximum size of a column in
+    bytes. `decimal` is the decimal sign of numbers that are stored as text; with None, the reader finds the sign.
 
     Raises
     ------
@@ -379,12 +338,8 @@ def _parsed(
     """Return the remarks of the parser, the descriptions of all arrays, and values by name.
 
     The values are those of the array `asked`, or of all arrays. An array whose values cannot be read has a text with
-    the reason instead of values.
-
-    Raises
-    ------
-    _Damaged
-        The parser refuses the file, crashes, does not end in time, or writes an invalid result.
+    the reason instead of values. Raises _Damaged if the parser refuses the file, crashes, does not end in time, or
+    writes an invalid result.
     """
     program = str(Path(__file__).with_name("formats.py"))
     with tempfile.TemporaryDirectory(prefix="hystfmu-read-") as folder:

@@ -31,14 +31,7 @@ def is_stamp(cell: str) -> bool:
 
 
 def stamps(cells: Sequence[str], place: Callable[[int], str]) -> Stamps:
-    """Convert a column of times of day, with or without dates, to `Stamps`.
-
-    Parameters
-    ----------
-    cells : sequence of str
-        Texts of the cells.
-    place : function
-        Function that returns the name of a row for messages.
+    """Convert a column of times of day, with or without dates, to `Stamps`; `place` returns the name of a row.
 
     Raises
     ------
@@ -115,17 +108,10 @@ _EPOCH = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}  # counts per second
 
 @dataclass(frozen=True)
 class Clock:
-    """Times of the rows of a table.
+    """Times t (n,) of the rows of a table in s, and a text `said` with the unit of measure and the assumptions.
 
-    Parameters
-    ----------
-    t : array, shape (n,)
-        Times (s).
-    digits : function, optional
-        Function that returns, for each time, the value (s) of one unit of its last digit. None means that the times
-        were computed from a sampling rate.
-    said : str
-        Text for the user with the unit of measure and the assumptions.
+    The function `digits` returns the value (s) of one unit of the last digit of each time. It is None if the times
+    were computed from a sampling rate.
     """
 
     t: Array
@@ -134,20 +120,9 @@ class Clock:
 
 
 def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: Array) -> Clock:
-    """Return the times of the rows of a table.
+    """Return the times of the `n` rows of a table, whose time column `k` contains the `numbers` (n,) or time stamps.
 
-    Parameters
-    ----------
-    table : Table
-        The table.
-    k : int or None
-        Index of the time column; None if there is no time column.
-    rate : float, optional
-        Sampling rate (Hz). If it is given, the time column is not used.
-    n : int
-        Number of rows.
-    numbers : array, shape (n,)
-        Values of the time column, if it contains numbers.
+    If there is no time column, `k` is None. If a sampling `rate` (Hz) is given, the time column is not used.
 
     Raises
     ------

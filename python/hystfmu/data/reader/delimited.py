@@ -42,20 +42,9 @@ _CELL = "\x1f"  # separator of cells; `text_of` refuses files with this characte
 
 
 class Rows:
-    """The rows of numbers of a text file.
+    """The rows of numbers of a text file, a `Source`; `titles` name its columns, for messages.
 
-    Parameters
-    ----------
-    text : str
-        Content of the file.
-    layout : Layout
-        Layout of the file.
-    titles : list of str
-        Names of the columns, for messages.
-    path : path
-        The file, for messages.
-    decimal : str, optional
-        Decimal sign. With None, the reader finds the sign.
+    `decimal` is the decimal sign; with None, the reader finds the sign.
 
     Raises
     ------
@@ -292,16 +281,8 @@ def _shown(name: str) -> str:
 def delimited(content: bytes, path: str | Path, decimal: str | None, packed: list[str]) -> Table:
     """Return the table of a text file.
 
-    Parameters
-    ----------
-    content : bytes
-        Content of the file after decompression.
-    path : path
-        The file, for messages.
-    decimal : str, optional
-        Decimal sign. With None, the reader finds the sign.
-    packed : list of str
-        Remarks about the compression, for the line with the assumptions.
+    `content` is the content of the file after decompression, and `path` its name for messages. `packed` contains
+    remarks about the compression. `decimal` is the decimal sign; with None, the reader finds the sign.
 
     Raises
     ------

@@ -24,22 +24,9 @@ _SECONDS = {"D": 86400.0, "h": 3600.0, "m": 60.0, "s": 1.0, "ms": 1e-3, "us": 1e
 
 
 class Found(NamedTuple):
-    """Description of an array in a file, whose values are not read yet.
+    """Description of an array in a file: `read` returns its values, whose size is `nbytes`.
 
-    Parameters
-    ----------
-    name : str
-        Name of the array.
-    shape : tuple of int
-        Shape of the array.
-    nbytes : int
-        Size of the values (bytes).
-    read : function
-        Function that returns the values.
-    unit : str
-        Unit of measure that the file states, or an empty string.
-    first : str
-        First time stamp of an array of times; its values are seconds since this stamp. Otherwise empty.
+    For an array of times, `first` is the first time stamp, and the values are seconds since this stamp.
     """
 
     name: str
@@ -66,14 +53,9 @@ def since_first(times: np.ndarray) -> tuple[np.ndarray, str]:
 def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Sequence[str]) -> None:
     """Parse a file and write the result to another file.
 
-    Parameters
-    ----------
-    arrays : function
-        Function that returns, for the path of a file, the descriptions of its arrays, and remarks. It may raise any
-        exception.
-    words : sequence of str
-        Path of the file, path of the existing result file, maximum number of bytes of all values, and name of the
-        requested array. An empty name requests all arrays.
+    The function `arrays` returns, for the path of a file, the descriptions of its arrays, and remarks. It may raise any
+    exception. `words` contains the path of the file, the path of the existing result file, the maximum number of bytes
+    of all values, and the name of the requested array. An empty name requests all arrays.
     """
     source, result, most, asked = [*words, ""][:4]
     with open(result, "r+b") as out:
@@ -115,7 +97,7 @@ Told = tuple[list[Found], list[str]]
 INDEX = "__index_level_0__"  # name of a pandas index that has no name
 PARQUET = b"PAR1"
 MOST_DEPTH = 8
-MATLAB_BLOCK = 512  # bytes before the signature in a MAT file
+MATLAB_BLOCK = 512  # bytes before the signature in a MAT file of version 7.3
 UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
 LEAST_ROWS = 4  # minimum number of rows with two numbers or times in a sheet
 

@@ -85,11 +85,8 @@ _SIGNED = {sign: re.compile(rf"\d{re.escape(sign)}\d") for sign in (POINT, COMMA
 def decimal_sign(text: str) -> str | None:
     """Return the decimal sign of the numbers in a text.
 
-    Returns
-    -------
-    str or None
-        The sign. None if a comma may be a decimal sign or a thousands separator, or if both comma and point are used as
-        decimal signs.
+    The result is None if a comma may be a decimal sign or a thousands separator, or if both comma and point are decimal
+    signs.
     """
     if COMMA not in text or not (_SIGNED[COMMA].search(text) or _DECIMAL[COMMA].search(text)):
         return POINT
@@ -135,27 +132,11 @@ class Line:
 class Layout:
     """Layout of a file.
 
-    Parameters
-    ----------
-    separator : str or None
-        Separator of cells; None means blanks.
-    width : int
-        Number of cells in a row, including an empty cell after a trailing separator.
-    first : Line
-        First row of numbers.
-    labels, units : list of str
-        Headings and units of measure; empty lists if the file does not contain them.
-    named : int
-        Line number of the headings; 0 if there are no headings.
-    preamble : int
-        Number of lines above the headings that are neither empty nor comments.
-    trailing : bool
-        Whether the rows end with a separator.
-    kinds : tuple of str
-        Kind of content of each column, found from the last rows.
-    header : list of (str, list of str)
-        Texts that may state a time step or units of measure, each with its cells. The texts are the lines above the
-        headings, the comments, and the cells to the left of the numbers in the first rows.
+    A row has `width` cells, including an empty cell after a trailing separator. The separator None means blanks.
+    `labels` and `units` are headings and units of measure, or empty lists. `named` is the line number of the headings,
+    or 0. `preamble` is the number of lines above the headings that are neither empty nor comments. `kinds` contains the
+    kind of content of each column. `header` contains texts that may state a time step or units of measure, with their
+    cells: the lines above the headings, the comments, and the cells to the left of the numbers in the first rows.
     """
 
     separator: str | None

@@ -161,14 +161,7 @@ def _even(shape: tuple[int, ...]) -> tuple[int, ...]:
 def _array(matrix: memoryview, order: str, inner: bool = False) -> _Array | None:
     """Return an array with its class, shape, name and elements; None for an internal array without name.
 
-    Parameters
-    ----------
-    matrix : memoryview
-        Content of the data element of the array.
-    order : str
-        Byte order.
-    inner : bool
-        Whether the array is part of a struct or of a cell array; such arrays have no names.
+    `order` is the byte order. With `inner`, the array is part of a struct or of a cell array, and has no name.
     """
     if inner and not len(matrix):
         return None  # an empty array

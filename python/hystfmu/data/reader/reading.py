@@ -150,14 +150,7 @@ def read(
 
 
 def dataset_of(given: object, output: bool = True) -> Dataset:
-    """Return a data set unchanged, or convert a data frame to a data set.
-
-    Parameters
-    ----------
-    given : Dataset, data frame or dict of columns
-        The data.
-    output : bool
-        Whether the data must contain an output.
+    """Return a data set unchanged, or convert a data frame or a dict of columns; with `output`, an output must exist.
 
     Raises
     ------

@@ -78,18 +78,9 @@ def chosen(
 ) -> Roles:
     """Return the columns of time, input, output, records and covariates.
 
-    Parameters
-    ----------
-    table : Table
-        Table of the file.
-    time, input, output, record : str or int
-        Heading of a column with or without its unit of measure, or number of the column, counted from 1. If it is not
-        given, the column is recognised by its name, or otherwise by its unit of measure. If `output` or `record` is
-        None, there is no such column.
-    rate : float, optional
-        Sampling rate (Hz). If it is given, no time column is needed.
-    covariates : sequence of str or int
-        Columns of covariates, given like `time`.
+    A column is given by its heading, with or without the unit of measure, or by its number, counted from 1. If the
+    column of time, input or output is not given, it is recognised by its name, or otherwise by its unit of measure. If
+    `output` or `record` is None, there is no such column. If a sampling `rate` (Hz) is given, no time column is needed.
 
     Raises
     ------

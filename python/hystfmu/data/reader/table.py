@@ -105,14 +105,8 @@ _LINE = re.compile(
 def stated_step(name: str, value: float, unit: str = "") -> float:
     """Return the time step (s) that a number in a file states; 0 if the number is neither a time step nor a rate.
 
-    Parameters
-    ----------
-    name : str
-        Name of the number, e.g. ``fs``, ``Sample Interval`` or ``run/dt``.
-    value : float
-        Value of the number.
-    unit : str
-        Unit of measure of the number. If it is empty, a rate is in Hz and a step in s.
+    The name is for example ``fs``, ``Sample Interval`` or ``run/dt``. If the unit is empty, a rate is in Hz and a step
+    in s.
     """
     name, behind = split_name(re.split(r"[/@]", name)[-1])
     key, unit = _key(name), unit or behind
@@ -128,14 +122,9 @@ def stated_step(name: str, value: float, unit: str = "") -> float:
 
 
 def step_in(lines: Iterable[str], comma: bool) -> float:
-    """Return the first time step (s) that one of the lines states; 0 if no line states a step.
+    """Return the first time step (s) that a line above the rows states; 0 if no line states a step.
 
-    Parameters
-    ----------
-    lines : iterable of str
-        Lines above the rows of numbers.
-    comma : bool
-        Whether the numbers have a decimal comma.
+    `comma` states whether the numbers have a decimal comma.
     """
     for line in lines:
         if m := _LINE.match(line):
@@ -151,14 +140,9 @@ def step_in(lines: Iterable[str], comma: bool) -> float:
 
 
 def units_in(rows: Iterable[list[str]], columns: int) -> list[str]:
-    """Return the units of measure of the columns if a line above the rows states them; otherwise an empty list.
+    """Return the units of measure of `columns` columns of numbers, which a line above the rows may state.
 
-    Parameters
-    ----------
-    rows : iterable of list of str
-        Cells of the lines above the rows of numbers.
-    columns : int
-        Number of columns with numbers.
+    `rows` contains the cells of these lines. A unit that no line states is empty.
     """
     found = [""] * columns
     for name, *cells in rows:
@@ -184,14 +168,8 @@ Kind = Literal["number", "clock", "text", "empty"]
 class Stamps(NamedTuple):
     """Time stamps of the rows of a file.
 
-    Parameters
-    ----------
-    t : array, shape (n,)
-        Times (s) since the first row.
-    digits : array, shape (n,)
-        Value (s) of one unit of the last printed digit, for each time.
-    first : str
-        Text of the first time stamp in the file.
+    They consist of times t (n,) in s since the first row, the value (n,) in s of one unit of the last printed digit of
+    each time, and the text of the first stamp.
     """
 
     t: Array
@@ -223,18 +201,9 @@ class Source(Protocol):
 
 @dataclass(frozen=True)
 class Column:
-    """Heading of a column, and kind of its content.
+    """Heading of a column, e.g. ``Zeit [ms]``, with its name, unit of measure, and kind of cells.
 
-    Parameters
-    ----------
-    label : str
-        Heading in the file, e.g. ``Zeit [ms]``; empty if the file contains no headings.
-    name : str
-        Heading without its unit of measure.
-    unit : str
-        Unit of measure in the spelling of this package; empty if no unit is stated.
-    kind : {"number", "clock", "text", "empty"}
-        Kind of content of the cells.
+    The name is the label without the unit of measure. The unit has the spelling of this package, or is empty.
     """
 
     label: str
@@ -255,24 +224,11 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table with the columns of a file.
+    """Columns of a file in their order, with headings; `source` gives access to the cells.
 
-    Parameters
-    ----------
-    path : str
-        The file, for messages.
-    columns : tuple of Column
-        Columns in the order of the file.
-    named_in : str
-        Location of the headings in the file, for messages.
-    assumed : tuple of str
-        Assumptions of the reader, each in a few words.
-    source : Source
-        Access to the cells.
-    lines : sequence of int, optional
-        Line number of each row in the file, counted from 1; None for files that do not consist of lines.
-    step : float
-        Time step (s) that the file states outside its columns; 0 if the file does not state a step.
+    `named_in` is the location of the headings, for messages. `assumed` contains the assumptions of the reader. `lines`
+    contains the line number of each row, or is None for files that do not consist of lines. `step` is the time step (s)
+    that the file states outside its columns, or 0.
     """
 
     path: str

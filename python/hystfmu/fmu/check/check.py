@@ -52,14 +52,8 @@ class Check:
 class Place:
     """Start point of a child process after a check has ended another child process.
 
-    Attributes
-    ----------
-    first : int
-        Number of the check.
-    steps : int
-        Number of steps that the FMU makes.
-    failed : sequence of str
-        Names of the checks that could not be completed; other checks may need their success.
+    `first` is the number of the check, `steps` the number of steps that the FMU makes. `failed` names the checks that
+    could not be completed; other checks may need their success.
     """
 
     first: int
@@ -80,14 +74,7 @@ class Place:
 
 
 class Findings(list[str]):
-    """Problems, one line each, with the `checks` that were made.
-
-    Parameters
-    ----------
-    problems : sequence of str
-    checks : sequence of Check
-        Checks in their order; the last check may have ended the process.
-    """
+    """Problems, one line each, with the `checks` made, in their order; the last one may have ended the process."""
 
     def __init__(self, problems: Sequence[str] = (), checks: Sequence[Check] = ()) -> None:
         super().__init__(map(printable, problems))  # they name what an FMU calls its variables

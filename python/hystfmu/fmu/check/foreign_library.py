@@ -45,23 +45,11 @@ def _varied(v: Any) -> bool:
 
 
 class ForeignFmu:
-    """An unpacked foreign FMU.
+    """An unpacked foreign FMU with its model description read by fmpy.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the unpacked FMU.
-    description : ModelDescription
-        Model description read by fmpy.
-    seconds : float, optional
-        Time (s) of a trial that repeats an action as often as possible.
-
-    Attributes
-    ----------
-    with_derivatives : set of str
-        Interfaces that provide directional derivatives: "CoSimulation", "ModelExchange".
-    steps : int
-        Number of steps in a run. It is less than `STEPS` if the FMU ends the simulation by design or cannot continue.
+    A trial that repeats an action as often as possible takes `seconds`. `with_derivatives` names the interfaces that
+    provide directional derivatives. `steps` is the number of steps in a run: less than `STEPS` if the FMU ends the
+    simulation by design or cannot continue.
     """
 
     def __init__(self, folder: Path, description: Any, seconds: float = 10.0) -> None:
@@ -187,16 +175,10 @@ MADE: dict[Interface, str] = {
 
 @dataclass(frozen=True)
 class Trial:
-    """Trial of one property.
+    """Trial of one property: its action as `name`, and the function `find` that yields problems of an FMU as sentences.
 
-    Attributes
-    ----------
-    name : str
-        Action of the trial.
-    find : callable
-        Function that yields the problems of an FMU as sentences. If it raises a `Finding`, the trial cannot be made.
-    needs : str
-        Name of the trial that must pass first. Otherwise this trial would report the same problem again.
+    If `find` raises a `Finding`, the trial cannot be made. `needs` names the trial that must pass first. Otherwise this
+    trial would report the same problem again.
     """
 
     name: str

@@ -32,12 +32,7 @@ _RULES = "the rules of fmpy cannot be applied: {}: {}"
 def rule_problems(folder: Path, description: Any) -> Iterator[str]:
     """Yield the problems found by the schema and the rules of fmpy, one sentence each.
 
-    Parameters
-    ----------
-    folder : Path
-        The unpacked FMU.
-    description : ModelDescription or None
-        Model description read by fmpy without its rules; None if reading fails.
+    The description is read by fmpy without its rules; it is None if reading fails.
     """
     from fmpy import read_model_description
     from fmpy.model_description import ValidationError
@@ -61,13 +56,7 @@ def rule_problems(folder: Path, description: Any) -> Iterator[str]:
 
 
 def description_problems(description: Any) -> Iterator[str]:
-    """Yield a sentence for each contradiction in a model description.
-
-    Parameters
-    ----------
-    description : ModelDescription
-        Model description read by fmpy.
-    """
+    """Yield a sentence for each contradiction in a model description read by fmpy."""
     for v in description.modelVariables:
         if v.type in CARRIED and v.type != "Boolean":
             yield from _range(v)

@@ -16,21 +16,9 @@ _XML = "modelDescription.xml"
 
 
 def read_description(path: str | Path, folder: Path) -> tuple[Any, ET.Element]:
-    """Read the model description of an unpacked FMU.
+    """Read the model description of an FMU unpacked in `folder`; `path` is the archive, for messages.
 
-    Parameters
-    ----------
-    path : str or Path
-        The archive, for messages.
-    folder : Path
-        Folder of the unpacked FMU.
-
-    Returns
-    -------
-    description : ModelDescription
-        Read by fmpy.
-    root : Element
-        Root element of the same file, for elements that fmpy does not read.
+    Returns the description by fmpy, and the root of the same file for elements that fmpy does not read.
 
     Raises
     ------

@@ -6,6 +6,7 @@ Only child processes make instances, because the FMU executes foreign native cod
 from __future__ import annotations
 
 import ctypes as C
+import importlib
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -28,6 +29,7 @@ NUMBERS = REAL | {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 3
 CARRIED = NUMBERS | {"Boolean"}
 """Types whose values are represented as numbers."""
 
+_KINDS = {"CoSimulation": "Slave", "ModelExchange": "Model", "ScheduledExecution": "ScheduledExecution"}  # of fmpy
 _DISCARD, _TERMINATED = 2, 3  # fmi2Status, fmi2StatusKind
 _TEXT = {"fmi1GetVersion", "fmi1GetTypesPlatform", "fmi1GetModelTypesPlatform"}
 
@@ -48,14 +50,8 @@ def count(v: Any) -> int:
     return math.prod(v.shape) if v.shape else 1
 
 
-def _kind(fmi: int, interface: Interface) -> Any:
-    import fmpy.fmi1
-    import fmpy.fmi2
-    import fmpy.fmi3
-
-    module = (fmpy.fmi1, fmpy.fmi2, fmpy.fmi3)[fmi - 1]
-    names = {"CoSimulation": "Slave", "ModelExchange": "Model", "ScheduledExecution": "ScheduledExecution"}
-    return getattr(module, f"FMU{fmi}{names[interface]}")
+def _module(fmi: int) -> Any:
+    return importlib.import_module(f"fmpy.fmi{fmi}")
 
 
 TALLY: Counter[str] = Counter(dict.fromkeys(["instances", "values read", "values set", "steps", "derivatives"], 0))
@@ -63,19 +59,9 @@ TALLY: Counter[str] = Counter(dict.fromkeys(["instances", "values read", "values
 
 
 class Instance:
-    """One instance; a failing call raises a `Finding` that names the variable.
+    """One instance of an unpacked FMU; a failing call raises a `Finding` that names the variable.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the unpacked FMU.
-    description : ModelDescription
-        Model description read by fmpy.
-    interface : {"CoSimulation", "ModelExchange", "ScheduledExecution"}
-    name : str
-        Name of the instance.
-    log : callable, optional
-        Function that takes each log message; by default messages are printed.
+    Its description is that of fmpy. `log` takes each log message; by default messages are printed.
 
     Raises
     ------
@@ -94,7 +80,7 @@ class Instance:
         TALLY["instances"] += 1
         self.version, self.interface = version(description), interface
         self._methods: dict[tuple[str, str], Callable[..., Any]] = {}
-        kind = _kind(self.version, interface)
+        kind = getattr(_module(self.version), f"FMU{self.version}{_KINDS[interface]}")
         identifier = interface_of(description, interface).modelIdentifier
         try:
             self.unit = kind(
@@ -123,24 +109,20 @@ class Instance:
     def _instantiate(self, log: Callable[[str], None] | None) -> None:
         if log is None:
             self.unit.instantiate()
-        elif self.version == 3:
-            self.unit.instantiate(logMessage=lambda _e, _s, _k, m: log(m.decode(errors="replace")))
-        elif self.version == 2:
-            from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+            return
 
-            callbacks = fmi2CallbackFunctions()
-            callbacks.logger = fmi2CallbackLoggerTYPE(lambda _c, _n, _s, _k, m: log(m.decode(errors="replace")))
-            callbacks.allocateMemory = defaultCallbacks.allocateMemory
-            callbacks.freeMemory = defaultCallbacks.freeMemory
-            self.unit.instantiate(callbacks=callbacks)
-        else:
-            from fmpy.fmi1 import defaultCallbacks as first
-            from fmpy.fmi1 import fmi1CallbackFunctions, fmi1CallbackLoggerTYPE
+        def say(*words: Any) -> None:
+            log(words[-1].decode(errors="replace"))
 
-            callbacks = fmi1CallbackFunctions()
-            callbacks.logger = fmi1CallbackLoggerTYPE(lambda _c, _n, _s, _k, m: log(m.decode(errors="replace")))
-            callbacks.allocateMemory, callbacks.freeMemory = first.allocateMemory, first.freeMemory
-            self.unit.instantiate(functions=callbacks)
+        if self.version == 3:
+            self.unit.instantiate(logMessage=say)
+            return
+        fmi = _module(self.version)
+        callbacks = getattr(fmi, f"fmi{self.version}CallbackFunctions")()
+        callbacks.logger = getattr(fmi, f"fmi{self.version}CallbackLoggerTYPE")(say)
+        callbacks.allocateMemory = fmi.defaultCallbacks.allocateMemory
+        callbacks.freeMemory = fmi.defaultCallbacks.freeMemory
+        self.unit.instantiate(**{"functions" if self.version == 1 else "callbacks": callbacks})
 
     def call(self, what: str, name: str, *args: Any, **more: Any) -> Any:
         """Call a method of the fmpy instance; `what` describes the call in a finding."""

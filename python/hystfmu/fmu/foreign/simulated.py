@@ -29,20 +29,9 @@ _NAMES = {
 class Continuous:
     """An instance that leaves Initialization Mode and enters Continuous-Time Mode.
 
-    Parameters
-    ----------
-    made : Instance
-        Instance in Initialization Mode.
-    n, signs : int
-        Numbers of continuous states and of event indicators in the model description. In FMI 3.0 the binary states
-        these numbers, because structural parameters change them.
-
-    Attributes
-    ----------
-    next : float
-        Time of the next time event (s); infinite if no event is announced.
-    ended : bool
-        Whether the FMU has ended the simulation.
+    `n` and `signs` are the numbers of continuous states and of event indicators in the model description. In FMI 3.0
+    the binary states these numbers, because structural parameters change them. `next` is the time of the next time
+    event (s), infinite if no event is announced; `ended` states whether the FMU has ended the simulation.
     """
 
     def __init__(self, made: Instance, n: int, signs: int) -> None:
@@ -132,14 +121,7 @@ def _point(dense: Any, solver: Any, t: float) -> list[float]:
 
 
 class Integrator:
-    """Integrator that advances an FMU from its start in steps of any length; inputs are held during a step.
-
-    Parameters
-    ----------
-    unit : Continuous
-    t : float
-        Start time (s).
-    """
+    """Integrator that advances an FMU from its start `t` (s) in steps of any length; inputs are held during a step."""
 
     def __init__(self, unit: Continuous, t: float) -> None:
         self._unit, self._t = unit, t
@@ -147,11 +129,8 @@ class Integrator:
         self._limit = [ABSOLUTE * (n if math.isfinite(n) and n > 0 else 1.0) for n in unit.nominals()]
         self._first: float | None = None
 
-    def inputs(self, put: Callable[[], None]) -> None:
-        """Set inputs that jump, in Event Mode as the standard requires."""
-        self._event(put)
-
-    def _event(self, put: Callable[[], None] | None = None) -> None:
+    def event(self, put: Callable[[], None] | None = None) -> None:
+        """Handle an event; `put` sets inputs that jump, in Event Mode as the standard requires."""
         self._unit.event(put)
         self._ended()
         self._x, self._z = self._unit.states(), self._unit.indicators()
@@ -165,7 +144,7 @@ class Integrator:
         close = 4 * np.spacing(max(abs(self._t), abs(end)))
         for _ in range(_MOST_EVENTS):
             if self._unit.next <= self._t + close:
-                self._event()
+                self.event()
                 if self._unit.next <= self._t:
                     raise Finding(f"the next time event is announced for {self._unit.next:g} s, which has passed")
                 continue
@@ -175,7 +154,7 @@ class Integrator:
             asked = self._integrate(limit)
             self._ended()
             if asked:
-                self._event()
+                self.event()
         raise Finding(f"more than {_MOST_EVENTS} events before {end:g} s")
 
     def _integrate(self, limit: float) -> bool:
@@ -247,22 +226,8 @@ class Integrator:
 class Simulated:
     """One instance in Co-Simulation, or in Model Exchange with an integrator if the FMU has no Co-Simulation.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the unpacked FMU.
-    description : ModelDescription
-        Read by fmpy.
-    inputs, outputs : sequence of (variable, int)
-        Variables to set and read, with the number of elements of each.
-    name : str
-    log : callable, optional
-        Function that takes each log message.
-
-    Raises
-    ------
-    Finding
-        As in `Instance`; all methods raise it, too.
+    `inputs` and `outputs` are variables to set and read, with the number of elements of each. All methods raise
+    `Finding`, as `Instance` does.
     """
 
     def __init__(
@@ -327,7 +292,7 @@ class Simulated:
         if self._integrator is None:
             self._put(u)
         elif self._held is None or list(u) != self._held:
-            self._integrator.inputs(lambda: self._put(u))
+            self._integrator.event(lambda: self._put(u))
             self._held = list(u)
 
     def step(self, t: float, h: float) -> None:

@@ -83,14 +83,8 @@ def _error(percent: Any) -> str:
 class Facts:
     """Data of one port; unknown data are None or "".
 
-    Parameters
-    ----------
-    low, high : float or None
-        Least and largest value of the training rows, including the start value.
-    nominal : float or None
-        Typical size of the values.
-    text : str
-        Description.
+    `low` and `high` are the least and largest value of the training rows, including the start value. `nominal` is the
+    typical size of the values.
     """
 
     low: float | None = None
@@ -112,16 +106,10 @@ def _of_input(port: Port, span: object) -> Facts:
 
 
 def facts_of(model: Model, y: Array) -> Mapping[str, Facts]:
-    """Return the data of a model on its real ports, by name.
+    """Return the data of a model on its real ports, by name; y (n, n_outputs) is its reference run.
 
     Inputs have the range of the training rows. Outputs have the largest size in the reference run. Outputs have no
     range, because a model may leave the range of the training rows.
-
-    Parameters
-    ----------
-    model : Model
-    y : array, shape (n, n_outputs)
-        Outputs of the reference run of the model.
     """
     found: dict[str, Facts] = {}
     spans = {**model.provenance.get(COVARIATES, {})}
@@ -342,31 +330,11 @@ def model_description(
     sources: Sequence[str] = (),
     known: Mapping[str, Facts] | None = None,
 ) -> bytes:
-    """Write modelDescription.xml.
+    """Write modelDescription.xml of a graph; in UTF-8 with a final newline.
 
-    Parameters
-    ----------
-    graph : Graph
-        Content of the FMU.
-    fmi : {2, 3}
-        Version of the standard.
-    name : str
-        Model name, any text.
-    identifier : str
-        Model identifier: a letter or _ followed by letters, digits or _.
-    text : str
-        Description.
-    stop : float, optional
-        End (s) of the default experiment; by default 1000 steps.
-    sources : sequence of str
-        Files of the sources directory, listed in FMI 2.0 only (FMI 3.0 has buildDescription.xml).
-    known : mapping of str to Facts, optional
-        Data about the ports of a fitted model.
-
-    Returns
-    -------
-    bytes
-        The file in UTF-8, with a final newline.
+    The name is any text, the identifier a letter or _ followed by letters, digits or _. The default experiment ends at
+    `stop` (s); by default after 1000 steps. `sources` are the files of the sources directory, listed in FMI 2.0 only
+    (FMI 3.0 has buildDescription.xml). `known` has the data about the ports of a fitted model.
     """
     head = {"fmiVersion": "2.0" if fmi == 2 else "3.0", "modelName": name}
     head["guid" if fmi == 2 else "instantiationToken"] = graph.token

@@ -152,29 +152,11 @@ def documentation(
     source: bool = False,
     explorer: Explorer | None = None,
 ) -> bytes:
-    """Write the page.
+    """Write the page as HTML in UTF-8.
 
-    Parameters
-    ----------
-    graph : Graph
-        Content of the FMU.
-    fmi : {2, 3}
-        Version of the standard.
-    name, text : str
-        Model name and description, as in modelDescription.xml.
-    reference : Reference
-        The reference experiment; its curve is the plot.
-    model : Model, optional
-        Model whose fit and provenance are shown.
-    source : bool
-        Whether the archive has a sources directory.
-    explorer : Explorer, optional
-        The model in the page, instead of the plot.
-
-    Returns
-    -------
-    bytes
-        The page as HTML in UTF-8.
+    Name and text are those of modelDescription.xml. The curve of the reference experiment is the plot, unless there is
+    an `explorer`, the model in the page. Fit and provenance are those of the `model`. `source` states whether the
+    archive has a sources directory.
     """
     variables = _table(
         ["variable", "kind", "unit", "start", "legal values", "meaning", "block"],

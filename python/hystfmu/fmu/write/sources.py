@@ -42,18 +42,9 @@ def wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
 
 
 def core_text(graph: Graph, name: str, comment: str, wanted: Callable[[str], bool]) -> str:
-    """Return the licence, a comment, the block file as a constant, and the sections of the core that are wanted.
+    """Return the licence, a comment of one line, the block file as a constant, and the sections of the core.
 
-    Parameters
-    ----------
-    graph : Graph
-        Graph with the blocks, for the block file and the names of blocks.
-    name : str
-        Every public symbol begins with ``name_``.
-    comment : str
-        One line for a reader.
-    wanted : function of str
-        Returns whether a section is included, from its name.
+    `wanted` decides from the name of a section whether it is included. Every public symbol begins with ``name_``.
     """
     content = graph.to_bytes()
     lines = [",".join(map(str, content[k : k + _PER_LINE])) for k in range(0, len(content), _PER_LINE)]
@@ -87,10 +78,8 @@ def build_description(name: str) -> bytes:
     """Write buildDescription.xml (FMI Specification 3.0.1, section 2.5.1.3): a C99 compiler with the options above."""
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=name, description="C library only")
-    for compiler in ("gcc", "clang"):
-        attributes = {"name": compiler, "language": "C99", "compiler": compiler, "compilerOptions": OPTIONS}
-        ET.SubElement(ET.SubElement(configuration, "SourceFileSet", attributes), "SourceFile", name=f"{name}.c")
-        break
+    attributes = {"name": "gcc", "language": "C99", "compiler": "gcc", "compilerOptions": OPTIONS}
+    ET.SubElement(ET.SubElement(configuration, "SourceFileSet", attributes), "SourceFile", name=f"{name}.c")
     return xml_file(root)
 
 
@@ -175,22 +164,9 @@ int {name}_step(const {name}_inputs *in, double *u) {{
 
 
 def target_files(graph: Graph, name: str, step: float, text: str) -> dict[str, bytes]:
-    """Return the header and the C file of a graph with one scalar output.
+    """Return ``name.h`` and ``name.c`` of a graph with one scalar output, called every `step` (s).
 
-    Parameters
-    ----------
-    graph : Graph
-    name : str
-        Every public symbol begins with ``name_``.
-    step : float
-        Time between two calls (s).
-    text : str
-        One line for a reader.
-
-    Returns
-    -------
-    dict of str to bytes
-        ``name.h`` and ``name.c``.
+    Every public symbol begins with ``name_``. `text` is one line for a reader.
     """
     inputs = [p for p in graph.ports if p.kind == "input"]
     (output,) = (p for p in graph.ports if p.kind == "output")

@@ -3,15 +3,30 @@
 The operator is fitted first, then the network. ``branch = literal`` and ``memory = last`` follow the paper literally.
 ``sweep`` tries 1, 2, .. hidden neurons. It keeps the number with the least error on the validation split, which is the
 last 30 % of the training rows.
+
+The branch is g(d) = (1 - e^-d)(a_0 + sum_j a_j d^(2j-1)). The start of each branch and the distance d from this start
+depend on the input alone. So the operator is linear in the coefficients: h = sum_j a_j H_j, where H_j is the operator
+with the branch b_j(d) = (1 - e^-d) d^(2j-1). The columns H_j are orthogonalised (SVD). The slope g' is kept positive on
+a grid, which gives a least-distance problem (Lawson & Hanson 1974, ch. 23). A small penalty on the third derivative
+keeps g smooth where the data do not determine g, and beyond the longest branch.
+
+Shen & Ma 2017, eq. 1-10, fit increments from the last extremum by normal equations (`literal_branch`). Normal equations
+square an already large condition number. No constraint keeps the branch increasing: the printed a_0 = g'(0) is
+negative.
 """
 
 from __future__ import annotations
 
-from hystfmu.base.arrays import Progress
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
+from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import CLOSES, Candidate, Option, Options
-from hystfmu.identify.features.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.features.plays import branch_option, u0_of, u0_option
 from hystfmu.identify.graphs import scaled_input
 from hystfmu.identify.methods.fitted_operator_mlp import BEND, straightened
@@ -19,6 +34,9 @@ from hystfmu.identify.network.readout import Features, fit_readout, hidden_sweep
 
 TEXT = "constraint-factor operator and a network on (x, h)"
 COVARIATES = True
+LEAST_SLOPE = 1e-3  # of the mean slope: keeps the branch increasing between the grid points too
+GRID = 400
+DEPENDENT = 1e-9  # singular value, relative to the largest, of a direction that the columns do not determine
 SHARE = 0.7  # of the training rows: fitted in a sweep; the rest is the validation split
 
 CANDIDATES = (Candidate(CLOSES, 0.3, 0.1, quick={"starts": 1, "iterations": 30}),)
@@ -38,6 +56,153 @@ OPTIONS = (
     u0_option("the operator rests"),
     *network_options(hidden=5, starts=3, iterations=230),
 )
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A fitted branch function.
+
+    Fields: the coefficients a_0 of the constant and a_1 .. a_m of d, d^3, .., d^(2m-1); the longest branch of the data;
+    and the condition number of the least-squares system with columns of length 1, or of the normal equations.
+    """
+
+    a: Array
+    d_max: float
+    condition: float
+
+    def __call__(self, d: Array) -> Array:
+        """Return g(d) for d (n,)."""
+        return np.asarray(basis(d, len(self.a) - 1) @ self.a)
+
+    def slope(self, d: Array) -> Array:
+        """Return g'(d) for d (n,)."""
+        return np.asarray(basis_derivatives(d, len(self.a) - 1) @ self.a)
+
+    @property
+    def falling(self) -> float:
+        """Fraction of [0, d_max] on which the branch decreases."""
+        return float(np.mean(self.slope(np.linspace(0, self.d_max, 10 * GRID + 1)) < 0))
+
+
+def basis(d: Array, m: int, d_max: float = np.inf) -> Array:
+    """Return b_0 = 1 - e^-d, b_j = (1 - e^-d) d^(2j-1), j = 1..m, linear beyond d_max; shape (len(d), m + 1)."""
+    near = np.minimum(d, d_max)
+    b = -np.expm1(-near)[:, None] * _powers(near, m)
+    far = d > d_max
+    if far.any():
+        b[far] += (d[far] - d_max)[:, None] * basis_derivatives(near[far], m)
+    return np.asarray(b)
+
+
+def basis_derivatives(d: Array, m: int) -> Array:
+    """Return the derivatives of the basis at d (n,) up to d_max; shape (n, m + 1)."""
+    j = np.arange(1, m + 1)
+    derivative = np.column_stack([np.zeros_like(d), (2 * j - 1) * d[:, None] ** (2 * j - 2)])
+    return np.asarray(np.exp(-d)[:, None] * _powers(d, m) - np.expm1(-d)[:, None] * derivative)
+
+
+def _powers(d: Array, m: int) -> Array:
+    return np.column_stack([np.ones_like(d), d[:, None] ** (2 * np.arange(1, m + 1) - 1)])
+
+
+@dataclass(frozen=True)
+class StackCoordinates:
+    """Position of every input row (n,) on its branch: h[k] = h[start[k]] + weight[k] g(d[k]).
+
+    `start` is the row of the extremum at which the branch starts; -1 is the origin, where h = 0. `weight` is the sign
+    of the branch, and d is the distance from the extremum. On the virgin branch the weight is halved and d is doubled
+    (Masing: h = sgn(x - x0) g(2 |x - x0|) / 2).
+    """
+
+    start: np.typing.NDArray[np.int_]
+    weight: Array
+    d: Array
+
+    def columns(self, m: int, d_max: float) -> Array:
+        """Return H_j, j = 0..m, the operator with basis function j as its branch; shape (n, m + 1)."""
+        steps = self.weight[:, None] * basis(self.d, m, d_max)
+        H = np.zeros((len(steps) + 1, m + 1))  # the last row is the origin
+        for k, p in enumerate(self.start):
+            H[k] = H[p] + steps[k]
+        return H[:-1]
+
+
+def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoordinates:
+    """Find the branches of an input x (n,) from rest at x0; `memory` is "dominant" (return-point) or "last"."""
+    n = len(x)
+    start, weight, d = np.full(n, -1), np.zeros(n), np.zeros(n)
+    extrema: list[int] = []
+    last, direction = x0, 0.0
+    for k in range(n):
+        if x[k] == last:  # a plateau is not a reversal
+            if k:
+                start[k], weight[k], d[k] = start[k - 1], weight[k - 1], d[k - 1]
+            continue
+        s = 1.0 if x[k] > last else -1.0
+        if direction * s < 0:
+            extrema.append(k - 1)
+        if memory == "dominant":
+            while len(extrema) >= 2 and s * x[k] >= s * x[extrema[-2]]:
+                del extrema[-2:]
+            if len(extrema) == 1 and (x[k] - x0) * s >= (x0 - x[extrema[0]]) * s:
+                extrema.clear()
+        if extrema:
+            start[k], weight[k], d[k] = extrema[-1], s, s * (x[k] - x[extrema[-1]])
+            if d[k] < 0:  # x passed the last extremum after a plateau; happens only without return-point memory
+                weight[k], d[k] = -s, -d[k]
+        else:
+            virgin = 2.0 if memory == "dominant" else 1.0
+            weight[k], d[k] = np.copysign(1 / virgin, x[k] - x0), virgin * abs(x[k] - x0)
+        last, direction = x[k], s
+    return StackCoordinates(start, weight, d)
+
+
+def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: Rows, m: int, roughness: float) -> Branch:
+    """Fit the increasing branch whose operator plus a combination of `free` is nearest to y over `rows`.
+
+    `where` contains the branch positions of all rows. y (n,) is the target on the counted rows. `free` (n, q) contains
+    columns with free weights, among them the constant. m is the number of odd powers. `roughness` is the weight of the
+    RMS third derivative of g, with d relative to the longest branch, against the RMS error.
+    """
+    d_max = float(where.d[rows].max())
+    H = where.columns(m, d_max)[rows]
+    Q = np.linalg.svd(free, full_matrices=False)[0]
+    third = d_max * (GRID - 1) ** 2 * np.diff(basis_derivatives(np.linspace(0, d_max, GRID), m), 2, axis=0)
+    system = np.vstack([H - Q @ (Q.T @ H), roughness * np.sqrt(len(H) / len(third)) * third])
+    size = np.linalg.norm(system, axis=0)
+    U, sigma, Vt = np.linalg.svd(system / size, full_matrices=False)
+    keep = sigma > DEPENDENT * sigma[0]
+    back = Vt[keep].T / sigma[keep] / size[:, None]  # from the orthogonal basis to a
+    grid = 0.5 * d_max * (1 - np.cos(np.linspace(0, np.pi, GRID)))
+    least = LEAST_SLOPE * float(np.ptp(y)) / d_max
+    z = _nearest(U[: len(H), keep].T @ y, basis_derivatives(grid, m) @ back, np.full(GRID, least))
+    return Branch(back @ z, d_max, float(sigma[0] / sigma[keep][-1]))
+
+
+def _nearest(f: Array, E: Array, least: Array) -> Array:
+    """Minimise |z - f| over E z >= least; the dual is a non-negative least-squares problem (Lawson & Hanson, LDP)."""
+    if (E @ f >= least).all():
+        return f
+    size = np.linalg.norm(E, axis=1)
+    E, least = E / size[:, None], least / size
+    scale = float(np.linalg.norm(f))
+    right = (least - E @ f) / scale
+    A = np.vstack([E.T, right])
+    e = np.zeros(len(A))
+    e[-1] = 1
+    v, _ = nnls(A, e, maxiter=30 * len(right))
+    r = e - A @ v
+    return np.asarray(f + scale * (A[:-1] @ v) / r[-1])
+
+
+def literal_branch(where: StackCoordinates, y: Array, rows: Rows, m: int) -> Branch:
+    """Fit increments of y (n,) along branches as in Shen & Ma 2017, eq. 8-10: A = X^-1 Y with the normal matrix X."""
+    every = np.arange(len(where.start))[rows]
+    used = every[where.start[every] >= 0]
+    v = np.sign(where.weight[used]) * (y[used] - y[where.start[used]])
+    B = basis(where.d[used], m)
+    X = B.T @ B
+    return Branch(np.linalg.inv(X) @ (B.T @ v), float(where.d[used].max()), float(np.linalg.cond(X)))
 
 
 def fit_operator(data: Dataset, options: Options) -> tuple[Features, Branch]:

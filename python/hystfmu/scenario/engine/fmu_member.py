@@ -3,9 +3,8 @@
 An output buffer of a member is a part of the values of the system. An input needs one copy. The functions of the binary
 are called without a wrapper. Final states can be hashed.
 
-Foreign FMUs that the master cannot call directly: other types of variables, Model Exchange only, FMI 1.0.
-
-The master in C calls these FMUs through the same three functions as any other FMU.
+The master cannot call some foreign FMUs directly: other types of variables, Model Exchange only, FMI 1.0. It calls
+these FMUs through the same three functions as any other FMU.
 """
 
 from __future__ import annotations

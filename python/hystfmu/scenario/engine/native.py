@@ -3,7 +3,7 @@
 With Gauss-Seidel coupling, neighbours in the order with the same rate become one graph. With other couplings, every
 unit is a graph. The interpreter lock is released during a run, so that threads can run cases in parallel.
 
-Units for the master in C: graphs of the core, and foreign FMUs with their function pointers.
+The units of the master in C are graphs of the core, and foreign FMUs with their function pointers.
 """
 
 from __future__ import annotations

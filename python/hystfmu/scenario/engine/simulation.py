@@ -3,11 +3,9 @@
 A child may crash or hang without harm. Its results are returned in two files of known format, which are untrusted.
 Nothing that it writes is unpickled.
 
-Run a case: the master loop over FMUs by fmpy, or the whole loop in the C core.
-
-The two engines use the same grid, the same coupling and the same values. Therefore their results have the same bits;
-tests compare them. The FMUs are the reference. The matrix of Newton's method and its updates are the same as in
-`fmu_build/master/newton.c`. Tangents pass through the units as in `master.c`.
+The engines are the master loop over FMUs by fmpy, which is the reference, and the whole loop in the C core. They use
+the same grid, the same coupling and the same values. Therefore their results have the same bits. The matrix of Newton's
+method and its updates are the same as in `fmu_build/master/newton.c`. Tangents pass through the units as in `master.c`.
 """
 
 from __future__ import annotations
@@ -339,21 +337,9 @@ def chunks(system: System, run: Run, store: FmuStore | None = None) -> Iterator[
 def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = None, run: Run | None = None) -> Trace:
     """Run a case from t = 0 to its end. FMUs are unpacked in `store`; the default store is temporary.
 
-    Parameters
-    ----------
-    system : System
-    engine : {"fmpy", "native"}
-    store : FmuStore, optional
-    run : Run, optional
-        Engine and limits.
-
-    Raises
-    ------
-    InputError
-        The run has more values than a trace may contain.
-    Stopped
-        A unit refused an input or a step, the sweeps of an iterative coupling did not converge, or the child process
-        died or exceeded a limit.
+    An InputError means that the run has more values than a trace may contain. `Stopped` means that a unit refused an
+    input or a step, the sweeps of an iterative coupling did not converge, or the child process died or exceeded a
+    limit.
     """
     return Trace.joined(chunks(system, run or Run(engine), store), system.n_steps + 1)
 

@@ -3,9 +3,8 @@
 The units of the loop are linear, except for the hysteresis of the plant and its inverse. The local slope of hysteresis
 and inverse in series is near 1 and depends on the path. A run of the case gives the sector of slopes.
 
-Limits of the linearised loop of a scenario with verdicts, and figures of the loop of a case.
-
-The figures are computed once for all cases with the same loop. The sector of slopes needs another run, so only `hystfmu
+The opened loops of a scenario are compared with its limits, and each case has figures of its loop. The figures are
+computed once for all cases with the same loop. The sector of slopes needs another run, so only `hystfmu
 margins` computes it. A loop without an inverse needs this run for its gain. If the run is long, such a loop has no
 figures.
 """
@@ -208,10 +207,10 @@ def _break(controller: Graph, graph: Graph, at: str, units: Sequence[str], where
 
 def _tracked(system: System) -> str:
     """Return the signal that a metric compares with a reference."""
-    tracked = next((m.signal for m in system.case.metrics.values() if m.against is not None), None)
+    tracked = system.case.tracked
     if tracked is None:
         raise InputError(f"{system.case.title}: A metric must compare an output with a reference. Got none.")
-    return tracked
+    return tracked.signal
 
 
 def _outputs(system: System, within: Sequence[int]) -> list[str]:
@@ -233,8 +232,7 @@ def _plant(system: System) -> int:
 
 def _loop(system: System, plant: int) -> list[int]:
     """Return the units of the feedback path of the plant, in the order of evaluation."""
-    owner = system.owners
-    edges = [(owner[n.source], n.to) for n in system.links]
+    edges = system.edges
     after, before = behind(edges, plant), behind([(b, a) for a, b in edges], plant)
     if plant not in after:
         name = system.parts[plant].name

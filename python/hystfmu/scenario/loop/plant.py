@@ -2,7 +2,7 @@
 
 The slopes represent all parts with memory, including dynamics that the inverse compensates, such as creep.
 
-Discretised dynamics of a plant for a held, delayed command, also with a fractional delay or a ramp.
+`held` discretises the dynamics for a held, delayed command, also with a fractional delay or a ramp.
 """
 
 from __future__ import annotations
@@ -138,18 +138,10 @@ OFFSET = ("scaling", "sum")
 
 @dataclass(frozen=True)
 class PlantSide:
-    """Units at the rate of the plant, in series from the command to the measured output.
+    """Units at the rate of the plant, in series from the command to the measured output."""
 
-    Attributes
-    ----------
-    links : tuple of Link
-        Connection that drives each unit. The first connection carries the command.
-    delay : float
-        Delay of the command in steps because of delay units and of the order.
-    """
-
-    links: tuple[Link, ...]
-    delay: float
+    links: tuple[Link, ...]  # connection that drives each unit. The first connection carries the command.
+    delay: float  # delay of the command in steps because of delay units and of the order
 
     @property
     def entry(self) -> Link:

@@ -1,8 +1,7 @@
 """Table of the margins of scenarios. Each different loop has a row with the cases of this loop.
 
-Delay margin by simulation. It is for loops whose gain depends on the amplitude, which have no linear margin.
-
-A delay of whole fine steps is added after the command. Bisection finds the largest delay for which the case does not
+Loops whose gain depends on the amplitude have no linear delay margin. Their delay margin is found by simulation: a
+delay of whole fine steps is added after the command. Bisection finds the largest delay for which the case does not
 fail. The case fails if the run stops, if the error grows, or if the error is far above the error without this delay.
 """
 
@@ -69,7 +68,8 @@ def _delayed(system: System, entry: Link, n: int) -> System:
 
 def _errors(system: System) -> tuple[float, float] | None:
     """Return the largest error, relative to the stroke, in each half of the window of the metric; None after a stop."""
-    metric = next(m for m in system.case.metrics.values() if m.against is not None)
+    metric = system.case.tracked
+    assert metric is not None
     ends = [metric.signal, str(metric.against)]
     try:
         trace = Native(system, ends).run()

@@ -1,7 +1,6 @@
 """Result of one case of a scenario: verdicts against limits and baseline, failures, signals for plots.
 
-Baseline of a run: baseline.toml (metrics, memories) and baseline.csv (rows of the recorded signals).
-
+The baseline of a run is stored in baseline.toml (metrics, memories) and baseline.csv (rows of the recorded signals).
 By default, a run is compared row by row with `tolerance`. If the scenario has a `[tube]`, there are tolerances in time
 and value: a row of the baseline is met if the signal of the run passes through a box around this row. The tube is
 computed around the run, because a run has all rows and a baseline has only some rows.

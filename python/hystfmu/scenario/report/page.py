@@ -4,7 +4,7 @@ The page first shows the worst and the best case, then all cases in a matrix. A 
 metrics, order, step and delays. The section shows the cases with loops, signals and the tracking error, including the
 error between samples.
 
-Results of scenarios as data: the content of report.json, and JUnit XML for continuous integration servers.
+JUnit XML contains the verdicts for continuous integration servers.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Supported are SSP 1.0 and 2.0 with one flat system of FMUs for Co-Simulation. An unsupported element is an InputError;
 it is never ignored.
 
-Run a foreign SSP archive, and compare the result with the reference result in the archive.
+A run of an archive is compared with the reference result in the archive.
 """
 
 from __future__ import annotations
@@ -253,24 +253,13 @@ def _reference(file: Path) -> tuple[tuple[str, ...], Array | None]:
 
 @dataclass(frozen=True)
 class SspRun:
-    """Result of a run of an archive.
-
-    Attributes
-    ----------
-    path : path
-    rows, outputs : int
-        Numbers of rows and outputs; 0 if the run stopped.
-    compared : tuple of str
-        Signals that were compared with the reference result.
-    faults : tuple of str
-        One line for each signal that differs, or the reason why the run stopped.
-    """
+    """Result of a run of an archive."""
 
     path: str | Path
-    rows: int
+    rows: int  # numbers of rows and outputs; 0 if the run stopped
     outputs: int
-    compared: tuple[str, ...]
-    faults: tuple[str, ...]
+    compared: tuple[str, ...]  # signals that were compared with the reference result
+    faults: tuple[str, ...]  # one line for each signal that differs, or the reason why the run stopped
 
     @property
     def passed(self) -> bool:

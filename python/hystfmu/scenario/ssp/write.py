@@ -5,10 +5,9 @@ parameter sets (SSV) of components. Readers step all components in parallel, wit
 one step size. The reference result `extra/org.hystfmu/reference.csv` is computed in this way. Annotations contain step
 and coupling.
 
-Elements of an SSP archive: parameter sets (SSV) with types, and connections without unit conversion.
-
-Readers convert between the units of measure of two connectors (SSP 1.0, section 4.5.2) unless the connection suppresses
-the conversion. HystFMU does not convert. Therefore a connection that needs a conversion is an InputError.
+Parameter sets (SSV) have types, and connections have no unit conversion. Readers convert between the units of measure
+of two connectors (SSP 1.0, section 4.5.2) unless the connection suppresses the conversion. HystFMU does not convert.
+Therefore a connection that needs a conversion is an InputError.
 """
 
 from __future__ import annotations

@@ -1,12 +1,9 @@
 """The cases of a scenario: every `[[case]]` overrides keys of the scenario. They are checked without models.
 
-The rest of the program only uses complete cases.
-
-The graph (or foreign FMU) of one unit of a scenario, and changes of its parameters.
-
-Parameters have the names of the variables in an FMU. The size of a block is a part of its structure and cannot be set.
-A unit of the block `delay` is an exception (`--set delay.n=1.3`), so that cases and studies can vary the delay of a
-loop. A fraction of a step is a number of fine steps. With 0 the unit becomes a connection.
+The rest of the program only uses complete cases. `load_unit` returns the graph (or foreign FMU) of a unit of a case.
+Parameters of a unit have the names of the variables in an FMU. The size of a block is a part of its structure and
+cannot be set. A unit of the block `delay` is an exception (`--set delay.n=1.3`), so that cases and studies can vary the
+delay of a loop. A fraction of a step is a number of fine steps. With 0 the unit becomes a connection.
 """
 
 from __future__ import annotations
@@ -87,6 +84,11 @@ class Case:
     def description(self) -> str:
         """Label of one line, which is unique among the cases of all scenarios."""
         return f"scenario {self.title}" + (f": {self.about}" if self.about else "")
+
+    @property
+    def tracked(self) -> MetricSpec | None:
+        """The first metric that compares an output with a reference; None if there is none."""
+        return next((m for m in self.metrics.values() if m.against is not None), None)
 
     @property
     def where(self) -> str:

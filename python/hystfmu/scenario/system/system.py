@@ -4,9 +4,8 @@ The grid has the fine step h/ripple. The period of a unit is 1 fine step (fine),
 every fine steps (slow). At fine step n, every unit whose period divides n runs over the period that ends at this step.
 The units run in the stated order, with the newest values of their sources (Gauss-Seidel). All engines work in this way.
 
-Load the units of a case and connect them.
-
-Units of a system as one graph: neighbours that can step as one block, or the whole closed loop.
+`build` loads the units of a case and connects them. `fuse` joins units to one graph: neighbours that can step as one
+block, or the whole closed loop.
 """
 
 from __future__ import annotations
@@ -187,6 +186,11 @@ class System:
     def owners(self) -> dict[int, int]:
         """Unit that computes each value."""
         return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
+
+    @property
+    def edges(self) -> list[tuple[int, int]]:
+        """Unit that computes and unit that reads, for each connection."""
+        return [(self.owners[n.source], n.to) for n in self.links]
 
     def early(self) -> Array:
         """Indices of the values that a unit reads before their source has stepped (in the stated order)."""
