@@ -72,18 +72,20 @@ def read(
         The file, or the columns: a data frame of pandas, polars or pyarrow, a dict of arrays, or an array (n, 3) of
         time, input and output. Each of several files is a record with its own memory.
     time : str or int
-        Heading of the time column with or without its unit of measure, ``"Zeit [ms]"`` or ``"Zeit"``, or its number
-        from 1. If empty, the column is recognised by its name, such as t, u, y, or by its unit of measure.
+        Heading of the time column, such as ``"Zeit [ms]"``, or its number, counted from 1. The heading may omit the
+        unit of measure (``"Zeit"``). By default, the reader recognises the columns of t, u and y by their names or
+        units of measure.
     input : str or int
-        Input column, given like `time`.
+        Input column, specified like `time`.
     output : str or int, optional
-        Output column, given like `time`.
+        Output column, specified like `time`.
 
         If None, no output is read.
     rate : float, optional
-        Sample rate (Hz), instead of a time column.
+        Sample rate (Hz) of a file without a time column.
     train : slice, (first, end) or "first:end", optional
-        Data rows whose errors a fit minimises, first:end. The model runs from row 0 in any case.
+        Training rows ``first:end``: the fit minimises the error on these rows. The simulation of the model always
+        starts at row 0.
 
         Rows are counted from 0, and the end is excluded. The rows of several
         records are numbered consecutively.
@@ -94,14 +96,14 @@ def read(
         record is resampled, with a remark, only if at most 2 % of the samples were lost and time stamps deviate by at
         most 0.3 steps. Other uneven records are refused.
     lag : int in [0, inf)
-        Delay of the output sensor in rows: y of row k + lag belongs to u of row k.
+        Delay of the output sensor in rows. The reader assigns y of row k + lag to u of row k.
     record : str or int, optional
-        Column that numbers the records: a new record starts where its value changes.
+        Column with the number of the record. A new record starts at each row where this number changes.
     covariates : sequence of str or int
-        Columns of further inputs, such as load or temperature, given like `input`. The reader does not recognise these
-        columns by name.
+        Columns of measured inputs beside u, such as load or temperature, specified like `input`. The reader never
+        recognises these columns by name.
     decimal : {".", ","}, optional
-        Decimal sign, for ambiguous numbers such as 1,234.
+        Decimal sign. It is necessary if the numbers are ambiguous, such as 1,234.
     most : int
         Largest size of the file in bytes, also after decompression.
 
