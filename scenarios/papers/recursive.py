@@ -1,13 +1,14 @@
-"""Recursive least squares, sample by sample, with or without a dead zone, by the block ``recursive_least_squares``.
+"""Recursive least squares in square-root form, sample by sample, with or without a dead zone.
 
-Without dead zone: P(k)^-1 = mu P(k-1)^-1 + h h'.
+Without dead zone: P(k)^-1 = mu P(k-1)^-1 + h h'.  With R'R = P^-1, one orthogonal transformation of R and the new row
+h' gives the next R.  P itself, whose differences lose half the digits, is never formed.
 
 With dead zone (IPMC paper, eqs. 13 to 19, corrected): eqs. 15 to 17 are a weighted update,
-P(k)^-1 = mu (P(k-1)^-1 + c h h') with c = lambda / (mu Sigma). Errata: sigma^2(k) = sigma^2(k-1) + (e^2(k) -
-sigma^2(k-1)) / k is a mean (as printed it grows without bound); lambda = beta (e^2(k) - r^2) / (h' P h r^2) uses the
-present error (printed: the variance, so lambda can be negative); P does not change while lambda = 0 (printed: it grows
-as 1 / mu^k).  With beta = fraction * mu Sigma, where mu Sigma is the largest beta allowed, the weight is
-c = fraction (e^2 - r^2) / (h' P h r^2): Sigma cancels.
+P(k)^-1 = mu (P(k-1)^-1 + c h h') with c = lambda / (mu Sigma), the same transformation with the row sqrt(c) h'.
+Errata: sigma^2(k) = sigma^2(k-1) + (e^2(k) - sigma^2(k-1)) / k is a mean (as printed it grows without bound);
+lambda = beta (e^2(k) - r^2) / (h' P h r^2) uses the present error (printed: the variance, so lambda can be negative);
+P does not change while lambda = 0 (printed: it grows as 1 / mu^k).  With beta = fraction * mu Sigma, where mu Sigma is
+the largest beta allowed, the weight is c = fraction (e^2 - r^2) / (h' P h r^2): Sigma cancels.
 """
 
 from __future__ import annotations
@@ -16,9 +17,8 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph, Node, Value
 
-MOST = float(np.finfo(float).max)
+BLOCK = 4  # block size of LAPACK's update; larger blocks do not help with one new row
 
 
 class Recursive:
@@ -31,6 +31,8 @@ class Recursive:
     dead zone the update is plain recursive least squares. `fraction` in (0, 1] is beta as a fraction of its bound mu
     Sigma; with 1 the error after the update is r^2 / e. A value out of range, or a recursion that diverges, raises an
     InputError.
+
+    IPMC paper, section 5; Golub & Van Loan, Matrix Computations, 6.5 (updating QR factorisations).
     """
 
     def __init__(
@@ -42,34 +44,41 @@ class Recursive:
         fraction: float = 1.0,
         theta: Array | None = None,
     ) -> None:
-        for name, value, most, rule in (
-            ("eta", eta, MOST, "(0, inf)"),
-            ("mu", mu, 1.0, "(0, 1]"),
-            ("dead_zone", dead_zone, MOST, "(0, inf)"),
-            ("fraction", fraction, 1.0, "(0, 1]"),
+        for name, value, legal, rule in (
+            ("n", n, n >= 1, "at least 1"),
+            ("eta", eta, 0 < eta < np.inf, "in (0, inf)"),
+            ("mu", mu, 0 < mu <= 1, "in (0, 1]"),
+            ("dead_zone", dead_zone, dead_zone is None or 0 < dead_zone < np.inf, "in (0, inf)"),
+            ("fraction", fraction, 0 < fraction <= 1, "in (0, 1]"),
         ):
-            if value is not None and not 0 < value <= most:
+            if not legal:
                 raise InputError(
-                    f"The {name!r} parameter of recursive least squares must be in {rule}. Got {value} instead."
+                    f"The {name!r} parameter of recursive least squares must be {rule}. Got {value} instead."
                 )
         start = np.zeros(n) if theta is None else np.asarray(theta, dtype=np.float64)
         if start.shape != (n,):
             raise InputError(f"The 'theta' array must have shape ({n},). Got {start.shape} instead.")
-        self.n, self.dead_zone, self.samples = n, dead_zone, 0
-        values: dict[str, Value] = {"theta0": start, "eta": eta, "mu": mu, "form": "plain"}
-        if dead_zone is not None:
-            values |= {"form": "corrected", "r": dead_zone, "share": fraction}
-        graph = Graph.single(Node("learner", "recursive_least_squares", {"n": n}, values))
-        self._block = graph.executor()
-        self._at = {port.name: port.reference for port in graph.ports}
-        self._first = start
+        self.n, self.mu, self.dead_zone, self.fraction = n, mu, dead_zone, fraction
+        self.samples, self.variance = 0, 0.0
+        # [R z; 0 rho]: triangle of the least-squares problem with the right-hand side as last column
+        self._triangle: Array = np.asfortranarray(np.eye(n + 1) / np.sqrt(eta))
+        self._triangle[:n, n] = start / np.sqrt(eta)
+        self._triangle[n, n] = 0.0
 
     @property
     def theta(self) -> Array:
-        """Parameters (n,)."""
-        if self.samples == 0:
-            return self._first
-        return np.array([self._block.get(self._at["theta"] + i) for i in range(self.n)])
+        """Parameters (n,), from R theta = z."""
+        return self._solve(self._triangle[: self.n, self.n], 0)
+
+    def leverage(self, phi: Array) -> float:
+        """Return h' P h = |R^-T h|^2 of a regressor h (n,)."""
+        v = self._solve(phi, 1)
+        return float(v @ v)
+
+    def _solve(self, b: Array, transposed: int) -> Array:
+        from scipy.linalg.lapack import dtrtrs  # several times faster than solve_triangular for one small system
+
+        return np.asarray(dtrtrs(self._triangle[: self.n, : self.n], b, trans=transposed)[0])
 
     def update(self, phi: Array, y: float) -> float:
         """Update the parameters with one sample.
@@ -83,21 +92,37 @@ class Recursive:
         if not (np.isfinite(h).all() and np.isfinite(y)):
             bad = next(float(v) for v in [*h, y] if not np.isfinite(v))
             raise InputError(f"sample {self.samples}: The values of phi and y must be finite. Got {bad} instead.")
-        block, at = self._block, self._at
-        for i, value in enumerate(h.tolist(), at["phi"]):
-            block.set(i, value)
-        block.set(at["y"], y)
-        if self.samples == 0:
-            before = 0.0
-            block.start(0.0)  # the block learns from the first sample, too
-        else:
-            before = block.get(at["learned"])
-            block.step(float(self.samples), 1.0)
+        e = float(y - h @ self.theta)
         self.samples += 1
-        e = float(y - block.get(at["y_hat"]))
-        if not block.get(at["learned"]) > before and not (self.dead_zone is not None and abs(e) <= self.dead_zone):
-            reason = (
-                "" if self.dead_zone is None else f": the dead zone {self.dead_zone:g} is below the achievable error"
-            )
-            raise InputError(f"Recursive least squares must converge. It diverged at sample {self.samples}{reason}.")
+        self.variance += (e * e - self.variance) / self.samples
+        weight = 1.0
+        if self.dead_zone is not None:
+            if abs(e) <= self.dead_zone:
+                return e
+            r2 = self.dead_zone**2
+            with np.errstate(all="ignore"):
+                weight = float(np.divide(self.fraction * (e * e - r2), self.leverage(h) * r2))
+            if not np.isfinite(weight):
+                raise InputError(self._diverged())
+        self._append(h, y, weight)
         return e
+
+    def _append(self, h: Array, y: float, weight: float) -> None:
+        """Set R'R to mu R'R + weight h h', or to mu (R'R + weight h h') with a dead zone, by orthogonal steps."""
+        from scipy.linalg.lapack import dtpqrt
+
+        root = np.sqrt(self.mu)
+        row = np.sqrt(weight) * np.append(h, y)
+        if self.dead_zone is None:
+            self._triangle *= root
+        self._triangle = dtpqrt(0, min(BLOCK, self.n + 1), self._triangle, np.asfortranarray(row[None]), overwrite_a=1)[
+            0
+        ]
+        if self.dead_zone is not None:
+            self._triangle *= root
+        if not np.isfinite(self._triangle).all():
+            raise InputError(self._diverged())
+
+    def _diverged(self) -> str:
+        reason = "" if self.dead_zone is None else f": the dead zone {self.dead_zone:g} is below the achievable error"
+        return f"Recursive least squares must converge. It diverged at sample {self.samples}{reason}."

@@ -25,12 +25,12 @@ ALLOWED: dict[str, dict[str, str]] = {
         "delay": "nodes(): the whole samples of the delay",
         "modes": "told: the field of what a fit found",
     },
-    "identify/evidence/found.py": {
+    "identify/evidence/__init__.py": {
         "modes": "to_dict(): the field of what a record shows",
         "noise": "from_dict(): the field of what a record shows",
     },
     "identify/evidence/spectra.py": {"noise": "cells_of(): the field of a cell"},
-    "face/fit.py": {"creep": "static_output(): lags that pass the input at once, so that they count as static"},
+    "face/fit.py": {"creep": "evidence_of(): lags that pass the input at once, so that they count as static"},
     "face/page.py": {"modes": "evidence_section(): the name of a line of the diagram"},
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression, the dead band"},
     "identify/features/other_memory.py": dict.fromkeys(
@@ -64,6 +64,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         "delay": "_chain(): no other method inverts a delay",
         "transfer_function": "_chain(): no other method inverts linear dynamics",
     },
+    "inverse/ports.py": {"scaling": "line(): gain and offset of scalings in a row"},
     "inverse/learned.py": {
         **dict.fromkeys(("scaling", "play_bank", "zhao_tan_inverse"), "_corrected(): what the network reads"),
         "prandtl_ishlinskii": MODEL,

@@ -202,7 +202,7 @@ def test_printed_recursion_fails_where_the_corrected_one_holds():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"n": 0}, "'n' size of learner must be"),
+        ({"n": 0}, "'n' parameter of recursive least squares must be"),
         ({"n": 2, "eta": 0.0}, "'eta' parameter of recursive least squares must be in"),
         ({"n": 2, "mu": 1.5}, "'mu' parameter of recursive least squares must be in"),
         ({"n": 2, "dead_zone": -1.0}, "'dead_zone' parameter of recursive least squares must be in"),

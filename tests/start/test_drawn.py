@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from foreign.solvers import relays
 from scipy.linalg import expm
 from start.devices import records
 from start.devices.device import draw
@@ -28,6 +27,9 @@ from hystfmu.start.device import FINE, device, plant_model, reach, reference_fre
 from hystfmu.start.excitation import DRAWS, _path, excitation, information
 from hystfmu.start.requirements import Requirements
 from hystfmu.start.run import drawn
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
+from foreign.solvers import relays
 
 K = np.arange(1200)
 U = 50 + 50 * np.exp(-0.001 * K) * np.sin(2 * np.pi * K / 150)
@@ -135,7 +137,6 @@ def test_a_light_stage_is_scanned_by_start_alone_and_by_a_repetitive_part(tmp_pa
 
 
 # ---- next record -----------------------------------------------------------------------------------------------------
-sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 
 
 def relay_device(width: float):

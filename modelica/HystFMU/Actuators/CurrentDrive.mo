@@ -16,7 +16,9 @@ equation
   wanted = K*(gain*u + pin_p.i) + z;
   pin_p.v - pin_n.v = min(max(wanted, -v_max), v_max);
   T_i*der(z) = pin_p.v - pin_n.v - z;
-  annotation (Documentation(info = "<html>
+  annotation (
+    Icon(graphics = {Text(extent = {{-70, -40}, {70, 40}}, textString = "A")}),
+    Documentation(info = "<html>
 <p><b>Equation:</b> with i the current out of it and v the voltage: v = sat(K (gain u - i) + z), T_i z' = v - z, which is PI control without windup.</p>
 <p><b>Source:</b> Astrom &amp; Hagglund, PID Controllers, 2nd ed. 1995, section 3.5: integration by a lag of the limited output.</p>
 <p><b>Limitations:</b> for an inductive load; no limit of current. No ground inside.</p>

@@ -6,7 +6,9 @@ model PositionSensor "Position of a flange as a signal"
 equation
   flange.f = 0;
   s = flange.s;
-  annotation (Documentation(info = "<html>
+  annotation (
+    Icon(graphics = {Line(points = {{-100, 0}, {-70, 0}}, color = {0, 127, 0}), Line(points = {{70, 0}, {100, 0}}, color = {0, 0, 127}), Text(extent = {{-70, -40}, {70, 40}}, textString = "s")}),
+    Documentation(info = "<html>
 <p><b>Equation:</b> f = 0; the output is the position.</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> ideal: no noise, no bandwidth.</p>

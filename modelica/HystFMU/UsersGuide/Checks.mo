@@ -65,7 +65,7 @@ inserts a fault and checks that the lint reports it.</p>
 <tr><td>19.1</td><td>unit_syntax</td><td>A unit of measure has the form of the specification, and symbols that it knows.</td></tr>
 <tr><td>silent errors of one compiler</td><td>lost_elements</td><td>A protected array of a function has a value as a whole before an element is set in a branch.</td></tr>
 <tr><td>silent errors of one compiler</td><td>redeclared_function</td><td>A component or base class has no function redeclared: a package, instead.</td></tr>
-<tr><td>Modelica.UsersGuide.Conventions</td><td>without_icon</td><td>A class has an icon or inherits one.</td></tr>
+<tr><td>Modelica.UsersGuide.Conventions</td><td>without_icon</td><td>A class has an icon or inherits one; a frame alone is none.</td></tr>
 <tr><td>Modelica.UsersGuide.Conventions</td><td>labels</td><td>An icon has %name once, and no two labels on top of each other.</td></tr>
 <tr><td>Modelica.UsersGuide.Conventions</td><td>without_contact</td><td>The guide has pages on contact and licence.</td></tr>
 <tr><td>of this library</td><td>undocumented</td><td>A class has a description and documentation; a function or block its equation, source, limitations, example.</td></tr>

@@ -1,12 +1,12 @@
-"""State spaces of sampled graphs: exact tangent of one step at rest, with delays as states.
+"""State-space models of sampled graphs: exact linearisation of one step at rest, with delays as states.
 
 The core stores all values that a run changes in one vector. The columns of A, B, C and D are differences between a step
 from rest and a step from a near point, for each element of this vector and of the inputs. At rest all values of a
-controller are zero, so that differences lose no digits, and a small step stays in the linear range of a switching term.
-A hysteresis has no tangent; the caller replaces it by a gain.
+controller are zero. Therefore the differences lose no digits, and a small step stays in the linear range of a switching
+term. A hysteresis has no tangent at rest, so the caller must replace the hysteresis by a gain.
 
-In discrete form, a delay of n steps has exactly n states. In continuous form, a delay has no finite order; a Pade
-approximant replaces the delay on request.
+In discrete form, a delay of n steps has exactly n states. In continuous form, a delay has no finite order, so a Pade
+approximant can replace the delay.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ StateSpace = tuple[Array, Array, Array, Array]
 class Cut:
     """A graph without its delays.
 
-    Its last inputs are the outputs of the delays. Its last outputs are the inputs of the delays.
+    The last inputs of this graph are the outputs of the removed delays. The last outputs are the inputs of the delays.
     """
 
     graph: Graph
@@ -41,8 +41,9 @@ class Cut:
 def cut(graph: Graph, sort: bool = True) -> Cut:
     """Cut the delays out of a graph. Two gains of 1 replace each delay.
 
-    The first gain drives an additional output. An additional input drives the second gain. With `sort`, the blocks are
-    sorted again, as a continuous graph needs; in a sampled graph the order is kept.
+    The first gain drives an additional output. An additional input drives the second gain. If `sort` is True, the
+    blocks are sorted again, which a continuous graph requires. If it is False, the order of the blocks does not change,
+    as a sampled graph requires.
     """
     graph = unfolded(graph)
     delays = [n for n in graph.nodes if n.type == DELAY]
@@ -67,7 +68,7 @@ def cut(graph: Graph, sort: bool = True) -> Cut:
 
 
 def unfolded(graph: Graph) -> Graph:
-    """Replace weights of past samples (polynomial_narx of degree 1 in its input) by delays of a step and a sum."""
+    """Replace each FIR filter (`polynomial_narx` of degree 1 in its input) by one-step delays and a sum."""
     nodes: list[Node] = []
     wires, own, to = list(graph.wires), list[tuple[str, str]](), dict[str, str]()
     for n in graph.nodes:
@@ -102,10 +103,10 @@ def _at_start(graph: Graph, end: str) -> float:
 
 
 def close(system: StateSpace, line: StateSpace) -> StateSpace:
-    """Connect the last outputs of `system` to `line` and the outputs of `line` to the last inputs of `system`.
+    """Return `system` with `line` as feedback from the last outputs of `system` to its last inputs.
 
     Each argument is (A, B, C, D), for example a cut graph and its delays. With direct feed-through, the algebraic loop
-    must be solvable. Return the state space; the states of `system` come first, then the states of `line`.
+    must be solvable. In the returned state space, the states of `system` precede the states of `line`.
     """
     A, B, C, D = system
     F, G, H, K = line
@@ -140,18 +141,19 @@ def pade(seconds: list[float], order: int, control: Any) -> StateSpace:
 
 
 def _side_by_side(parts: Sequence[StateSpace]) -> StateSpace:
-    # imported here, so that a process for a foreign FMU does not wait for the import
+    # imported here, because the import is slow and a process for a foreign FMU does not need it
     from scipy.linalg import block_diag
 
     A, B, C, D = (block_diag(*matrices) for matrices in zip(*parts, strict=True))
     return A, B, C, D
 
 
-SMALL = 1e-12  # distance from rest
+SMALL = 1e-12  # size of the change of a state or input in the differences
 KINDS = ("input", "output")
-SETTLED = 3  # steps at rest before the differences: first steps of differences and filters are over
-GROWN = 1e6 * SMALL  # a motion that is still one at rest
-CHECKED, SAME = 40, 1e-4  # steps of the comparison with a run of the graph, and its largest relative difference
+SETTLED = 3  # number of steps at rest before the differences, after which the start-up of filters is over
+GROWN = 1e6 * SMALL  # largest output for which the response still counts as small
+# number of steps, and largest allowed relative difference, of the comparison with a simulation of the graph
+CHECKED, SAME = 40, 1e-4
 
 
 def sampled(graph: Graph, h: float) -> StateSpace:
@@ -167,7 +169,8 @@ def sampled(graph: Graph, h: float) -> StateSpace:
     Returns
     -------
     A, B, C, D : array, shapes (n, n), (n, m), (p, n), (p, m)
-        State space x[k] = A x[k-1] + B u[k], y[k] = C x[k-1] + D u[k]. An output reads the input of the same step.
+        State space x[k] = A x[k-1] + B u[k], y[k] = C x[k-1] + D u[k]. The output y[k] depends on the input u[k] of the
+        same step.
 
     Raises
     ------
@@ -213,7 +216,7 @@ def _differences(graph: Graph, h: float) -> StateSpace:
 
 
 def trimmed(system: StateSpace) -> StateSpace:
-    """Keep only controllable and observable states. This removes parameters and clocks in the vector."""
+    """Return a state space without uncontrollable and unobservable states, such as stored parameters and times."""
     A, B, C, D = system
     moved = _closure(A != 0, (B != 0).any(axis=1))
     shown = _closure((A != 0).T, (C != 0).any(axis=0))
@@ -242,7 +245,8 @@ def _check(graph: Graph, h: float, system: StateSpace) -> None:
     for k in range(CHECKED):
         said[k] = C @ x + D @ u[k]
         x = A @ x + B @ u[k]
-    small = np.maximum.accumulate(np.abs(said).max(axis=1)) <= GROWN  # an unstable graph soon reaches its limits
+    # the response of an unstable graph grows until it reaches the limits of the blocks
+    small = np.maximum.accumulate(np.abs(said).max(axis=1)) <= GROWN
     said, moved = said[small], moved[small]
     size = float(np.abs(said).max())
     if not (np.isfinite(moved).all() and np.abs(moved - said).max() <= SAME * size + 1e-3 * SMALL * (size == 0)):

@@ -1,13 +1,13 @@
-"""Feed-forward through the inverse of linear dynamics, exact in the steady state or with preview.
+"""Feed-forward by the inverse of linear dynamics: exact in the periodic steady state, or approximate with preview.
 
-An inverse of a lightly damped stage for each sample excites the stage. A periodic reference, however, has a few tones
-below the resonances of the stage. For these tones the inverse is exact in the steady state, including delay and hold of
-the command.
+The exact sampled inverse of a lightly damped stage excites the resonances of the stage. A periodic reference, however,
+consists of a few tones below these resonances. For these tones the inverse is exact in the steady state. This inverse
+includes the delay and the hold of the command.
 
-With preview, the wanted output is known some steps ahead. A filter W(s) compensates the zeros between several modes, if
-this filter is stable. Weights F(z) of the last samples compensate the rest of the dynamics. The weights minimise abs(1
-- z^lead F(z) W(z) G(z)) over a grid of frequencies, and are exact at rest. G contains the held command and the delay,
-which may include a part of a step.
+With preview, the wanted output is known some steps ahead. If the plant has several modes, a filter W(s) compensates the
+zeros between the modes, provided that this filter is stable. An FIR filter F(z) compensates the rest of the dynamics.
+The weights of F minimise abs(1 - z^lead F(z) W(z) G(z)) over a grid of frequencies, with no error for a constant
+output. The plant G includes the hold of the command and the delay. The delay may contain a fraction of a step.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from hystfmu.model import Model
 
 
 def scan_harmonics(n: Array, turn: float) -> Array:
-    """Return the amplitudes of sin(2 pi n f t) in the triangle of amplitude 1 of the block ``reference``.
+    """Return the Fourier amplitudes of sin(2 pi n f t) in the triangle of the block ``reference`` with amplitude 1.
 
-    The acceleration of a triangle consists of impulses. With turns of stated length, the impulses become rectangles
-    with the spectrum of a sinc, and the speed of the lines increases.
+    The acceleration of a triangle consists of impulses. If the turns have a length above 0, the impulses become
+    rectangles, whose spectrum is a sinc function. The straight parts of the triangle are then steeper.
 
     Parameters
     ----------
     n : array, shape (m,)
         Numbers of the harmonics, from 1 on. Even harmonics have the amplitude 0.
     turn : float
-        Share of the period for the turns, as in the block ``reference``.
+        Fraction of the period that the rounded turns take, as in the block ``reference``.
     """
     return np.asarray(8 / (np.pi * n) ** 2 * np.sin(np.pi * n / 2) * np.sinc(n * turn / 2) / (1 - turn / 2))
 
@@ -52,22 +52,23 @@ def scan_feedforward(
     delay: float = 0.0,
     highest: float = 1200.0,
 ) -> dict[str, Array]:
-    """Return the tones of the command that make linear dynamics follow a scan of amplitude 1.
+    """Return the tones of the command for which the output of linear dynamics is a scan (triangle) of amplitude 1.
 
     Parameters
     ----------
     dynamics : Graph or Model
-        Continuous dynamics from the held command to the position.
+        Continuous-time dynamics from the held command to the position.
     frequency : float
         Frequency of the scan (Hz).
     h : float
-        Step for which the command is held (s).
+        Step (s) during which the command is constant.
     turn, phase : float
         Parameters of the block ``reference``; phase in rad.
     delay : float
-        Steps between the command and the dynamics.
+        Delay of the command in front of the dynamics (steps).
     highest : float
-        Largest frequency of a tone (Hz), below the Nyquist rate and within the range of the known dynamics.
+        Largest frequency of a tone (Hz), below the Nyquist frequency and in the frequency range in which the dynamics
+        are known.
 
     Returns
     -------
@@ -77,7 +78,7 @@ def scan_feedforward(
     Raises
     ------
     InputError
-        There is no tone below `highest`, or `highest` is above the Nyquist rate.
+        There is no tone below `highest`, or `highest` is above the Nyquist frequency.
     """
     if not frequency <= highest < 0.5 / h:
         raise InputError(f"The highest tone must lie from {frequency:g} to {0.5 / h:g} Hz. Got {highest:g} instead.")
@@ -85,31 +86,34 @@ def scan_feedforward(
     n = np.arange(1.0, int(highest / frequency) + 1, 2)
     f, s = n * frequency, 2j * np.pi * n * frequency
     G = np.array([(C @ np.linalg.solve(x * np.eye(len(A)) - A, B) + D)[0, 0] for x in s])
-    response = G * np.sinc(f * h) * np.exp(-s * h * (delay + 0.5))  # held for a step: half a step late
+    # a hold over one step delays the command by half a step
+    response = G * np.sinc(f * h) * np.exp(-s * h * (delay + 0.5))
     b = scan_harmonics(n, turn)
     return {"f": f, "a": np.abs(b / response), "ph": n * phase + np.angle(b / response)}
 
 
-ACCURATE = 1e-3  # abs(1 - F G) up to half the first natural frequency
-MOST_AHEAD = 10  # steps beyond the delay
-GRID, TOP = 150, 0.45  # frequencies up to half the first natural frequency, and the highest of the sampling rate
-AROUND = 0.3  # weight around the natural frequencies: they are known less
-BEYOND, QUIET = 1.6, 1e-4  # above so many times the last one a wanted output is to vanish; weight there
-DAMPED = 1e-3  # least damping of the zeros that a filter may undo
+ACCURATE = 1e-3  # sufficient error abs(1 - F W G) up to half the first natural frequency
+MOST_AHEAD = 10  # largest number of steps of preview beyond the delay
+# number of frequencies up to half the first natural frequency; largest frequency over the sampling rate
+GRID, TOP = 150, 0.45
+AROUND = 0.3  # weight around the natural frequencies, where the plant is less accurate
+# above this multiple of the last natural frequency, the output should be 0; weight of these frequencies
+BEYOND, QUIET = 1.6, 1e-4
+DAMPED = 1e-3  # smallest damping ratio of zeros that the filter compensates
 
 
 @dataclass(frozen=True)
 class Preview:
     """Feed-forward of a wanted output that is known `lead` steps ahead."""
 
-    lead: int  # steps
-    taps: Array  # weights of the last samples, newest first; their sum is 1, shape (n,)
+    lead: int  # number of steps of preview
+    taps: Array  # weights of the last n samples, shape (n,), newest sample first; the sum of the weights is 1
     zeros: Node | None  # filter in front of the weights
     error: float  # largest abs(1 - F W G) up to half the first natural frequency
 
 
 def preview(plant: Plant, h: float) -> Preview:
-    """Design the feed-forward of a plant behind a command that is held for a step h (s).
+    """Design the feed-forward with preview for a plant whose command is constant over each step h (s).
 
     The delay of the plant includes the computing time.
     """
@@ -136,7 +140,7 @@ def preview(plant: Plant, h: float) -> Preview:
     for ahead in range(1, MOST_AHEAD + 1):
         lead, n = whole + ahead, 2 * ahead + 1
         columns = G[:, None] * z[:, None] ** (lead - np.arange(n))
-        # exact at rest: the sum of all weights is 1
+        # the sum of all weights is 1, so a constant output has no error
         rows = weight[:, None] * (columns[:, 1:] - columns[:, :1])
         left = weight * (np.where(beyond, 0.0, 1.0) - columns[:, 0])
         parts = np.vstack([rows.real, rows.imag]), np.concatenate([left.real, left.imag])
@@ -152,9 +156,10 @@ def preview(plant: Plant, h: float) -> Preview:
 
 
 def transfer_function(plant: Plant, name: str) -> Node:
-    """Return the modes of a plant, without its delay, as one transfer function with a steady start.
+    """Return a plant without its delay as one transfer function that starts in the steady state.
 
-    The static rest would be direct feed-through. It becomes a mode that is much faster than the other modes.
+    The static part of the plant (`Plant.rest`) would be direct feed-through. A mode that is much faster than the other
+    modes replaces it.
     """
     f_n, zeta, share = list(plant.f_n), list(plant.zeta), list(plant.share)
     if abs(plant.rest) > 1e-9:
@@ -167,7 +172,7 @@ def transfer_function(plant: Plant, name: str) -> Node:
     return Node(name, "transfer_function", {"na": 2 * len(dens), "nb": len(b) - 1}, values)
 
 
-FAST = 8.0  # times the highest natural frequency: the static rest of a plant
+FAST = 8.0  # natural frequency of the mode that replaces the static part, over the highest natural frequency
 
 
 def _second_order(f: float, zeta: float) -> Array:

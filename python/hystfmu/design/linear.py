@@ -1,10 +1,12 @@
 """Linear systems of python-control from blocks, graphs and models.
 
-A continuous transfer function stays a transfer function. Sampled systems become state spaces that are exact for a step
-h, because products of polynomials lose poles near z = 1. A controller with a smoothed switching term is linearised for
-small s. For a graph, the result is the exact tangent at rest; hysteresis has the slope of the ascending branch.
+A continuous transfer function remains a transfer function. Sampled systems become state-space models that are exact for
+a step h. Trap: products of polynomials lose the accuracy of poles near z = 1. A controller with a smoothed switching
+term is linearised for small values of the sliding variable s. A graph is linearised by its exact tangent at rest, where
+hysteresis has the slope of the ascending branch.
 
-`gains` lists the gains of a controller with units of measure, which a gain needs for use in another loop.
+The function `gains` returns the gains of a controller with their units of measure. Without its unit of measure, a gain
+cannot be used in another loop.
 """
 
 from __future__ import annotations
@@ -26,33 +28,34 @@ from hystfmu.design.delays import pade as pade_of
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
-MEASURED = "y"  # input of a controller
-LIFTED = "iterative_learning"  # changes at the end of a period only
+MEASURED = "y"  # name of the measured input of a controller
+LIFTED = "iterative_learning"  # block whose output depends only on the previous period
 NO_STATES = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0))
 
 
 @checked
 def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | None = None) -> Any:
-    """Convert a part to a system of python-control.
+    """Convert a block, a graph or a model to a linear system of python-control.
 
     Parameters
     ----------
     part : Node, Graph or Model
-        For a Graph or Model, see `linearise`. A Node has the following input and output. `transfer_function` and
-        `delay`: from u to y. `pid` and `lead_lag`: from y_d - y to u - u_ff. `sliding_mode` and `super_twisting`: from
-        -(y - y_d) to u - u_ff for small s, without limits; this is the largest gain, and the gain decreases with the
-        amplitude. `repetitive`: from y_d - y to r - y_d. Any other sampled block with an input y, such as an observer:
-        from -y to its first output, by the exact tangent.
+        A Graph or Model is linearised as `linearise` describes. The system of a Node has the following input and
+        output. `transfer_function` and `delay`: from u to y. `pid` and `lead_lag`: from y_d - y to u - u_ff.
+        `sliding_mode` and `super_twisting`: from -(y - y_d) to u - u_ff for small s, without limits; this is the
+        largest gain, and the gain decreases with the amplitude. `repetitive`: from y_d - y to r - y_d. Any other
+        sampled block with an input y, such as an observer: from -y to its first output, by the exact tangent.
     h : float, optional
-        Step (s). Without a step the result is continuous. `delay` and the controllers need a step.
+        Step (s). Without a step, the result is a continuous-time system. The block `delay` and the controllers need a
+        step.
     pade : int, optional
         Order of the Pade approximants that replace the delays of a Graph or Model in continuous form.
 
     Returns
     -------
     control.TransferFunction or control.StateSpace
-        With a step, the result is a state space. A `transfer_function` is discretised exactly for the hold of the
-        block.
+        With a step, the result is a state space. The block `transfer_function` is discretised exactly, with the hold
+        that the block states.
 
     Raises
     ------
@@ -107,7 +110,8 @@ def feedthrough(part: Graph | Model) -> StateSpace:
 def _graph_to_control(graph: Graph, h: float | None, pade: int | None, control: Any) -> Any:
     """Convert a graph to a state space.
 
-    The input of the continuous part is held over the step. Delays become states or Pade approximants.
+    With a step, the input of the continuous part is constant over each step, and delays become states. Without a step,
+    Pade approximants replace the delays.
     """
     opened = cut(graph)
     system = linearise(opened.graph)
@@ -127,7 +131,7 @@ def _graph_to_control(graph: Graph, h: float | None, pade: int | None, control: 
 def _with_pade(
     system: tuple[Array, Array, Array, Array], steps: tuple[int, ...], graph: Graph, pade: int | None, control: Any
 ) -> tuple[Array, Array, Array, Array]:
-    """Close the state space of a cut graph with Pade approximants of its delays."""
+    """Return the state space of a cut graph in which Pade approximants replace the removed delays."""
     if pade is None:
         raise InputError(
             "The order 'pade' must be given for a delay in continuous form. Got None: give pade=ORDER, or, to "
@@ -149,7 +153,7 @@ def _check_step(graph: Graph, h: float) -> None:
 
 @checked
 def linearise(part: Graph | Model, pade: int | None = None) -> tuple[Array, Array, Array, Array]:
-    """Linearise a graph or a model at its start by its exact tangent.
+    """Linearise a graph or a model at its start values by its exact tangent.
 
     Inputs have their start values. Hysteresis has the slope for a rising input.
 
@@ -187,7 +191,7 @@ def linearise(part: Graph | Model, pade: int | None = None) -> tuple[Array, Arra
 
 
 def in_series(f: StateSpace, g: StateSpace) -> StateSpace:
-    """Return the product f g. The signal passes g first."""
+    """Return the series connection f g, in which the signal passes through g first."""
     A = np.block([[f[0], f[1] @ g[2]], [np.zeros((len(g[0]), len(f[0]))), g[0]]])
     return A, np.vstack([f[1] @ g[3], g[1]]), np.hstack([f[2], f[3] @ g[2]]), f[3] @ g[3]
 
@@ -241,7 +245,7 @@ def _delay(node: Node, h: float) -> StateSpace:
 def _pid(node: Node, h: float) -> StateSpace:
     Kp, Ki, Kd, tau = _values(node, "Kp", "Ki", "Kd", "tau")
     c = _gain(Kp)
-    if Ki:  # a term with gain 0 would leave a pole-zero pair
+    if Ki:  # with a gain of 0, this term would add a pole that a zero cancels
         c = _add(c, in_series(_gain(Ki), _sum(h)))
     return _add(c, in_series(_gain(Kd), _difference(tau, h))) if Kd else c
 
@@ -261,7 +265,8 @@ def _line(node: Node, h: float, k_i: float) -> StateSpace:
 
 def _sliding_mode(node: Node, h: float) -> StateSpace:
     eta, rho, epsilon, k_i = _values(node, "eta", "rho", "epsilon", "k_i")
-    switching = rho / epsilon if epsilon else 10 * eta * (rho > 0)  # the layer of the block without a width of its own
+    # default boundary layer of the block if `epsilon` is 0
+    switching = rho / epsilon if epsilon else 10 * eta * (rho > 0)
     return in_series(_gain(eta + switching), _line(node, h, k_i))
 
 
@@ -306,7 +311,7 @@ class Gain:
     Parameters
     ----------
     name, text : str
-        Name and meaning from the table of the block.
+        Name of the parameter, and its meaning in the table of the block.
     value : array, shape (n,)
         Values.
     unit : str
@@ -325,11 +330,11 @@ class Gain:
 
 @checked
 def gains(node: Node) -> list[Gain]:
-    """Return the numeric parameters of a block, in the order of its table.
+    """Return the numeric parameters of a block in the order of the table of the block.
 
     Parameters
     ----------
     node : Node
-        Any block; enumerations are left out.
+        Any block. Enumeration parameters are omitted.
     """
     return [Gain(v.name, node.value(v.name), v.unit, v.text) for v in node.block.parameters if not v.choices]

@@ -30,14 +30,15 @@ from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
 Complex = NDArray[np.complex128]
-POINTS = 4000  # frequencies, four decades below half the sampling frequency
-PER_LINE = 40  # points for each multiple of the frequency of a period memory
-HALVINGS = 36  # of a bracket of the grid: to rounding, or close to it
-KEPT = 64  # responses
-NARROW = 8  # spacings of the grid: half-width of a resonance below which it gets points of its own
-INTEGRATOR = 1e-7  # distance from z = 1 of a pole that is one at 1, but for rounding
-BELOW, PER_SLOW = 0.05, 300  # of the slowest pole, down to which points are added, and how many
-BESIDE = np.sinh(np.linspace(-np.arcsinh(30.0), np.arcsinh(30.0), 61))  # half-widths beside a resonance
+POINTS = 4000  # number of frequencies in the four decades below half the sampling frequency
+PER_LINE = 40  # number of points for each harmonic of a memory of one period
+HALVINGS = 36  # number of bisection steps in an interval of the grid, close to the rounding error
+KEPT = 64  # number of cached responses
+NARROW = 8  # a resonance gets additional points if its half-width is below this number of grid intervals
+INTEGRATOR = 1e-7  # a pole at a smaller distance from z = 1 is a pole at 1 with rounding error
+BELOW, PER_SLOW = 0.05, 300  # points are added down to this multiple of the slowest pole; number of these points
+# distances of points from a resonance, in half-widths
+BESIDE = np.sinh(np.linspace(-np.arcsinh(30.0), np.arcsinh(30.0), 61))
 
 
 @functools.lru_cache(maxsize=8)
@@ -88,7 +89,7 @@ def response_of(system: StateSpace, z: Complex) -> Complex:
 
 
 def on_grid(system: StateSpace, period: int = 0) -> Complex:
-    """Return the response on `grid(period)`. Responses of equal systems are computed once."""
+    """Return the frequency response of a system on `grid(period)`. The responses of equal systems are cached."""
     return _on_grid(tuple((m.shape, np.ascontiguousarray(m).tobytes()) for m in system), period)
 
 
@@ -120,7 +121,7 @@ def least(f: Callable[[Array], Array], angles: Array, values: Array) -> float:
     k = int(np.argmin(values))
     a, b = angles[max(k - 1, 0)], angles[min(k + 1, len(angles) - 1)]
     found = float(values[k])
-    for _ in range(3):  # each narrows the bracket 16 times
+    for _ in range(3):  # each pass narrows the interval by a factor of 16
         inner = np.linspace(a, b, 33)
         here = f(inner)
         j = int(np.argmin(here))
@@ -129,12 +130,12 @@ def least(f: Callable[[Array], Array], angles: Array, values: Array) -> float:
     return found
 
 
-CONTROLLERS, HOLD = "controllers", "hold"  # family of blocks, and their parameter
+CONTROLLERS, HOLD = "controllers", "hold"  # name of a family of blocks, and name of a parameter
 
 
 @dataclass(frozen=True)
 class Margins:
-    """Stability margins of a loop. A margin without limit is infinite.
+    """Stability margins of a loop. A margin is infinite if no change makes the loop unstable.
 
     The margins of an unstable loop are NaN, and its modulus margin is 0.
 
@@ -151,9 +152,10 @@ class Margins:
     delay_s, delay_steps : float
         Delay margin in s, and in steps.
     modulus : float
-        Modulus margin: smallest abs(1 + L), 1 / peak of the sensitivity.
+        Modulus margin: smallest abs(1 + L), which is 1 / peak of the sensitivity.
     crossover_hz : float
-        Crossover frequency (Hz), at which abs(L) = 1; of several, the frequency with the smallest phase margin.
+        Crossover frequency (Hz), at which abs(L) = 1. If there are several, this is the frequency with the smallest
+        phase margin.
     bandwidth_hz : float
         Frequency up to which the sensitivity stays below -3 dB (Hz).
     """
@@ -227,7 +229,7 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
 
 
 def _behind_hold(plant: Node | Graph | Model, h: float) -> Any:
-    """Return the plant for samples that are taken before the command of the same step."""
+    """Return the sampled plant for a loop in which each sample is taken before the command of the same step."""
     control = python_control()
     G, step = to_control(plant, h), control.ss(*shift_registers((1,)), h)
     if (G.noutputs, G.ninputs) != (1, 1):
@@ -238,7 +240,7 @@ def _behind_hold(plant: Node | Graph | Model, h: float) -> Any:
         if plant.block.family == CONTROLLERS:
             return G
         if any(v.name == HOLD for v in plant.block.parameters) and plant.value(HOLD)[0]:
-            return G * step  # it ramps up to a command that has come
+            return G * step  # with this hold, the output of the plant ramps to the command of the previous sample
         plant = Graph.single(plant)
     at_once = feedthrough(plant)
     if not any(m.any() for m in at_once[1:]):
@@ -291,7 +293,8 @@ def margins_of(
     h : float
         Step (s).
     stable : function
-        Whether the closed loop is stable for a factor of the gain, which the response alone does not determine.
+        Function of a factor of the gain; returns whether the closed loop is stable. The response alone does not
+        determine this.
     """
     if not stable(1.0):
         nan = np.nan
@@ -300,7 +303,7 @@ def margins_of(
     # phase margin at each crossover: with more delay, the crossover with the least phase / frequency is the first limit
     phases = np.mod(np.angle(L(crossing)) + np.pi, 2 * np.pi) if len(crossing) else crossing
     steps = float(np.min(phases / crossing, initial=np.inf))
-    signed = np.abs((phases + np.pi) % (2 * np.pi) - np.pi)  # a loop may also come near from the other side
+    signed = np.abs((phases + np.pi) % (2 * np.pi) - np.pi)  # a curve may approach -1 from both sides
     nearest = int(np.argmin(signed)) if len(signed) else None
     distance = np.abs(1 + values)
     large = np.flatnonzero(distance < np.sqrt(2))
@@ -319,15 +322,15 @@ def margins_of(
 
 
 def response(L: Any, z: Complex) -> Complex:
-    """Return L(z), shape (n,). A state space is solved for all points at once."""
+    """Return the response L(z), shape (n,)."""
     if not hasattr(L, "A"):
         return np.asarray(L(z))
     A, B, C, D = (np.asarray(m) for m in (L.A, L.B, L.C, L.D))
     return np.asarray(response_of((A, B, C, D), z)[:, 0, 0])
 
 
-LARGEST = 1e6  # factor of the gain (120 dB): beyond it rounding decides where poles lie
-SAME = 1e-6  # relative distance of two factors that are one
+LARGEST = 1e6  # largest factor of the gain (120 dB). Above it, rounding errors determine the poles.
+SAME = 1e-6  # two factors with a smaller relative difference are equal
 
 
 def crossed(L: Callable[[Array], Complex], angles: Array, values: Complex) -> Array:
@@ -351,12 +354,13 @@ def _static(L: Callable[[Array], Complex], beside: complex) -> Array:
 
 
 def first_lost(factors: Array, stable: Callable[[float], bool]) -> float:
-    """Return the smallest factor above 1 beyond which a loop is unstable; infinite if the loop is always stable.
+    """Return the smallest factor above 1 beyond which a loop is unstable, or infinity if no factor is.
 
     `factors`, shape (k,), contains all factors at which stability may change. `stable` returns whether the loop is
     stable for a factor.
     """
     found = np.sort(factors)
     found = found[np.diff(found, prepend=0.0) > SAME * found]
-    beyond = np.sqrt(found * np.append(found[1:], 4 * found[-1:]))  # between two of them, twice the last one
+    # a factor between two neighbours; after the last, twice this factor
+    beyond = np.sqrt(found * np.append(found[1:], 4 * found[-1:]))
     return next((float(f) for f, b in zip(found, beyond, strict=True) if not stable(float(b))), float("inf"))

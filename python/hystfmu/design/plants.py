@@ -1,13 +1,14 @@
-"""Linear plants behind the inverse of a hysteresis, and the set of plants that agree with a record.
+"""Linear plants in series with a compensated hysteresis, and the set of plants that agree with a record.
 
-A plant is a sum of second-order modes and a static rest with static gain 1. Its input is a held, delayed command:
+A plant is the sum of second-order modes and a static part c. The total static gain is 1. The input is a delayed command
+that is constant over each step:
 
     G(s) = e^(-s tau) (c + sum_i k_i / (1 + 2 zeta_i s / w_i + s^2 / w_i^2)),  c + sum_i k_i = 1.
 
 The set contains the identified plant, and plants with modes and delay at the ends of their confidence intervals. It
-also contains plants with a resonance that the record did not excite. The frequency of this resonance may have any value
-above the band in which input and output are coherent. A loop is designed for all plants of the set, with every local
-slope of plant and inverse in a sector.
+also contains plants with an additional resonance that the record did not excite. The frequency of this resonance may
+have any value above the band in which input and output are coherent. A loop is designed for all plants of the set, and
+for every incremental gain of inverse and plant in a sector.
 """
 
 from __future__ import annotations
@@ -23,21 +24,24 @@ from hystfmu.base.arrays import Array
 from hystfmu.design.delays import StateSpace
 
 Complex = NDArray[np.complex128]
-UNSEEN_ZETA = 0.01  # damping of a resonance that the record did not excite
-UNSEEN_SHARE = 0.05  # its share of the static gain behind an identified mode; all of it where no mode is known
-PER_DECADE = 28  # places of such a resonance
-BEYOND = 4.0  # times half the sampling rate: the highest place; a held command hardly excites a higher one
-SIGMAS = 2.5  # standard errors on each side
-LEAST_SPREAD = 0.01  # of a natural frequency: it moves with load and temperature after the record
-LESS_DAMPED = 0.7  # times the damping: the same
-LATER = (0.0, 0.5, 1.0)  # steps beyond the known delay
-POINTS = 160  # angles for each plant
-WIDTHS = np.sinh(np.linspace(-np.arcsinh(40.0), np.arcsinh(40.0), 33))  # half-widths beside a resonance
+UNSEEN_ZETA = 0.01  # damping ratio of a resonance that the record did not excite
+# fraction of the static gain in this resonance if a mode is identified; otherwise the fraction is 1
+UNSEEN_SHARE = 0.05
+PER_DECADE = 28  # number of frequencies of this resonance in a decade
+# highest frequency of this resonance over half the sampling rate; a held command hardly excites a higher one
+BEYOND = 4.0
+SIGMAS = 2.5  # half-width of the confidence intervals in standard errors
+LEAST_SPREAD = 0.01  # smallest relative half-width for a natural frequency, which changes with load and temperature
+LESS_DAMPED = 0.7  # factor of the damping, for the same reason
+LATER = (0.0, 0.5, 1.0)  # additional delays (steps)
+POINTS = 160  # number of angles for each plant
+# distances of angles from a resonance, in half-widths
+WIDTHS = np.sinh(np.linspace(-np.arcsinh(40.0), np.arcsinh(40.0), 33))
 
 
 @dataclass(frozen=True)
 class Plant:
-    """One plant of static gain 1."""
+    """A linear plant with static gain 1."""
 
     f_n: tuple[float, ...] = ()  # natural frequencies (Hz), damping ratios and static gains of the modes
     zeta: tuple[float, ...] = ()
@@ -47,17 +51,17 @@ class Plant:
 
     @property
     def rest(self) -> float:
-        """Static gain beside the modes."""
+        """Static gain of the part without dynamics (c in the equation of the module)."""
         return 1.0 - sum(self.share)
 
     def response(self, z: Complex, h: float) -> Complex:
-        """Return the response to a command that is held for steps of h (s), shape (m,), exactly.
+        """Return the exact response at z, shape (m,), to a command that is constant over each step h (s).
 
         Each pole p of a partial fraction is discretised for the delayed hold by the modified z-transform (Astrom &
         Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3).
         """
         m, part = _steps(self.delay, h)
-        found = self.rest * z ** -(1.0 + m)  # of a held command the value just before the sample
+        found = self.rest * z ** -(1.0 + m)  # the static part passes the command that was held just before the sample
         late = z ** (-float(m))
         for f, zeta, k in zip(self.f_n, self.zeta, self.share, strict=True):
             for p, c in _poles(f, zeta):
@@ -66,12 +70,12 @@ class Plant:
         return np.asarray(found)
 
     def state_space(self, h: float) -> StateSpace:
-        """Return A, B, C, D of the plant. The states are two per mode, then the delayed commands."""
+        """Return A, B, C, D of the sampled plant. There are two states for each mode, then the delayed commands."""
         # imported here, so that a process for a foreign FMU does not wait for the import
         from scipy.linalg import expm
 
         m, part = _steps(self.delay, h)
-        past = m + 1 + (part > 0)  # commands u(k - 1) ... u(k - past) that a sample may depend on
+        past = m + 1 + (part > 0)  # a sample may depend on the commands u(k - 1) ... u(k - past)
         n = 2 * len(self.f_n)
         A, B, C = np.zeros((n + past, n + past)), np.zeros((n + past, 1)), np.zeros((1, n + past))
         B[n, 0] = 1.0
@@ -95,7 +99,7 @@ class Plant:
 
 
 def _steps(delay: float, h: float) -> tuple[int, float]:
-    """Return the whole steps of a delay, and the remaining part of a step."""
+    """Return the number of whole steps in a delay, and the remaining fraction of a step."""
     steps = delay / h
     whole = int(np.floor(steps + 1e-9))
     part = steps - whole
@@ -106,7 +110,7 @@ def _poles(f: float, zeta: float) -> list[tuple[complex, complex]]:
     """Return poles and residues of 1 / (1 + 2 zeta s / w + s^2 / w^2)."""
     w = 2 * np.pi * f
     if abs(zeta - 1) < 1e-6:
-        zeta = 1 + 1e-6  # two equal poles have no residues
+        zeta = 1 + 1e-6  # for two equal poles, the residues are not defined
     root = np.sqrt(complex(zeta * zeta - 1))
     p, q = w * (-zeta + root), w * (-zeta - root)
     return [(p, w * w / (p - q)), (q, w * w / (q - p))]
@@ -117,7 +121,7 @@ class Unseen:
     """A resonance that the record did not excite."""
 
     above: float  # lowest possible frequency (Hz)
-    share: float = 1.0  # share of the resonance in the static gain
+    share: float = 1.0  # fraction of the static gain in the resonance
     zeta: float = UNSEEN_ZETA  # damping ratio of the resonance
     to: float | None = None  # highest possible frequency (Hz); None for `BEYOND` times half the sampling rate
 
@@ -131,18 +135,21 @@ class Unseen:
 
 @dataclass(frozen=True)
 class PlantSet:
-    """Plants that agree with a record, and the angles at which their responses are evaluated."""
+    """Plants that agree with a record, and the responses of these plants."""
 
     h: float  # step of the controller (s)
     plants: tuple[Plant, ...]  # the identified plant is first. The delays include the computing time.
-    slopes: tuple[float, float]  # sector of local slopes of plant over inverse
+    slopes: tuple[float, float]  # sector of the incremental gain
     angles: Array = field(repr=False)  # angles omega h in (0, pi] for each plant, in ascending order, shape (m, k)
     response: Complex = field(repr=False)  # response of each plant at its angles, shape (m, k)
     # expected devices: pairs of the identified plant with one parameter increased and decreased by a standard error
     beside: tuple[tuple[Plant, Plant], ...] = ()
 
     def missed(self, z: Complex) -> Array:
-        """Return the expected power of 1 - G'/G at z, shape (m,), which is the error of a feed-forward for G on G'."""
+        """Return the expected power of 1 - G'/G at z, shape (m,).
+
+        This is the relative error if a feed-forward designed for the identified plant G drives a device G'.
+        """
         G = self.plants[0].response(z, self.h)
         total = np.zeros(len(z))
         for pair in self.beside:
@@ -151,7 +158,7 @@ class PlantSet:
 
     @property
     def z(self) -> Complex:
-        """e^(j omega h) at the angles."""
+        """Points e^(j omega h) on the unit circle, shape (m, k)."""
         return np.asarray(np.exp(1j * self.angles))
 
 
@@ -174,9 +181,9 @@ def plant_set(
     h, slopes, unseen
         See `PlantSet`, and `Unseen` for a resonance in addition to the identified modes.
     errors, delay_error
-        Standard errors of f_n (Hz), zeta and share for each mode, and of the delay (s).
+        Standard errors of f_n (Hz), zeta and static gain of each mode, and standard error of the delay (s).
     computing : float
-        Steps between a sample and its command.
+        Computing time between a sample and the resulting command (steps).
     """
     late = replace(identified, delay=identified.delay + computing * h)
     plants = [late, *_differing(late, errors, delay_error, h)]
@@ -212,7 +219,7 @@ def _beside(
 
 
 def _differing(p: Plant, errors: Sequence[tuple[float, float, float]], delay_error: float, h: float) -> Iterator[Plant]:
-    """Yield the plant with modes and delay at the ends of their confidence intervals."""
+    """Yield plants whose modes and delay are at the ends of the confidence intervals."""
     sides = (-1.0, 0.0, 1.0) if p.f_n else (0.0,)
     for side, damping, more in product(sides, (1.0, LESS_DAMPED) if p.f_n else (1.0,), LATER):
         if side == 0 and damping == 1 and more == 0:
@@ -236,7 +243,8 @@ def _angles(p: Plant, h: float) -> Array:
     at, width = [], []
     for f, zeta in zip(p.f_n, p.zeta, strict=True):
         turn = 2 * np.pi * f * h
-        at.append(abs((turn + np.pi) % (2 * np.pi) - np.pi))  # a held command sees an alias
+        # sampling maps a mode above half the sampling rate to a lower frequency (alias)
+        at.append(abs((turn + np.pi) % (2 * np.pi) - np.pi))
         width.append(zeta * turn)
     fine = np.concatenate([a + w * WIDTHS for a, w in zip(at, width, strict=True)]) if at else np.zeros(0)
     fine = fine[(fine > 1e-6) & (fine <= np.pi)]

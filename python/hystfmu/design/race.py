@@ -1,13 +1,14 @@
 """Comparison of controller structures on one set of plants, each tuned under the same limits.
 
-For every structure, a search varies all values except the integral gain. The integral gain is the largest gain that
-meets the limits. The search minimises the remaining error for the disturbances in `Aim`: model error at the harmonics
-of the references, error of the feed-forward, and noise.
+For every structure, a search varies all values except the integral gain. For each set of values, it tries the largest
+integral gain that meets the limits, and fractions of this gain. The search minimises the RMS error that the
+disturbances in `Aim` cause. These disturbances are the model error at the harmonics of the references, the error of the
+feed-forward, and the noise.
 
 A loop meets the limits if the peak of the sensitivity is at most `ms_db` for the identified plant, and at most
-`set_ms_db` for every plant of the set with every slope of the sector. A limit of the peak Ms implies lower bounds of
-all margins: gain margins of Ms / (Ms -+ 1) and a phase margin of 2 asin(1 / (2 Ms)) (Skogestad & Postlethwaite, 2nd
-ed., section 2.4.3).
+`set_ms_db` for every plant of the set and every incremental gain in the sector. A limit of the peak Ms implies lower
+bounds of all margins: gain margins of Ms / (Ms -+ 1) and a phase margin of 2 asin(1 / (2 Ms)) (Skogestad &
+Postlethwaite, 2nd ed., section 2.4.3).
 """
 
 from __future__ import annotations
@@ -26,21 +27,23 @@ from hystfmu.design.structures import STRUCTURES, Design, Structure
 
 MS_DB, SET_MS_DB = 6.0, 12.0
 HALVINGS = 14
-LEAST, MOST = 1e-7, 2.0  # integral gain a step
-SLOWER = (1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.05)  # shares of the largest gain that are tried: less noise
-DRAWS, STEPS = 32, 70  # of the search: points of a low-discrepancy sequence, then steps of the simplex
-GRIDDED = 0.1  # dB that a peak between two angles of the grid may be higher
-TOO_SLOW = 1e3  # times the error of a loop whose bandwidth is below the limit
-EQUAL = 1.05  # a structure with more values must be better by this
+LEAST, MOST = 1e-7, 2.0  # range of the integral gain times the step
+SLOWER = (1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.05)  # fractions of the largest gain; a smaller gain causes less noise
+# the search evaluates points of a low-discrepancy sequence, then steps of the Nelder-Mead simplex
+DRAWS, STEPS = 32, 70
+GRIDDED = 0.1  # reserve for a higher peak between two angles of the grid (dB)
+TOO_SLOW = 1e3  # penalty factor of the error of a loop whose bandwidth is below the limit
+EQUAL = 1.05  # the error of a more complex structure must be smaller by this factor
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a loop. If no structure reaches the bandwidth, the structure with the largest bandwidth is first."""
+    """Limits that a tuned loop must meet. If no structure reaches the bandwidth, the closest one is best."""
 
-    ms_db: float = MS_DB  # peak of the sensitivity of the identified plant (dB)
-    set_ms_db: float = SET_MS_DB  # of every plant of the set
-    bandwidth: float = 0.0  # Hz, required, up to which the sensitivity of the identified plant is below -3 dB
+    # largest allowed peak of the sensitivity with every plant of the set (dB)
+    ms_db: float = MS_DB  # largest allowed peak of the sensitivity with the identified plant (dB)
+    set_ms_db: float = SET_MS_DB
+    bandwidth: float = 0.0  # required bandwidth (Hz), up to which the sensitivity is below -3 dB
 
 
 @dataclass(frozen=True)
@@ -48,26 +51,27 @@ class Aim:
     """Disturbances of the loop as powers, shape (k,), in the square of the unit of measure of the output."""
 
     f: Array  # Hz
-    power: Array  # of the model error in front of the dynamics
-    reference: Array  # of the references at the same frequencies; the feed-forward leaves a part if a device differs
+    power: Array  # power of the model error at the input of the dynamics
+    # power of the references. If a device differs from the plant, the feed-forward does not cancel all of it.
+    reference: Array
     noise: float = 0.0  # RMS of the white noise of the sensor
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """A structure with its gains and the figures of its loop."""
+    """A structure with its tuned gains, and the properties of the resulting loop."""
 
     structure: Structure
     design: Design
     values: dict[str, float]
-    Ki: float  # 1/s
-    error: float  # expected RMS, in the unit of the output
+    Ki: float  # integral gain (1/s)
+    error: float  # expected RMS error, in the unit of measure of the output
     ms_db: float  # peak of the sensitivity (dB)
     set_ms_db: float
-    worst: str  # plant of the set with the largest peak
-    bandwidth: float  # Hz up to which the sensitivity is below -3 dB
+    worst: str  # name of the plant of the set with the largest peak
+    bandwidth: float  # bandwidth (Hz), up to which the sensitivity is below -3 dB
     noise_gain: float  # RMS of the output for white noise of RMS 1 at the sensor
-    margins: Margins  # of the identified plant
+    margins: Margins  # margins with the identified plant
 
     @property
     def Kp(self) -> float:
@@ -77,7 +81,7 @@ class Tuned:
 
 @dataclass(frozen=True)
 class Race:
-    """Result of the comparison: the structures that meet the limits, best first, and the reasons against the others."""
+    """Result of the comparison: structures that meet the limits, best first, and reasons why the others do not."""
 
     found: tuple[Tuned, ...]
     refused: dict[str, str] = field(default_factory=dict)
@@ -95,7 +99,7 @@ def race(
     limits: Limits = Limits(),
     names: Sequence[str] = tuple(STRUCTURES),
 ) -> Race:
-    """Tune the named structures, and sort them by their expected error."""
+    """Tune the named controller structures, and sort them by their expected RMS error."""
     found: list[Tuned] = []
     refused: dict[str, str] = {}
     for name in names:
@@ -108,7 +112,7 @@ def race(
             refused[name] = f"no gain keeps Ms below {limits.ms_db:g} dB, and {limits.set_ms_db:g} dB over the set"
         else:
             found.append(tuned)
-    # in the order of the table, simplest first: a later structure must be clearly better
+    # the table begins with the simplest structure; a later structure must be clearly better
     ordered: list[Tuned] = []
     left = list(found)
     while left:
@@ -123,7 +127,7 @@ def race(
 
 
 def tune(structure: Structure, plants: PlantSet, design: Design, aim: Aim, limits: Limits) -> Tuned | None:
-    """Tune one structure; return None if no gain meets the limits."""
+    """Return one structure with tuned values, or None if no gain meets the limits."""
     # imported here, so that a process for a foreign FMU does not wait for the import
     from scipy.optimize import minimize
     from scipy.stats import qmc
@@ -165,13 +169,14 @@ class _View:
         self.plants, self.aim, self.limits = plants, aim, limits
         self.z, self.G = plants.z, plants.response
         self.at = np.exp(2j * np.pi * aim.f * plants.h)
-        self.low = plants.plants[0].response(self.at, plants.h)  # at the frequencies of the aim
+        # response of the identified plant at the frequencies of the disturbances
+        self.low = plants.plants[0].response(self.at, plants.h)
         self.power = aim.power * np.abs(self.low) ** 2 + plants.missed(self.at) * aim.reference
         self.wide = np.exp(1j * np.pi * (np.arange(200) + 0.5) / 200)
         self.G_wide = plants.plants[0].response(self.wide, plants.h)
 
     def best(self, structure: Structure, design: Design, values: Mapping[str, float]) -> tuple[float, float]:
-        """Return the expected error and the gain for these values; infinite and 0 if no gain meets the limits."""
+        """Return the smallest expected RMS error and its gain; infinity and 0 if no gain meets the limits."""
         C = structure.response(design, values, self.z)
         lowest, highest = LEAST / self.plants.h, MOST / self.plants.h
         if not self.allowed(*C(lowest)):
@@ -189,7 +194,7 @@ class _View:
         return costs[k], gains[k]
 
     def allowed(self, C: Complex, inner: Complex | None) -> bool:
-        """Return whether the loops meet the limits and the controller is stable."""
+        """Return whether the controller C is stable and its loops with all plants meet the limits."""
         if inner is not None and not unencircled(inner[:1]).all():
             return False
         X = C * self.G
@@ -210,13 +215,13 @@ class _View:
         return float(self.plants.angles[0][large[0]] / (2 * np.pi * self.plants.h)) if len(large) and large[0] else 0.0
 
     def error(self, C: Complex, C_wide: Complex) -> float:
-        """Return the expected RMS error of the identified plant from remaining model error, uncertainty and noise."""
+        """Return the expected RMS error of the loop, caused by model error, differences of the device and noise."""
         left = float((self.power / np.abs(1 + C * self.low) ** 2).sum())
         X = C_wide * self.G_wide
         return float(np.sqrt(left + self.aim.noise**2 * np.mean(np.abs(X / (1 + X)) ** 2)))
 
     def figures(self, structure: Structure, design: Design, values: dict[str, float], Ki: float) -> Tuned:
-        """Return the structure and the figures of its loop."""
+        """Return the structure with these values, and the properties of its loop."""
         X = structure.response(design, values, self.z)(Ki)[0] * self.G
         at, wide = (structure.response(design, values, z)(Ki)[0] for z in (self.at, self.wide))
         near = distances(X, self.plants.slopes).min(axis=1)
@@ -239,7 +244,7 @@ class _View:
     def margins(
         self, structure: Structure, design: Design, values: Mapping[str, float], Ki: float, X: Complex
     ) -> Margins:
-        """Return the margins of the identified plant."""
+        """Return the stability margins of the loop with the identified plant."""
         plant, h = self.plants.plants[0], self.plants.h
 
         def L(angles: Array) -> Complex:
@@ -250,7 +255,7 @@ class _View:
 
 
 def distances(X: Complex, slopes: tuple[float, float]) -> Array:
-    """Return the smallest distance of k X from -1 over all slopes k of a sector; the shape is the shape of X.
+    """Return the smallest distance of k X from -1 over all factors k in a sector, in the shape of X.
 
     k X lies on the straight line from slopes[0] X to slopes[1] X. The nearest point of this line has a closed form.
     """
@@ -260,10 +265,10 @@ def distances(X: Complex, slopes: tuple[float, float]) -> Array:
 
 
 def unencircled(X: Complex) -> NDArray[np.bool_]:
-    """Return whether each closed loop with slope 1 is stable, shape (m,), by the Nyquist criterion.
+    """Return whether each closed loop with incremental gain 1 is stable (Nyquist criterion), shape (m,).
 
-    The open loops have one integrator and no unstable pole. Therefore the curve must not encircle -1. Along the upper
-    half of the unit circle, the angle of 1 + X must return to the positive real axis.
+    The open loops have one integrator and no unstable pole. Therefore the Nyquist curve must not encircle -1. Along the
+    upper half of the unit circle, 1 + X must end on the positive real axis without a turn around 0.
     """
     f = 1 + X
     turned = np.angle(f[:, 1:] / f[:, :-1]).sum(axis=1) + np.angle(f[:, 0])

@@ -1,11 +1,12 @@
-"""Repetitive control: design of filters for several loops, and separation of memories from a graph.
+"""Repetitive control: design of the filters for several loops, and removal of period memories from a graph.
 
-The block `repetitive` in front of a controller changes the error e of a period to e+ = (Q - L T) e in the next period.
-T is the complementary sensitivity of the loop without this block. For any period, the loop is stable if abs(Q - L T) <
-1 at all frequencies (Hara et al. 1988, theorem 1).
+The block `repetitive` is in front of a controller. If the error in one period is e, the error in the next period is (Q
+- L T) e. T is the complementary sensitivity of the loop without this block. For any period, the loop is stable if abs(Q
+- L T) < 1 at all frequencies (Hara et al. 1988, theorem 1).
 
-A memory of n steps is a ring buffer. Its law is w_k = Q w_(k-n) + L e_(k-n) with non-causal filters. A state space of
-the memory would have n states, so the loop uses its frequency response instead.
+A period memory stores one period of n steps in a ring buffer. Its update law is w_k = Q w_(k-n) + L e_(k-n) with
+non-causal filters Q and L. A state space of this memory would have n states, so the stability test uses the frequency
+response instead.
 """
 
 from __future__ import annotations
@@ -21,18 +22,18 @@ from hystfmu.base.errors import InputError
 from hystfmu.design.loop import Complex, response
 from hystfmu.graph import Graph, Input, Node, Output
 
-POINTS = 4096  # of the discrete Fourier transform
-EDGE = 0.5  # share of the taps of L that a cosine window tapers
+POINTS = 4096  # number of points of the discrete Fourier transform
+EDGE = 0.5  # fraction of the taps of L that a cosine window tapers
 
 
 @dataclass(frozen=True)
 class RepetitiveFilters:
-    """Taps of the block `repetitive`, and the resulting convergence.
+    """Filter taps of the block `repetitive`, and the convergence of the error for each loop.
 
     Attributes
     ----------
     q : array, shape (n_q + 1,)
-        Taps of the zero-phase filter Q: the middle tap, then one side.
+        Taps of the symmetric zero-phase filter Q: the middle tap, then the taps on one side.
     l : array, shape (2 n_l + 1,)
         Taps of the learning filter L, from n_l steps back to n_l steps ahead.
     contraction : tuple of float
@@ -44,7 +45,7 @@ class RepetitiveFilters:
     contraction: tuple[float, ...]
 
     def error_ratio(self, L: Any, w: Array, n: int) -> Array:
-        """Return the ratio of the error to the error without repetitive control, at frequencies w (rad/s).
+        """Return the ratio of the error with to the error without repetitive control, at frequencies w (rad/s).
 
         Parameters
         ----------
@@ -53,7 +54,7 @@ class RepetitiveFilters:
         w : array, shape (m,)
             Frequencies (rad/s).
         n : int
-            Steps in a period.
+            Number of steps in a period.
 
         Returns
         -------
@@ -68,10 +69,10 @@ class RepetitiveFilters:
 def repetitive_filters(
     loops: Sequence[Any], cutoff: float, gain: float = 0.3, n_q: int = 9, n_l: int = 40
 ) -> RepetitiveFilters:
-    """Design Q and L for several loops, for example the nominal loop and its corners.
+    """Design the filters Q and L for several loops, for example the nominal loop and its worst-case parameter sets.
 
-    Q is a windowed low-pass. L is the product of `gain`, Q and the least-squares inverse of all T at each frequency,
-    sum conj(T) / sum abs(T)^2. It is truncated to its taps.
+    Q is a windowed low-pass. At each frequency, L is the product of `gain`, Q and the common least-squares inverse sum
+    conj(T) / sum abs(T)^2 of all loops. L is then truncated to its number of taps.
 
     Parameters
     ----------
@@ -80,9 +81,9 @@ def repetitive_filters(
     cutoff : float
         Upper frequency of learning (Hz).
     gain : float
-        Share of the error that is learnt per period.
+        Fraction of the error that is corrected in each period.
     n_q, n_l : int
-        Number of taps on each side.
+        Number of taps of Q and L on each side of the middle tap.
 
     Returns
     -------
@@ -102,7 +103,7 @@ def repetitive_filters(
 def filter_angles() -> Array:
     """Return the angles omega h of the responses for `learning_filters`, shape (POINTS / 2 + 1,)."""
     angles = 2 * np.pi * np.arange(POINTS // 2 + 1) / POINTS
-    angles[0] = 2 * np.pi * 1e-3 / POINTS  # beside the poles of integrators
+    angles[0] = 2 * np.pi * 1e-3 / POINTS  # not 0, because integrators have a pole there
     return angles
 
 
@@ -121,17 +122,17 @@ def learning_filters(
     Parameters
     ----------
     T : array, shape (loops, POINTS / 2 + 1)
-        Responses from a correction to the reduction of the error, at `filter_angles`.
+        Frequency responses from a correction to the resulting reduction of the error, at `filter_angles`.
     h : float
         Step (s).
     cutoff, gain, n_q, n_l
         See `repetitive_filters`.
     rest : float
-        Q at frequency 0. With a value below 1 the memory forgets corrections without effect, such as a constant
-        correction before an integrator.
+        Value of Q at frequency 0. If it is below 1, corrections without effect decay, such as a constant correction in
+        front of an integrator.
     floor : float
-        Regularisation: this share of the mean square of the responses below the cutoff is added at each frequency, so
-        that frequencies with a small response are not inverted. Trap: without regularisation, a zero of T at one
+        Regularisation: this fraction of the mean square of the responses below the cutoff is added at each frequency,
+        so that frequencies with a small response are not inverted. Trap: without regularisation, a zero of T at one
         frequency, for example due to an integrator, adds a constant to all taps.
 
     Raises
@@ -151,7 +152,7 @@ def learning_filters(
     power = (np.abs(T) ** 2).sum(0)
     ideal = gain * Q * T.conj().sum(0) / (power + floor * power[filter_angles() < 2 * np.pi * cutoff * h].mean())
     ideal[[0, -1]] = ideal[[0, -1]].real
-    past = np.fft.irfft(ideal, POINTS)  # tap i acts on the error i steps ago
+    past = np.fft.irfft(ideal, POINTS)  # tap i is the weight of the error i steps ago
     learning = past[-np.arange(-n_l, n_l + 1)] * tukey(2 * n_l + 3, EDGE)[1:-1]
     left = np.abs(Q - taps_at(learning, z) * T).max(axis=1)
     return RepetitiveFilters(taps, learning, tuple(left.tolist()))
@@ -163,7 +164,7 @@ def _complementary(L: Any, z: Any) -> Any:
 
 
 def zero_phase_at(q: Array, z: Any) -> Any:
-    """Return Q(z) from the taps of Q."""
+    """Return the filter Q at z from its taps."""
     return q[0] + sum(v * (z**j + z**-j) for j, v in enumerate(q[1:], 1))
 
 
@@ -175,9 +176,9 @@ def taps_at(taps: Array, z: Any) -> Any:
 
 @dataclass(frozen=True)
 class PeriodMemory:
-    """Law of a memory of one period, w = z^-n (Q w + L e)."""
+    """Update law of a memory of one period, w = z^-n (Q w + L e)."""
 
-    n: int  # steps in a period
+    n: int  # number of steps in a period
     # taps of Q and L, from the oldest step to the same number of steps ahead, shapes (2 n_q + 1,), (2 n_l + 1,)
     q: Array
     l: Array  # noqa: E741
@@ -186,7 +187,7 @@ class PeriodMemory:
     lifted: bool
 
     def factor(self, angles: Array, error: Complex) -> Complex:
-        """Return Q + L E, the factor of the corrections from one period to the next.
+        """Return Q + L E. The correction of a period multiplied by this factor is the correction of the next period.
 
         Parameters
         ----------
@@ -199,7 +200,7 @@ class PeriodMemory:
         return np.asarray(taps_at(self.q, z) + taps_at(self.l, z) * error)
 
     def response(self, angles: Array) -> Complex:
-        """Return the response from e to w; 0 if the lifted form is used."""
+        """Return the frequency response from e to w, or 0 if the memory changes only at the end of a period."""
         if self.lifted:
             return np.zeros(len(angles), complex)
         z = np.exp(1j * angles)
@@ -208,7 +209,7 @@ class PeriodMemory:
 
 
 def iterative_learning(node: Node) -> PeriodMemory:
-    """Return the law w <- Q (w + gain e) of the block, where e is the error `lead` steps later."""
+    """Return the update law w <- Q (w + gain e) of `iterative_learning`; e is the error `lead` steps later."""
     gain, lead, smooth = (float(node.value(name)[0]) for name in ("gain", "lead", "smooth"))
     n = node.dims["n"]
     q = np.array([smooth, 1 - 2 * smooth, smooth])
@@ -219,7 +220,7 @@ def iterative_learning(node: Node) -> PeriodMemory:
 
 
 def repetitive(node: Node) -> PeriodMemory:
-    """Return the law of the block."""
+    """Return the update law of the block `repetitive`."""
     q = node.value("q")
     return PeriodMemory(node.dims["n"], np.concatenate([q[:0:-1], q]), node.value("l"), lifted=False)
 
@@ -232,7 +233,7 @@ LAWS: dict[str, tuple[Callable[[Node], PeriodMemory], str, str]] = {
 
 
 def cut_memories(graph: Graph) -> tuple[Graph, tuple[PeriodMemory, ...]]:
-    """Cut the memories of a period out of a graph. The order of the blocks is kept.
+    """Remove the period memories from a graph. The order of the other blocks does not change.
 
     Returns
     -------

@@ -1,11 +1,12 @@
-"""Sector of local slopes: the remaining hysteresis of a plant behind an imperfect inverse.
+"""Sector of the incremental gain of an imperfect inverse and its plant in series.
 
-In a loop around an inverse and its plant, the loop gain contains the local slope of inverse and plant. This slope
-depends on the path. The loop must be stable for every slope of the sector.
+The incremental gain is the local slope of the output over the wanted output. It depends on the path, and it is a factor
+of the loop gain. The sector is the range of the incremental gain along a path. The loop must be stable for every
+incremental gain in the sector.
 
 The describing function of a block or model is the gain of the first harmonic in a simulation: N(A) = (b_1 + j a_1) / A,
 with y = a_1 cos + b_1 sin + ... for u = A sin (Gelb & Vander Velde, Multiple-Input Describing Functions, 1968, section
-2.2). N of a static block does not depend on frequency. For a block with dynamics, state the frequency.
+2.2). For a static block, N does not depend on the frequency. For a block with dynamics, the frequency must be stated.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ from hystfmu.model import Model
 
 @dataclass(frozen=True)
 class DescribingFunction:
-    """Describing function over amplitude.
+    """Describing function as a function of the amplitude.
 
     Attributes
     ----------
     amplitude : array, shape (n,)
         Amplitude of u, in the unit of measure of u.
     N : complex array, shape (n,)
-        Gain of the first harmonic, y per u.
+        Complex gain of the first harmonic, in units of measure of y per u.
     distortion : array, shape (n,)
         Ratio of the RMS of the higher harmonics to the RMS of the first harmonic. If this ratio is small, the
         describing function is reliable.
@@ -46,12 +47,12 @@ class DescribingFunction:
 
     @property
     def gain(self) -> Array:
-        """abs(N), shape (n,)."""
+        """Absolute gain abs(N), shape (n,)."""
         return np.abs(self.N)
 
     @property
     def phase(self) -> Array:
-        """Phase of N (degrees), shape (n,); negative if the output lags."""
+        """Phase of N (degrees), shape (n,). It is negative if the output lags."""
         return np.degrees(np.angle(self.N))
 
 
@@ -64,20 +65,20 @@ def describing_function(
     samples: int = 4096,
     cycles: int = 2,
 ) -> DescribingFunction:
-    """Compute the describing function of a part with one input and one output.
+    """Compute the describing function of a block, graph or model with one input and one output.
 
     Parameters
     ----------
     part : Node, Graph or Model
-        Part to simulate.
+        Block, graph or model to simulate.
     amplitudes : array, shape (n,)
         Input amplitudes, greater than 0, in the unit of measure of u.
     frequency : float
         Frequency of the sine (Hz). It affects only parts with dynamics.
     samples : int
-        Samples per cycle; the first harmonic of a static part is exact to about (1/samples)^2.
+        Number of samples in a cycle. The relative error of the first harmonic of a static part is about (1/samples)^2.
     cycles : int
-        Number of cycles before the evaluated cycle, at least 1, so that the memory settles.
+        Number of cycles before the evaluated cycle, at least 1. In these cycles the memory reaches its steady state.
 
     Returns
     -------
@@ -107,21 +108,22 @@ def describing_function(
     distortion = np.empty(len(a))
     for i, amplitude in enumerate(a):
         y = graph.run(amplitude * wave, 1 / (frequency * samples))[-samples:]
-        harmonics = np.fft.rfft(np.roll(y, 1)) / (samples / 2)  # the last cycle begins one sample after a full one
-        N[i] = 1j * harmonics[1] / amplitude  # u = A sin is -jA in the first harmonic
+        # the last cycle begins one sample late, so y is shifted by one sample
+        harmonics = np.fft.rfft(np.roll(y, 1)) / (samples / 2)
+        N[i] = 1j * harmonics[1] / amplitude  # the first harmonic of u = A sin is -jA
         first = np.abs(harmonics[1])
         higher = np.sqrt((np.abs(harmonics[2:]) ** 2).sum())
         distortion[i] = higher / first if first > 0 else (0.0 if higher == 0 else np.inf)
     return DescribingFunction(a, N, distortion)
 
 
-MOVED = 1e-3  # of the largest step of the path: smaller ones say nothing about a slope
-COMPARED = 20_000  # rows at most at which a path with creep is compared with one that stands
-CONTINUOUS = "continuous"  # rate of the blocks that count with their static gain
+MOVED = 1e-3  # smaller steps, relative to the largest step of the path, are ignored because of rounding
+COMPARED = 20_000  # largest number of rows at which the slope of a path with creep is computed
+CONTINUOUS = "continuous"  # rate class of the blocks that are replaced by their static gain
 
 
 def sector(path: Array, *chain: Graph | Model, h: float) -> tuple[float, float]:
-    """Return the smallest and the largest local slope of units in series along a path.
+    """Return the smallest and the largest incremental gain of units in series along a path.
 
     Parameters
     ----------
@@ -137,23 +139,24 @@ def sector(path: Array, *chain: Graph | Model, h: float) -> tuple[float, float]:
     Returns
     -------
     least, largest : float
-        Slopes of the last output with respect to the path.
+        Smallest and largest change of the last output over the change of the path.
 
     Raises
     ------
     InputError
-        The path does not move.
+        The path is constant.
     """
     graphs = [without_dynamics(unit.graph if isinstance(unit, Model) else unit) for unit in chain]
     return slopes_along(path, *graphs, h=h)
 
 
 def slopes_along(path: Array, *chain: Graph, h: float) -> tuple[float, float]:
-    """Return the sector of units in series, see `sector`. The units may contain creep and its inverse.
+    """Return the sector of units in series as `sector` does, also for units with creep or inverse creep.
 
-    For each slope, the output after a step of the path is compared with the output without this step. Trap: creep
-    continues while the path does not move. Therefore differences of the output over time are not slopes; for an inverse
-    at its limit, such differences gave -1.3.
+    For units with creep, each incremental gain is computed from the difference between the outputs with and without one
+    step of the path. Trap: creep continues while the path is constant. Therefore the difference of the output between
+    two rows is not the effect of the path. For an inverse at its limit, such differences gave an incremental gain of
+    -1.3.
     """
     v = np.asarray(path, float)
     dv = np.diff(v)
@@ -183,9 +186,9 @@ def _drifts(node: Node) -> bool:
 
 
 def _against_rest(v: Array, moved: NDArray[np.intp], chain: Sequence[Graph], h: float) -> Array:
-    """Return the change of the last output at these rows because of the last step of the path.
+    """Return the change of the last output at the given rows that the last step of the path causes.
 
-    The reference is the output for a path that is constant since the previous row.
+    The change is the difference from the output for a path that is constant since the previous row.
     """
     units = [graph.executor() for graph in chain]
     ends = [[next(p.reference for p in g.ports if p.kind == kind) for kind in ("input", "output")] for g in chain]
@@ -215,7 +218,7 @@ def _against_rest(v: Array, moved: NDArray[np.intp], chain: Sequence[Graph], h: 
 
 
 def without_dynamics(graph: Graph) -> Graph:
-    """Replace the linear dynamics of a graph by their static gains."""
+    """Return a graph in which static gains replace the linear dynamics."""
     for n in graph.nodes:
         if n.block.rate == CONTINUOUS:
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain_of(n)}))
@@ -225,7 +228,7 @@ def without_dynamics(graph: Graph) -> Graph:
 def gain_of(node: Node) -> float:
     """Return the gain that replaces a linear block: its static gain, or 1 if the static gain is 0 or infinite.
 
-    An integrator has no static gain. Its gain is a part of the dynamics.
+    An integrator has no finite static gain, so its gain counts as a part of the dynamics.
     """
     gain = static_gain(node)
     return gain if np.isfinite(gain) and gain != 0 else 1.0

@@ -1,10 +1,11 @@
-"""Structures of controllers in front of an inverse. Each structure has a graph of blocks and a frequency response.
+"""Controller structures for a loop with an inverse. Each structure has a graph of blocks and a frequency response.
 
-The error e = y_d - y passes filters and an integral (`pid`). A damping path in parallel is possible:
+The error e = y_d - y passes through filters F and an integral controller (block `pid`). Some structures have a damping
+path D in parallel:
 
     u = u_ff + Ki h z / (z - 1) (1 + T ...) F(z) e - D(z) e.
 
-A scenario runs the same blocks, so that the tuned controller equals the simulated controller. Sources: notch and
+A scenario simulates the same blocks, so the simulated controller equals the tuned controller. Sources: notch and
 integral, Abramovitch et al. 2008; integral resonant control (IRC), Aphale, Fleming & Moheimani 2007, Smart Materials
 and Structures 16, 439-446; positive position feedback (PPF), Fanson & Caughey 1990, AIAA Journal 28, 717-724; internal
 model, Smith 1957; H-infinity loop shaping, McFarlane & Glover 1992.
@@ -13,7 +14,7 @@ H-infinity loop shaping: the controller that is most robust against perturbation
 
 McFarlane & Glover, IEEE Trans. Automat. Control 37 (1992) 759-769; Skogestad & Postlethwaite, Multivariable Feedback
 Control, 2nd ed., section 9.4. For a discrete plant, the design uses the bilinear transformation, which preserves all
-norms. In front of an integral, the controller consists of second-order filters in series.
+norms. The resulting controller is realised as second-order filters in series, followed by an integral.
 """
 
 from __future__ import annotations
@@ -41,14 +42,14 @@ class LoopShaping:
     Attributes
     ----------
     controller : control.StateSpace
-        Product K of weight and robust controller, u = K (r - y).
+        Product K of the weight and the robust controller; the command is u = K (r - y).
     robust : control.StateSpace
         The robust controller without the weight.
     b_opt : float
-        Largest margin of any controller: size of coprime factor perturbations, at most 1. If it is below 0.25, the
-        weight is too demanding.
+        Largest robust stability margin that any controller reaches, at most 1. It is the allowed size of coprime factor
+        perturbations. If it is below 0.25, the weight is too demanding.
     b : float
-        Guaranteed margin of this controller, b_opt / ratio.
+        Guaranteed robust stability margin of this controller, b_opt / ratio.
     """
 
     controller: Any
@@ -67,7 +68,7 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
     W : control.TransferFunction or control.StateSpace
         Weight in front of the plant. It determines the shape of the loop.
     ratio : float
-        Ratio of the optimal margin to the margin of the controller, above 1. A usual value is 1.1.
+        Ratio of the largest margin `b_opt` to the margin of the designed controller, above 1. A usual value is 1.1.
 
     Returns
     -------
@@ -93,7 +94,7 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
 
 
 def robust_controller(system: StateSpace, ratio: float) -> tuple[StateSpace, float]:
-    """Return the controller of a shaped plant for negative feedback, and the smallest norm.
+    """Return the robust controller of a shaped plant for negative feedback, and the smallest norm 1 / b_opt.
 
     The plant has one input and one output. `ratio`, above 1, is the ratio of the optimal margin to the margin of the
     controller. Source: Skogestad & Postlethwaite, eq. 9.69 to 9.73.
@@ -114,7 +115,7 @@ def robust_controller(system: StateSpace, ratio: float) -> tuple[StateSpace, flo
 
 
 def _to_continuous(system: StateSpace, h: float) -> StateSpace:
-    """Map z to s = 2 / h (z - 1) / (z + 1). The states are scaled so that the norms are preserved."""
+    """Convert a discrete state space to a continuous one by s = 2 / h (z - 1) / (z + 1); norms are preserved."""
     A, B, C, D = system
     M = np.linalg.inv(A + np.eye(len(A)))
     root = 2 / np.sqrt(h)
@@ -122,23 +123,23 @@ def _to_continuous(system: StateSpace, h: float) -> StateSpace:
 
 
 def _to_discrete(system: StateSpace, h: float) -> StateSpace:
-    """Map s back to z."""
+    """Convert the continuous state space back to a discrete one."""
     A, B, C, D = system
     M = np.asarray(np.linalg.inv(np.eye(len(A)) - h / 2 * A), float)
     root = np.sqrt(h)
     return M @ (np.eye(len(A)) + h / 2 * A), root * M @ B, root * C @ M, D + h / 2 * C @ M @ B
 
 
-RATIO = 1.1  # margin given away against the optimum
-FAST = 3.0  # times the sampling rate (rad/s over 1/s): poles and zeros above are left out
+RATIO = 1.1  # ratio of the optimal margin to the margin of the designed controller
+FAST = 3.0  # poles and zeros (rad/s) above this multiple of the sampling rate (1/s) are removed
 
 
 @functools.lru_cache(maxsize=64)
 def robust_filters(plant: Plant, h: float, weight: float, zero: float) -> tuple[Node, ...]:
-    """Return filters of static gain 1 for use in front of an integral; empty if there is no such controller.
+    """Return filters of static gain 1 for use in front of an integral, or () if no stable controller exists.
 
-    The delay of the plant includes the computing time. The weight has an integral of gain K `weight` (1/s) and a zero
-    of time constant T_z `zero` (s); `h` is the step (s).
+    The delay of the plant includes the computing time. The weight of the loop shaping has an integral of gain `weight`
+    (1/s) and a zero with the time constant `zero` (s). `h` is the step (s).
     """
     try:
         (A, B, C, D), _ = robust_controller(_shaped(plant, plant.delay + h / 2, weight, zero), RATIO)
@@ -150,7 +151,8 @@ def robust_filters(plant: Plant, h: float, weight: float, zero: float) -> tuple[
     zeros = np.append(zeros, -1 / zero)
     top = FAST / h
     zeros, poles = zeros[np.abs(zeros) < top], poles[np.abs(poles) < top]
-    if len(zeros) > len(poles):  # what was left out was faster than all that counts
+    # the removed poles were fast; poles at the limit replace them so that the filters are proper
+    if len(zeros) > len(poles):
         poles = np.append(poles, [-top] * (len(zeros) - len(poles)))
     tops, bottoms = _factors(zeros), _factors(poles)
     if any(f[-1] == 0 for f in tops + bottoms):
@@ -165,7 +167,7 @@ def robust_filters(plant: Plant, h: float, weight: float, zero: float) -> tuple[
 
 
 def _factors(roots: Any) -> list[Any]:
-    """Return real polynomials of degree 2, slowest roots first. An odd number of roots adds one of degree 1."""
+    """Return real polynomials of degree 2 with the given roots, and one of degree 1 if their number is odd."""
     pairs = [np.poly([r, r.conjugate()]).real for r in roots if r.imag > 0]
     real = sorted((r.real for r in roots if abs(r.imag) <= 1e-9 * abs(r)), key=abs)
     pairs += [np.poly(real[k : k + 2]) for k in range(0, len(real) - 1, 2)]
@@ -215,7 +217,7 @@ def _zeros(A: Any, B: Any, C: Any, D: Any) -> Any:
 Values = Mapping[str, float]
 Speed = Callable[[float], tuple[Complex, Complex | None]]
 ROLL_OFF = np.sqrt(0.5)  # damping of the second-order low-pass: Butterworth
-OPEN = 0.4  # of the sampling rate: a roll-off above is none
+OPEN = 0.4  # filters with a frequency above this fraction of the sampling rate are omitted
 
 
 @dataclass(frozen=True)
@@ -224,17 +226,17 @@ class Design:
 
     plant: Plant  # identified plant without the computing time
     h: float  # step (s)
-    computing: int = 1  # steps between a sample and its command
+    computing: int = 1  # computing time between a sample and the resulting command (steps)
 
     @property
     def known_steps(self) -> int:
-        """Steps of delay that a predictor compensates."""
+        """Number of steps of delay that a predictor compensates."""
         return round(self.plant.delay / self.h) + self.computing
 
 
 @dataclass(frozen=True)
 class Structure:
-    """A family of controllers, with its values other than the integral gain, and its blocks."""
+    """A controller structure: its tunable values in addition to the integral gain, and its blocks."""
 
     name: str
     text: str
@@ -248,10 +250,10 @@ class Structure:
     resonant: bool = False  # whether the structure needs an identified mode
 
     def response(self, design: Design, values: Values, z: Complex) -> Speed:
-        """Return the function from Ki (1/s) to the response of the controller from e to u at z, and its inner loop.
+        """Return a function that maps Ki (1/s) to the response from e to u at z and to the response of the inner loop.
 
-        The inner loop passes through the predictor; it is None without a predictor. The controller is stable only if
-        the inner loop is stable.
+        The inner loop is the feedback inside the controller through the predictor. It is None without a predictor. The
+        controller is stable only if the inner loop is stable.
         """
         h = design.h
         F = _product(self.filters(design, values), h, z)
@@ -267,8 +269,8 @@ class Structure:
     def graph(self, design: Design, values: Values, Ki: float, limits: tuple[float, float] | None = None) -> Graph:
         """Return the controller as a graph with inputs y_d, y, u_ff and output u.
 
-        `values` has a value for each name in `bounds`; `Ki` is the integral gain (1/s). At a limit of u the integral
-        stops (anti-windup).
+        `values` contains a value for each name in `bounds`. `Ki` is the integral gain (1/s). While u is at a limit, the
+        integral is constant (anti-windup).
         """
         Kp = Ki * values["T"] if self.proportional else 0.0
         pid: dict[str, Any] = {"Kp": Kp, "Ki": Ki}
@@ -300,12 +302,13 @@ def _predicting(
 ) -> tuple[list[Node], list[tuple[str, str]], tuple[str, ...]]:
     """Add a Smith predictor to the controller.
 
-    Its signal is the present response of the plant model minus the response after the delay.
+    The predictor adds the output of the plant model without delay minus its output with delay.
 
-    The blocks of the model come first. Like the plant, they read the input of the previous step.
+    The blocks of the model are first in the order. Therefore their input is the command of the previous step, as for
+    the plant.
     """
     own = [
-        Node("own", "sum", {"n": 2}, {"k": [1.0, -1.0]}),  # the controller's part of the last command, limits included
+        Node("own", "sum", {"n": 2}, {"k": [1.0, -1.0]}),  # the last command without feed-forward, after the limits
         Node("late", "delay", {"n": design.known_steps}),
         Node("hidden", "sum", {"n": 2}, {"k": [1.0, -1.0]}),
     ]
@@ -324,13 +327,13 @@ def _predicting(
 
 
 def _normed(plant: Plant) -> Plant:
-    """Return a plant with the modes of `plant`, without delay. The shares are scaled to a static gain of 1."""
+    """Return a plant that has only the modes of `plant`, scaled to a static gain of 1, without delay."""
     total = sum(plant.share)
     return Plant(plant.f_n, plant.zeta, tuple(k / total for k in plant.share))
 
 
 def _model(plant: Plant) -> Node:
-    """Return the modes of a plant as a block."""
+    """Return a block with the modes of a plant."""
     p = _normed(plant)
     return Node("model", "modes", {"n": len(p.f_n)}, {"f_n": list(p.f_n), "zeta": list(p.zeta), "k": list(p.share)})
 
@@ -344,7 +347,7 @@ def _product(nodes: list[Node], h: float, z: Complex) -> Complex:
 
 
 def _second_order(name: str, f: float, zeta: float, top: tuple[float, float, float]) -> Node:
-    """Return (top) / (s^2 / w^2 + 2 zeta s / w + 1), the numerator in s / w."""
+    """Return a block for top(s / w) / (s^2 / w^2 + 2 zeta s / w + 1), where `top` contains b2, b1 and b0."""
     w = 2 * np.pi * f
     b2, b1, b0 = top
     b = [b2 / w**2, b1 / w, b0] if b2 or b1 else [b0]
@@ -359,7 +362,7 @@ def _roll_off(design: Design, values: Values) -> list[Node]:
 
 
 def _notches(design: Design, values: Values) -> list[Node]:
-    """Return a notch for each mode below half the sampling rate.
+    """Return a notch filter for each mode below 0.4 times the sampling rate.
 
     `width` is the damping of the poles of a notch; `depth` determines the damping of its zeros.
     """
@@ -395,7 +398,7 @@ def _robust_bounds(design: Design) -> dict[str, tuple[float, float]]:
 
 
 def _slowest(design: Design) -> float:
-    """Return the centre frequency of the search (Hz)."""
+    """Return the lowest natural frequency (Hz), or a quarter of the sampling rate if that is lower."""
     return min((*design.plant.f_n, 0.25 / design.h))
 
 

@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.face.model import Model
-from hystfmu.graph import Graph
 from hystfmu.model import run_along
 
 if TYPE_CHECKING:
@@ -99,13 +97,12 @@ def fit(
     from threadpoolctl import threadpool_limits
 
     from hystfmu.data.reader.reading import dataset_of
-    from hystfmu.face.fit import with_evidence
     from hystfmu.identify import fit, fit_graph
     from hystfmu.inverse import Inverses
 
     if purpose not in ("model", "inverse"):
         raise InputError(f"The purpose of a fit must be 'model' or 'inverse'. Got {purpose!r} instead.")
-    data = dataset_of(data)
+    data = data if isinstance(data, Dataset) else dataset_of(data)
     if wrong := next((n for n in options if n in ("model", "kind", "method")), None):
         raise InputError(
             f"The kind of model must be the second argument, fit(data, 'preisach'). Got {wrong!r} as a name."
@@ -122,7 +119,8 @@ def fit(
         if purpose == "inverse" and (fault := inverses.fault(found)):
             raise InputError(f"{data.path or data.name}: The model {found.key} must have a useful inverse. {fault}")
         model = Model(found.key, found.graph, found.step, found.text, found.fit, found.provenance)
-        return with_evidence(held_out(model, data), data)
+        model = held_out(model, data)
+        return replace(model, fit={**model.fit, "evidence": evidence_of(model, data).to_dict()})
 
 
 def evidence_of(model: Model, data: Dataset) -> Evidence:
@@ -137,24 +135,13 @@ def evidence_of(model: Model, data: Dataset) -> Evidence:
         Record with a measured output.
     """
     from hystfmu.identify.evidence import evidence
-
-    return evidence(data, static_output(model, data))
-
-
-def static_output(model: Model, data: Dataset) -> Array | None:
-    """Return the output (n,) of the static part of a model; None if no static part precedes linear dynamics."""
     from hystfmu.inverse.dynamic import split
 
     parts = split(model)
-    graph: Graph = model.graph if parts is None else parts.front.graph
-    if any(n.block.rate not in ("function", "hysteretic") and n.block.name != "creep" for n in graph.nodes):
-        return None
-    return run_along(graph, data)
-
-
-def with_evidence(model: Model, data: Dataset) -> Model:
-    """Return the model with the evidence of the record of its fit."""
-    return replace(model, fit={**model.fit, "evidence": evidence_of(model, data).to_dict()})
+    graph = model.graph if parts is None else parts.front.graph
+    # lags of creep pass the input at once, so that they count as static
+    static = all(n.block.rate in ("function", "hysteretic") or n.block.name == "creep" for n in graph.nodes)
+    return evidence(data, run_along(graph, data) if static else None)
 
 
 def held_out(model: Model, data: Dataset) -> Model:

@@ -75,7 +75,7 @@ def evidence_lines(model: Model) -> list[str]:
     """Return lines on the linear dynamics in the record; empty for inverses and for models of older versions."""
     if "evidence" not in model.fit:
         return []
-    from hystfmu.identify.evidence.found import Evidence
+    from hystfmu.identify.evidence import Evidence
 
     return Evidence.from_dict(model.fit["evidence"]).lines(model.graph.outputs[0].unit)
 
@@ -140,7 +140,7 @@ def evidence_section(model: Model) -> list[Section]:
     """Return the section in a list; the list is empty for a model without evidence."""
     if "evidence" not in model.fit:
         return []
-    from hystfmu.identify.evidence.found import Evidence
+    from hystfmu.identify.evidence import Evidence
 
     e = Evidence.from_dict(model.fit["evidence"])
     if not len(e.f):

@@ -20,7 +20,7 @@ from hystfmu.identify.catalogue import AUTO, METHODS, description, options, reso
 from hystfmu.identify.estimate import graph_fit
 from hystfmu.identify.estimate.free import Spec, plain, read_graph
 from hystfmu.identify.excitation import timing
-from hystfmu.identify.excitation.minor_loops import examine
+from hystfmu.identify.excitation.minor_loops import Excitation, examine
 from hystfmu.identify.excitation.rest import places_memory, remembered, rest
 from hystfmu.identify.one import check, finished, fit_one
 from hystfmu.model import Model, guards
@@ -83,10 +83,13 @@ def fit(
         raise InputError(f"{data.path or data.name}: {why}.")
     with threadpool_limits(1):  # also for the regressions on the record; see hystfmu.identify.one
         if key == AUTO:
-            return _examined(auto.choose(data, seed, report, inverses, only_invertible), data)
-        placed = "u0" in given or "start" in given or not places_memory(key)
-        memory = {} if placed else remembered(key, rest(data), data)
-        return _examined(fit_one(data, key, seed, report, {**memory, **given}), data)
+            model = auto.choose(data, seed, report, inverses, only_invertible)
+        else:
+            placed = "u0" in given or "start" in given or not places_memory(key)
+            memory = {} if placed else remembered(key, rest(data), data)
+            model = fit_one(data, key, seed, report, {**memory, **given})
+        seen, late = examine(data.longest()), timing.told(data, model.fit["rms_percent"])
+        return _told(model, seen, late, timing.feedback(data))
 
 
 def fit_graph(
@@ -147,16 +150,17 @@ def fit_graph(
     with threadpool_limits(1):
         found = graph_fit.fit_graph(data, graph, given_free, chosen, seed, progress or silent, alone and free is None)
         model = finished(data, GRAPH, graph_fit.TEXT, found, time.perf_counter() - started, chosen, seed)
-        told = {"free": {k: plain(v) for k, v in given_free.items() if k not in found[2].get("held", ())}}
-        return _examined(replace(model, provenance={**model.provenance, **told}), data)
+        kept = {k: plain(v) for k, v in given_free.items() if k not in found[2].get("held", ())}
+        seen, late = examine(data.longest()), timing.told(data, model.fit["rms_percent"])
+        model = _told(model, seen, late, timing.feedback(data))
+        return replace(model, provenance={**model.provenance, "free": kept})
 
 
-def _examined(model: Model, data: Dataset) -> Model:
-    """Add properties of the record: lag of the output, warnings about excitation, lag and closed-loop data."""
-    seen, (lagging, late) = examine(data.longest()), timing.told(data, model.fit["rms_percent"])
-    static = [] if guards.follows_late(model.graph) else [*seen.coarse, *late]
-    warned = [*seen.warnings, *static, *timing.feedback(data)]
-    found = {**model.fit, **lagging}
+def _told(model: Model, seen: Excitation, lag: tuple[dict[str, Any], list[str]], feedback: list[str]) -> Model:
+    """Add what the record shows: lag of the output, warnings about excitation, lag and closed-loop data."""
+    static = [] if guards.follows_late(model.graph) else [*seen.coarse, *lag[1]]
+    warned = [*seen.warnings, *static, *feedback]
+    found = {**model.fit, **lag[0]}
     if warned:
         found["warnings"] = [*model.fit.get("warnings", []), *warned]
     return replace(model, fit=found)

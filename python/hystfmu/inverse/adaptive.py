@@ -20,7 +20,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.dynamic import split
-from hystfmu.inverse.ports import at_start, chain
+from hystfmu.inverse.ports import at_start, chain, line
 from hystfmu.model import M, Model
 
 KEY = "adaptive_inverse"
@@ -130,15 +130,12 @@ def _chain(front: Model) -> tuple[list[Node], Node, list[Node]]:
 
 
 def _line(scalings: list[Node]) -> tuple[float, float]:
-    """Return gain and offset of scalings in a row."""
-    gain, offset = 1.0, 0.0
+    """Return gain and offset of scalings in a row, which must have no limits."""
     for n in scalings:
         limits = [abs(float(n.value(name)[0])) for name in ("lo", "hi")]
         if min(limits) < NO_LIMIT:
             raise InputError(f"The block {n.name!r} must have no limits for an adaptive inverse. Got {min(limits):g}.")
-        k = float(n.value("gain")[0])
-        gain, offset = gain * k, offset * k + float(n.value("offset")[0])
-    return gain, offset
+    return line(scalings)
 
 
 def _second_order(found: list[Node]) -> tuple[float, dict[str, float]]:

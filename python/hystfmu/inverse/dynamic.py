@@ -33,7 +33,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import discretised
-from hystfmu.inverse.ports import assembled, over_range
+from hystfmu.inverse.ports import assembled, line, over_range
 from hystfmu.model import M, Model, with_starts
 
 ACCURATE, MOST_AHEAD = 1e-4, 8
@@ -57,12 +57,7 @@ class Parts(Generic[M]):
     @property
     def readout(self) -> tuple[float, float]:
         """Gain and offset of the scalings at the end."""
-        gain, offset = 1.0, 0.0
-        for n in self.tail:
-            if n.type == "scaling":
-                k = float(n.value("gain")[0])
-                gain, offset = gain * k, offset * k + float(n.value("offset")[0])
-        return gain, offset
+        return line(self.tail)
 
     def fractions(self, h: float) -> list[tuple[Array, Array]]:
         """Return numerator and denominator in z of each transfer function, with the step h (s) of its block."""

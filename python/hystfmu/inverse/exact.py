@@ -7,7 +7,7 @@ for the chain.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -30,18 +30,17 @@ def exact_inverse(model: M) -> M:
     g = model.graph
     alone = driven_beside(g)
     forward = _chain(model, alone)
-    made = [inverted_beside(g, n, alone) for n in reversed(forward)]
-    nodes = [
-        _INVERT.get(n.type, _same_values)(n) if other is None else other.node
-        for n, other in zip(reversed(forward), made, strict=True)
-    ]
-    reads = [
-        f"{n.name}.{n.block.of('input')[0].name}" + ("" if other is None else "[1]")
-        for n, other in zip(nodes, made, strict=True)
-    ]
+    nodes: list[Node] = []
+    reads: list[str] = []
+    further: list[tuple[str, str]] = []
+    for n in reversed(forward):
+        beside = inverted_beside(g, n, alone)
+        node, into = (_INVERT.get(n.type, _same_values)(n), []) if beside is None else beside
+        nodes.append(node)
+        reads.append(f"{node.name}.{node.block.of('input')[0].name}" + ("" if beside is None else "[1]"))
+        further += into
     gives = [f"{n.name}.{n.block.of('output')[0].name}" for n in nodes]
-    wires = list(zip(gives[:-1], reads[1:], strict=True))
-    wires += [wire for other in made if other is not None for wire in other.wires]
+    wires = [*zip(gives[:-1], reads[1:], strict=True), *further]
     wires += [(a, b) for a, b in g.wires if b.split(".")[0] in alone]
     parts = [*(n for n in g.nodes if n.name in alone), *nodes]
     inverse = assembled(model, "exact", parts, wires, (reads[0],), gives[-1])
@@ -148,14 +147,6 @@ _INVERT: dict[str, Callable[[Node], Node]] = {
 }
 
 
-@dataclass(frozen=True)
-class Inverted:
-    """Inverse of a block, and the wires into its further inputs; its first input is the output of the block."""
-
-    node: Node
-    wires: list[tuple[str, str]]
-
-
 def driven_beside(g: Graph) -> set[str]:
     """Return the names of the blocks that do not depend on the first input; empty without covariates."""
     if len(g.inputs) == 1:
@@ -173,9 +164,10 @@ def takes_beside(g: Graph, n: Node, alone: set[str]) -> bool:
     return n.type in ENTERED and any(a.split(".")[0] in alone and b.split(".")[0] == n.name for a, b in g.wires)
 
 
-def inverted_beside(g: Graph, n: Node, alone: set[str]) -> Inverted | None:
+def inverted_beside(g: Graph, n: Node, alone: set[str]) -> tuple[Node, list[tuple[str, str]]] | None:
     """Solve a sum or a product for the input that the chain drives; None for another block.
 
+    The result is the inverse block, whose first input is the output of `n`, and the wires into its further inputs.
     A weight of 0, or a factor that may be 0, raises an InputError.
     """
     if not takes_beside(g, n, alone):
@@ -200,7 +192,7 @@ def inverted_beside(g: Graph, n: Node, alone: set[str]) -> Inverted | None:
             _refuse_zero(g, ends[k], n)
         node = Node(n.name, n.type, {"n": 1, "m": size - 1}, {"least": n.value("least")})
     wires = [(a, f"{n.name}.u[{i}]") for i, k in enumerate(others, 2) if (a := ends[k]) is not None]
-    return Inverted(node, wires)
+    return node, wires
 
 
 def _refuse_zero(g: Graph, end: str | None, n: Node) -> None:

@@ -83,6 +83,16 @@ def chain(g: Graph, beside: Collection[str] = ()) -> list[Node] | None:
     return found if straight and g.outputs[0].source.split(".")[0] == found[-1].name else None
 
 
+def line(nodes: Sequence[Node]) -> tuple[float, float]:
+    """Return gain and offset of the scalings among nodes in a row."""
+    gain, offset = 1.0, 0.0
+    for n in nodes:
+        if n.type == "scaling":
+            k = float(n.value("gain")[0])
+            gain, offset = gain * k, offset * k + float(n.value("offset")[0])
+    return gain, offset
+
+
 def _with(text: str, own: str) -> str:
     what = own.rpartition(": ")[2]  # of the inverse of an inverse
     return f"{text}: {what}" if what else text

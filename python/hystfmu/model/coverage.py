@@ -16,6 +16,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
@@ -72,8 +73,6 @@ def coverage(graph: Graph, data: Dataset) -> float | None:
     float or None
         Share of the states of the reference with a near training row (%); None without a network.
     """
-    from scipy.spatial import cKDTree
-
     beside = {end for port in graph.inputs[1:] for end in port.to}
     limiters = [n for n in _limiters(graph) if f"{n.name}.u[1]" not in beside]  # of covariates alone
     if not limiters:
@@ -90,20 +89,23 @@ def coverage(graph: Graph, data: Dataset) -> float | None:
     width = node.value("hi") - node.value("lo")
     width[width == 0] = 1.0
     width *= np.sqrt(len(width))
-    seen = _thinned(data.along(lambda v: _inputs(graph, node, v, h), inputs=rows_of(graph, data))[rows] / width)
-    asked = _thinned(_inputs(graph, node, reference, h)[len(way_in) :] / width)
-    distance, _ = cKDTree(seen).query(asked, distance_upper_bound=NEAR)
-    return 100 * float(np.mean(np.isfinite(distance)))
+    seen = data.along(lambda v: _inputs(graph, node, v, h), inputs=rows_of(graph, data))[rows] / width
+    asked = _inputs(graph, node, reference, h)[len(way_in) :] / width
+    return 100 * float(np.mean(near(seen, asked, NEAR, MOST_ROWS)))
+
+
+def near(seen: Array, asked: Array, distance: float, most: int) -> NDArray[np.bool_]:
+    """Return which points of `asked` (n, m) have a point of `seen` within a distance; more than `most` are thinned."""
+    from scipy.spatial import cKDTree
+
+    seen, asked = (v[:: -(-len(v) // most)] for v in (seen, asked))
+    return np.isfinite(cKDTree(seen).query(asked, distance_upper_bound=distance)[0])
 
 
 def _drawn(data: Dataset, n: int) -> Array:
     """Draw n rows of covariates, each distributed evenly over its range in the training rows."""
     seen = data.covariates.values[data.train]
     return np.random.default_rng(SEED).uniform(seen.min(axis=0), seen.max(axis=0), (n, seen.shape[1]))
-
-
-def _thinned(v: Array) -> Array:
-    return v[:: -(-len(v) // MOST_ROWS)]
 
 
 def _limiters(graph: Graph) -> list[Node]:

@@ -1,4 +1,4 @@
-"""Controllers for the loop of a scenario. Each function returns a new scenario with the designed values.
+"""Design of controllers for the loop of a scenario. Each function returns a new scenario with the designed controller.
 
 >>> import hystfmu as hy
 >>> made = hy.redesign.repetitive(hy.Scenario.load("mine/loop"))  # doctest: +SKIP

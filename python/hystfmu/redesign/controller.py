@@ -1,7 +1,7 @@
 """Replace the controllers of a scenario by a controller of a named structure, tuned for all loops of the scenario.
 
-One unit with inputs y_d, y, u_ff and output u replaces the controllers. They are found from the connections: all units
-on paths from the measured output to the command.
+One unit with inputs y_d, y, u_ff and output u replaces the controllers. The controllers are all units on a path of
+connections from the measured output to the command.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.spec import ScenarioSpec
 from hystfmu.scenario.system.system import System, behind
 
-LIMITS = ("u_min", "u_max")  # of a command, which another controller keeps
+LIMITS = ("u_min", "u_max")  # names of the limits of a command, which the new controller also has
 
 
 @dataclass(frozen=True)
 class Controllers:
-    """The replaced units in their order, and the feed-forward that these units add to their command."""
+    """The controllers that are replaced, in their order, and the feed-forward signal that they add to the command."""
 
     units: tuple[str, ...]
     feedforward: str | None
@@ -104,9 +104,9 @@ def replaced(
 
 
 def depends(case: Mapping[str, Any], old: Controllers) -> bool:
-    """Return whether a case changes a controller in more than the limits of its command.
+    """Return whether a case sets a parameter of a controller other than the limits of the command.
 
-    Such a case cannot run without this controller.
+    Such a case cannot be simulated without this controller.
     """
     gone = set(old.units)
     sets = {k.rpartition(".")[2] for k in case.get("set", {}) if k.partition(".")[0] in gone}
@@ -135,7 +135,7 @@ def _metric(metric: dict[str, Any], of: Roles, gone: set[str], name: str) -> dic
 
 
 def _case(case: dict[str, Any], metrics: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a case without limits of removed metrics."""
+    """Return a case without the limits of metrics that were removed."""
     return {**case, "limits": {k: v for k, v in case.get("limits", {}).items() if k in metrics}}
 
 
@@ -151,13 +151,13 @@ class Controller:
     scenario : Scenario
         Scenario with the controller as one unit of blocks.
     tuned : Tuned
-        Structure and gains, peaks of the sensitivity, and bandwidth.
+        Structure and gains of the controller, peaks of the sensitivity, and bandwidth of the loop.
     margins : Margins
-        Margins of the first case.
+        Stability margins of the loop in the first case.
     loops : int
         Number of loops for which the controller was tuned.
     before : dict of str to float
-        Error of each case with the old controllers: value of the first metric.
+        Value of the first metric of each case with the old controllers.
     results : Results
         Results of the cases with the new controller.
     """
@@ -171,7 +171,7 @@ class Controller:
 
     @property
     def gains(self) -> dict[str, float]:
-        """Gains and values of the structure by name."""
+        """Gains and other tuned values of the controller, by name."""
         kept = {k: v for k, v in self.tuned.values.items() if k != "T"}
         return {"Kp": self.tuned.Kp, "Ki": self.tuned.Ki, **kept}
 
@@ -186,18 +186,20 @@ def controller(
     off: float = OFF,
     progress: Callable[[float], None] = lambda fraction: None,
 ) -> Controller:
-    """Replace the controllers of a scenario by a tuned controller.
+    """Replace the controllers of a scenario by one tuned controller.
 
     One new unit replaces all units between the measured output and the command. The new unit reads the same reference,
-    measurement and feed-forward. `hystfmu.design.race` tunes it for the loops of all cases, for the slopes and delays
-    in `[margins]` of the scenario, and for shifted natural frequencies.
+    measurement and feed-forward. The new controller is tuned for the loops of all cases, for the incremental gains
+    (`slopes`) and delays in `[margins]` of the scenario, and for shifted natural frequencies (see
+    `hystfmu.design.race`).
 
     Parameters
     ----------
     scenario : Scenario or path
         Scenario with a loop.
     structure : str
-        integral, integral_roll_off, pi, notch, pi_notch, irc, ppf, internal_model or h_infinity.
+        Name of the controller structure: integral, integral_roll_off, pi, notch, pi_notch, irc, ppf, internal_model or
+        h_infinity.
     name : str, optional
         Name of the new scenario; by default the old name followed by the structure.
     ms_db : float in [0.5, 20], optional
@@ -206,9 +208,9 @@ def controller(
     bandwidth : float in [0, inf)
         Required bandwidth (Hz). The sensitivity must be below -3 dB up to this frequency.
     off : float
-        Share by which the natural frequencies of the plant may differ, in [0, 0.9].
+        Largest relative error of the natural frequencies of the plant, in [0, 0.9].
     progress : function, optional
-        Called with the fraction done, 0..1.
+        Function that is called with the completed fraction of the work, 0 to 1.
 
     Returns
     -------
@@ -217,7 +219,8 @@ def controller(
     Raises
     ------
     InputError
-        The structure is unknown, there is no loop, the controllers do not form one path, or no gain meets the limits.
+        The structure is unknown, the scenario has no loop, the controllers do not form one path, or no gain meets the
+        limits.
     """
     if structure not in STRUCTURES:
         raise InputError(f"The 'structure' of controller() must be one of {', '.join(STRUCTURES)}. Got {structure!r}.")
@@ -269,7 +272,7 @@ def controller(
 
 
 def _nominal(systems: dict[str, System], spec: ScenarioSpec) -> tuple[str, OpenedLoop]:
-    """Return the case in `[margins]`, else the first case with a loop, and the opened loop of this case."""
+    """Return the case named in `[margins]`, or else the first case with a loop, and its open loop."""
     wanted = spec.margins.case if spec.margins is not None else None
     why: InputError | None = None
     for name in systems if wanted is None else [wanted]:
@@ -284,7 +287,7 @@ def _nominal(systems: dict[str, System], spec: ScenarioSpec) -> tuple[str, Opene
 def _corners(
     trial: Scenario, first: str, systems: dict[str, System], off: float
 ) -> tuple[list[Corner], tuple[float, float]]:
-    """Return the loops with a controller of gain 1, and the sector of their slopes; the first case is first."""
+    """Return all loops of the design, with a controller of gain 1, and the sector of the incremental gain."""
     ready = trial.ready()
     stated = ready.spec.margins.slopes if ready.spec.margins is not None else None
     loops: dict[str, OpenedLoop] = {}
@@ -299,7 +302,7 @@ def _corners(
 
 
 def _limits(system: System, old: Controllers) -> tuple[float, float] | None:
-    """Return the limits of the command in the old controllers."""
+    """Return the limits of the command that the old controllers have, or None."""
     for p in system.parts:
         if p.name in old.units:
             for n in p.own.nodes:
@@ -311,7 +314,7 @@ def _limits(system: System, old: Controllers) -> tuple[float, float] | None:
 
 
 def _for_gain(graph: Graph, nominal: float) -> Graph:
-    """Return a controller for a plant whose slope is not 1. Its errors are in the unit of the command."""
+    """Return a controller whose error is divided by the nominal incremental gain of the plant."""
     if nominal == 1.0:
         return replace_step(graph)
     error = next(n for n in graph.nodes if n.name == "error")
@@ -321,5 +324,5 @@ def _for_gain(graph: Graph, nominal: float) -> Graph:
 
 
 def replace_step(graph: Graph) -> Graph:
-    """Return a graph with the step of its scenario, so that the file of the scenario can state the blocks."""
+    """Return a graph without a step of its own, so that the graph uses the step of its scenario."""
     return Graph(graph.nodes, graph.wires, graph.inputs, graph.outputs, sort=False)

@@ -1,6 +1,8 @@
-"""Loops of a scenario for a design, over cases, slopes, delays and mode errors, with and without controllers.
+"""Loops of a scenario that a controller design must cover, and the roles of the signals of a loop.
 
-The roles of the signals of a loop follow from the connections, not from the names of the units.
+A corner is a worst-case parameter set: a case with an incremental gain of inverse and plant, an additional delay, and
+shifted natural frequencies of the plant. The roles of the signals are found from the connections, not from the names of
+the units.
 """
 
 from __future__ import annotations
@@ -25,25 +27,26 @@ from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.spec import MarginsSpec
 from hystfmu.scenario.system.system import Link, System, behind
 
-REFERENCE = "reference"  # block whose signal may repeat
-COMMAND, RANGE = ("u_min", "u_max"), ("lo", "hi")  # limits of controllers, and of units behind them
+REFERENCE = "reference"  # name of the block that produces a periodic reference
+# names of the limits of controllers, and of limits of units after the controllers
+COMMAND, RANGE = ("u_min", "u_max"), ("lo", "hi")
 NONE, INSIDE = 1e300, 1e-6
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of the command on its way to the plant."""
+    """A limit of the command between the controller and the plant."""
 
-    signal: str  # limited output; empty for the command itself
-    low: float  # limits; -1e300 and 1e300 mean no limit
+    signal: str  # name of the limited output; empty if the command itself is limited
+    low: float  # smallest and largest value; -1e300 and 1e300 mean no limit
     high: float
-    keys: tuple[str, str]  # names of the limits in `set` of a case
-    # whether the signal is saturated by the limit. It has then reached a limit if its distance is at most a millionth
-    # of the range.
+    keys: tuple[str, str]  # names of the two limits in the key `set` of a case
+    # True if the limit saturates the signal. A saturated signal has reached the limit if its distance from the limit is
+    # # at most a millionth of the range.
     clipped: bool = False
 
     def ends(self, said: Mapping[str, Any]) -> tuple[float, float]:
-        """Return the limits of the signal, with the values in `set` of a case."""
+        """Return the limits of the signal (smallest, largest) for the values in the key `set` of a case."""
         low, high = (float(said.get(k, v)) for k, v in zip(self.keys, (self.low, self.high), strict=True))
         inside = INSIDE * (high - low) if self.clipped and high - low < NONE else 0.0
         return low + inside, high - inside
@@ -51,21 +54,21 @@ class Limit:
 
 @dataclass(frozen=True)
 class Roles:
-    """Names of the signals of a loop in a scenario."""
+    """Names of the signals and units of a loop in a scenario, by role."""
 
-    reference: str  # reference: output with which the tracked output is compared
-    measured: str  # tracked output behind the sensor and its converter, as the controllers read it
-    command: str  # input that the controllers drive: the input of the inverse, or of the plant if there is no inverse
+    reference: str  # output of the reference, with which the tracked output is compared
+    measured: str  # tracked output after the sensor and its converter, which is the input of the controllers
+    command: str  # input of the inverse, or of the plant if there is no inverse
     driver: str  # output that is connected to `command`
     sources: tuple[str, ...]  # units of the block `reference` that produce the reference
-    limits: tuple[Limit, ...] = field(default=(), compare=False)  # limits of the command
+    limits: tuple[Limit, ...] = field(default=(), compare=False)  # all limits of the command
 
 
 def roles(opened: OpenedLoop) -> Roles:
-    """Find the roles of the signals of an opened loop.
+    """Return the roles of the signals of an open loop.
 
-    An InputError is raised if the path from the plant to the controllers branches and no single signal is read by all
-    controllers.
+    An InputError is raised if the path from the plant to the controllers has branches, so that the controllers do not
+    have one common measured input.
     """
     system = opened.system
     tracked = system.case.tracked
@@ -89,7 +92,7 @@ def roles(opened: OpenedLoop) -> Roles:
 
 
 def _measured(system: System, place: int, plant: int, led: set[int]) -> int:
-    """Follow the tracked output through units up to the first unit that depends on the reference."""
+    """Return the last signal on the path from the tracked output to the first unit that depends on the reference."""
     acting = behind([(b, a) for a, b in system.edges], plant)
     while True:
         readers = {n.to for n in system.links if n.source == place and n.to in acting}
@@ -136,9 +139,9 @@ def _is_reference(system: System, k: int) -> bool:
 
 @dataclass(frozen=True)
 class Corner:
-    """A loop that a design must cover: name of the case with its variation, and slope of plant and inverse.
+    """A loop that a design must cover: case with its variation, open loop, and incremental gain (`slope`).
 
-    `delay` is the additional delay in steps, compared with the case.
+    `delay` is the additional delay compared with the case (steps).
     """
 
     name: str
@@ -147,26 +150,27 @@ class Corner:
     delay: float
 
     def learnt(self, angles: Array) -> Complex:
-        """Return the response from a correction to the reduction of the error."""
+        """Return the frequency response from a correction to the resulting reduction of the error."""
         return self.opened.learnt(angles, self.slope, self.delay)
 
     def without_memory(self, angles: Array) -> Complex:
-        """Return the response of the open loop without its memory."""
+        """Return the frequency response of the open loop without a period memory."""
         return replace(self.opened, memories=()).response_at(angles, self.slope, self.delay)
 
     @property
     def stable(self) -> bool:
-        """True if the loop is stable without its memory."""
+        """True if the closed loop without a period memory is stable."""
         return replace(self.opened, memories=()).stable(self.slope, self.delay)
 
 
 def corners(
     opened: Mapping[str, OpenedLoop], limits: MarginsSpec | None, off: float, *, stable: bool = True
 ) -> list[Corner]:
-    """Return the corners of a scenario. The nominal loop is first.
+    """Return the corners of a scenario. The first one is the nominal loop.
 
-    `opened` contains the loops by case. `limits` contains slopes and delays. `off` is the share by which the natural
-    frequencies of the plant may differ. If `stable` is True, a loop that is unstable without learning is an InputError.
+    `opened` maps the name of each case to its open loop. `limits` contains the incremental gains and delays. `off` is
+    the largest relative error of the natural frequencies of the plant. If `stable` is True, an InputError is raised for
+    a loop that is unstable without learning.
     """
     found: list[Corner] = []
     seen: set[tuple[object, ...]] = set()
@@ -196,14 +200,14 @@ def corners(
 
 
 def _off(case: str, opened: OpenedLoop, off: float) -> Iterator[tuple[str, OpenedLoop]]:
-    """Yield loops whose plant has other natural frequencies. In the plant, s / f replaces s."""
+    """Yield the name and the open loop for four scaled natural frequencies of the plant (s / f replaces s)."""
     A, B, C, D = opened.plant
     for f in (1 - off, 1 - off / 2, 1 + off / 2, 1 + off) if off and len(A) else ():
         yield f"{case}, modes {100 * (f - 1):+.3g} %", replace(opened, plant=(f * A, f * B, C, D))
 
 
 def fastest_mode(opened: OpenedLoop) -> float | None:
-    """Return the largest natural frequency of the plant (Hz); None if the plant has no dynamics."""
+    """Return the largest natural frequency of the plant (Hz), or None if the plant has no dynamics."""
     A = opened.plant[0]
     return float(np.abs(np.linalg.eigvals(A)).max() / (2 * np.pi)) if len(A) else None
 
@@ -214,33 +218,34 @@ def angles_of(found: list[Corner]) -> Array:
     return np.union1d(grid(), beside(poles, grid()))
 
 
-LOWEST, POINTS = 1e-5, 200  # angles over pi: the first, and how many before those at resonances
-TONES = 15  # of the references that count
-MISSED = 0.01  # share of the reference that hysteresis model and inverse miss
-PROBE = 1e-3  # angle over pi at which the delay shows in the phase
-LAST = 2  # rows at least
+LOWEST, POINTS = 1e-5, 200  # lowest angle over pi, and number of angles without the additional ones at resonances
+TONES = 15  # largest number of tones of the reference in the design
+MISSED = 0.01  # error of hysteresis model and inverse, as a fraction of the reference
+PROBE = 1e-3  # angle over pi at which the delay is computed from the phase
+LAST = 2  # smallest number of rows
 
 
 @dataclass(frozen=True)
 class LoopPlant(Plant):
-    """All parts of a loop except the controller, scaled to the static gain 1.
+    """All parts of a loop except the controller, as a plant with static gain 1.
 
-    `opened` is the loop with a controller of gain 1. `more` is the additional delay in steps, compared with the case.
+    `opened` is the open loop with a controller of gain 1. `more` is the additional delay compared with the case
+    (steps).
     """
 
     opened: OpenedLoop | None = field(default=None, repr=False)
     more: float = 0.0
 
     def response(self, z: Complex, h: float) -> Complex:
-        """Return the response at z on the unit circle, shape (m,), for slope 1 of plant and inverse."""
+        """Return the frequency response for an incremental gain of 1, at z on the unit circle, shape (m,)."""
         assert self.opened is not None
         return self.opened.response_at(np.angle(z).ravel(), 1.0, self.more).reshape(np.shape(z))
 
 
 def loop_plants(found: Sequence[Corner], slopes: tuple[float, float]) -> PlantSet:
-    """Return a set of plants from corners with a controller of gain 1. The nominal plant is first.
+    """Return the set of plants of these corners, whose controller has the gain 1. The first plant is the nominal one.
 
-    `slopes` is the sector of slopes, divided by the nominal slope.
+    `slopes` is the sector of the incremental gain, divided by the nominal incremental gain.
     """
     one: dict[tuple[str, float], Corner] = {}
     for c in found:
@@ -258,9 +263,9 @@ def loop_plants(found: Sequence[Corner], slopes: tuple[float, float]) -> PlantSe
 
 
 def known(opened: OpenedLoop) -> Design:
-    """Return the design data of a structure: the modes of the plant, and the whole steps of delay around it.
+    """Return the data for the design of a structure: modes of the plant, and delay of the loop in whole steps.
 
-    A pair of poles is a mode with a share of the static gain. A single real pole is a part of the static rest.
+    A pair of complex poles is a mode with a part of the static gain. A real pole counts as a part without dynamics.
     """
     A, B, C, _ = opened.plant
     f_n, zeta, share = [], [], []
@@ -283,9 +288,9 @@ def known(opened: OpenedLoop) -> Design:
 
 
 def aim(system: System, of: Roles) -> Aim:
-    """Return the disturbances of the loop of a case: tones of its reference, model error and noise.
+    """Return the disturbances of the loop in a case: tones of the reference, model error and sensor noise.
 
-    The model error is a share of the tones. The case must have a controller with which it can run.
+    The model error is a fixed fraction of the tones.
     """
     h = system.case.step
     try:
@@ -302,7 +307,7 @@ def aim(system: System, of: Roles) -> Aim:
 
 
 def _rows(system: System, of: Roles, h: float) -> int:
-    """Return the number of rows of whole periods of the reference, or of the run if there are no periods."""
+    """Return the number of rows in the whole periods of the reference, or in the run without a whole period."""
     frequency = 0.0
     for p in system.parts:
         if p.name in of.sources:
@@ -313,9 +318,9 @@ def _rows(system: System, of: Roles, h: float) -> int:
 
 
 def sector(opened: Mapping[str, OpenedLoop], stated: Sequence[float] | None, nominal: float) -> tuple[float, float]:
-    """Return the sector of slopes, divided by the nominal slope.
+    """Return the sector of the incremental gain, divided by the nominal incremental gain.
 
-    The slopes are stated in `[margins]`, or computed along the paths of the cases.
+    The values are those in `stated` (table `[margins]`), or else those along the paths of the cases.
     """
     found = np.array(list(stated) if stated else [v for o in opened.values() for v in o.slopes]) / nominal
     return min(float(found.min()), 1.0), max(float(found.max()), 1.0)

@@ -1,8 +1,9 @@
-"""Insert a repetitive part in series. It adds its corrections to the command of the controllers.
+"""Insert a repetitive controller into a loop. It adds corrections to the command of the controllers.
 
-The command is the output of the controllers plus the correction w. w is computed from the errors one period ago. The
-block returns the sum of w and the reference, so the reference is subtracted. If a command exceeds a limit on its way to
-the plant, learning stops for some periods; otherwise the corrections would wind up.
+The command is the output of the controllers plus the correction w. The correction w is computed from the errors one
+period ago. The output of the block `repetitive` is the sum of w and the reference, so the reference is subtracted. If
+the command exceeds a limit between controller and plant, learning stops for some periods. Otherwise the corrections
+would wind up.
 """
 
 from __future__ import annotations
@@ -16,22 +17,24 @@ from hystfmu.base.errors import InputError
 from hystfmu.redesign.corners import Limit, Roles
 
 UNIT, SUM, WITHIN = "repetitive", "with_repetitive", "within"
-MEMORY, SHARE = 2.0, 0.1  # periods of the lag that remembers a limit, and the share of one step that is forgotten
-COUNTED = 1  # periods at the end that count
+# time constant (periods) for which a reached limit stops the learning; threshold, as a fraction of one step
+MEMORY, SHARE = 2.0, 0.1
+COUNTED = 1  # number of periods at the end of a run over which the metrics are computed
 
 
 @dataclass(frozen=True)
 class Taps:
-    """Settings of the block: steps in a period, taps of Q (the middle tap, then one side), and taps of L."""
+    """Settings of the block `repetitive`: steps in a period, taps of Q (middle tap, then one side), taps of L."""
 
     n: int
     q: Sequence[float]
     l: Sequence[float]  # noqa: E741
 
     def unit(self, text: str, always: bool) -> dict[str, Any]:
-        """Return the unit as a table of a scenario.
+        """Return the unit as a table of a scenario file.
 
-        If `always` is True, the unit always learns; otherwise a connected signal permits learning.
+        If `always` is True, the unit always learns. If it is False, the unit learns only while a connected signal
+        permits it.
         """
         dims = {"n": self.n, "n_q": len(self.q) - 1, "n_l": len(self.l) // 2}
         values = {"q": [float(v) for v in self.q], "l": [float(v) for v in self.l]}
@@ -40,7 +43,7 @@ class Taps:
 
 
 def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: str) -> dict[str, Any]:
-    """Return the complete table of a scenario with the block and with the sum that adds the corrections.
+    """Return the complete table of a scenario with the repetitive block and the sum that adds its corrections.
 
     An InputError is raised if a unit already has the name of the block or of the sum.
     """
@@ -84,10 +87,10 @@ def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: st
 
 
 def _within(limits: Sequence[Limit], n: int, h: float) -> dict[str, Any]:
-    """Return the unit that states whether all commands stayed within their limits during the last periods.
+    """Return a unit whose output is 1 if all commands stayed within their limits during the last periods.
 
-    Trap: if learning ignores the error in a part of each period, an integrator does not remove the mean error, and the
-    corrections wind up. Therefore a whole period is not learnt if a limit is reached in it.
+    Trap: if learning ignores the error in only a part of each period, an integrator does not remove the mean error, and
+    the corrections wind up. Therefore learning ignores the whole period if a limit is reached in it.
     """
     ends = [v.ends({}) for v in limits]
     values = {"lo": [low for low, _ in ends], "hi": [high for _, high in ends]}
@@ -113,7 +116,7 @@ def _within(limits: Sequence[Limit], n: int, h: float) -> dict[str, Any]:
 
 
 def _changed(limits: Sequence[Limit], said: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings for a case with its own limits."""
+    """Return the settings of this unit for a case that sets its own limits."""
     if not any(key in said for v in limits for key in v.keys):
         return {}
     ends = [v.ends(said) for v in limits]
@@ -123,10 +126,10 @@ def _changed(limits: Sequence[Limit], said: Mapping[str, Any]) -> dict[str, Any]
 def repeating(
     table: Mapping[str, Any], cases: Sequence[str], sources: Sequence[str], n: int, periods: int
 ) -> dict[str, Any]:
-    """Return the complete table with some of its cases, for a reference period of n steps.
+    """Return the complete scenario table with only the given cases, for a reference with a period of n steps.
 
-    `sources` are the units of the block `reference` that set the period. A run has `periods` periods. Metrics are
-    evaluated over the last periods.
+    `sources` are the units that produce the reference. A run has `periods` periods. Metrics are computed over the last
+    period.
     """
     made = copy.deepcopy(dict(table))
     h = float(made["step"])
@@ -142,5 +145,5 @@ def repeating(
 
 
 def _limits(margins: dict[str, Any], cases: Sequence[str]) -> dict[str, Any]:
-    """Return the limits of the loop for the remaining cases."""
+    """Return the table `[margins]` for the remaining cases."""
     return {k: v for k, v in margins.items() if k != "case" or v in cases}

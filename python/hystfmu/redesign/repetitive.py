@@ -1,6 +1,7 @@
-"""A repetitive part for the loop of a scenario.
+"""Add a repetitive controller to the loop of a scenario.
 
-The search finds the filters with the largest cutoff and gain that are stable in all corners of the loop.
+The search finds filters with the largest gain and cutoff for which the loop is stable in all corners. A corner is a
+worst-case parameter set of the loop (see `hystfmu.redesign.corners`).
 """
 
 from __future__ import annotations
@@ -26,17 +27,18 @@ from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.spec import MarginsSpec
 from hystfmu.scenario.system.system import System
 
-GAINS = (0.3, 0.2, 0.1, 0.05)  # shares of the error learnt in a period, the first that some cutoff allows
-REST = 0.999  # Q at frequency 0: a constant correction before an integrator is forgotten
-FLOOR = 1e-3  # of the mean square of responses: what the loop does not respond to is not inverted
-ABOVE_MODE = 1.2  # cutoff over the fastest mode: Q is closed at twice that mode, above which a record shows little
-HARMONICS = 10  # of the reference that are learnt where the plant has no dynamics, and nothing else says more
-KEPT = 0.5  # of the cutoff, for which a gain is kept that peaks too much above
-PHASES = 96  # of a period, for a peak between harmonics
-HIGHEST = 0.4  # cutoff over the sampling frequency
-STEP = 2**0.25  # between cutoffs that are tried
-SIDE_Q, SIDE_L = 2.6, 5.0  # taps on each side, in samples of the cutoff
-MOST = 1500  # taps on a side
+# gains (fraction of the error that is corrected in each period); the first stable gain is used
+GAINS = (0.3, 0.2, 0.1, 0.05)
+REST = 0.999  # value of Q at frequency 0, so that a constant correction in front of an integrator decays
+FLOOR = 1e-3  # regularisation, as a fraction of the mean square of the responses
+ABOVE_MODE = 1.2  # largest default cutoff over the fastest mode; a record contains little above twice that mode
+HARMONICS = 10  # largest default cutoff for a plant without dynamics, over the frequency of the reference
+KEPT = 0.5  # smallest cutoff over the largest stable cutoff, before a smaller gain is tried
+PHASES = 96  # number of phases of the period in the search for a peak between harmonics
+HIGHEST = 0.4  # largest default cutoff over the sampling frequency
+STEP = 2**0.25  # ratio of neighbouring cutoffs in the search
+SIDE_Q, SIDE_L = 2.6, 5.0  # number of taps on each side of Q and L, times cutoff over sampling frequency
+MOST = 1500  # largest number of taps on each side
 
 
 def highest(opened: OpenedLoop, n: int) -> float:
@@ -47,7 +49,7 @@ def highest(opened: OpenedLoop, n: int) -> float:
 
 
 class Search:
-    """Filters for cutoffs and gains, tested in all corners. The nominal loop is the first corner.
+    """Search for a cutoff and a gain whose filters are stable in all corners. The first corner is the nominal loop.
 
     `h` is the step (s). `n` is the number of steps in a period. `peak` is the largest allowed peak of the sensitivity
     of the nominal loop with learning.
@@ -65,18 +67,17 @@ class Search:
         self._design = np.array([c.learnt(filter_angles()) for c in found if c.delay == 0])
 
     def at(self, cutoff: float, gain: float) -> RepetitiveFilters:
-        """Design filters, and compute the remaining share of an error in each corner."""
+        """Return filters, and the factor by which an error changes per period in each corner."""
         n_q, n_l = (min(math.ceil(k / (cutoff * self._h)), self._n - 1, MOST) for k in (SIDE_Q, SIDE_L))
         made = learning_filters(self._design, self._h, cutoff, gain, n_q, n_l, REST, FLOOR)
         Q, L = zero_phase_at(made.q, self._z), taps_at(made.l, self._z)
         return RepetitiveFilters(made.q, made.l, tuple(np.abs(Q - L * self._T).max(axis=1).tolist()))
 
     def best(self, cutoff: float | None, gain: float | None, top: float) -> tuple[RepetitiveFilters, float, float]:
-        """Return the filters for the largest stable gain, with the largest cutoff for this gain.
+        """Return filters, cutoff and gain for the largest stable gain and the largest cutoff for this gain.
 
-        A reduction of the error at the harmonics increases the sensitivity between the harmonics. Therefore default
-        values of cutoff and gain meet the limit of the sensitivity, if possible. If no filter is stable, an InputError
-        is raised.
+        A reduction of the error at the harmonics increases the sensitivity between the harmonics. If possible, the
+        chosen cutoff and gain also meet the limit of the sensitivity. If no filter is stable, an InputError is raised.
         """
         if cutoff is not None and not 0 < cutoff < 0.5 / self._h:
             raise InputError(f"The cutoff must be a float in (0, {0.5 / self._h:g}) Hz. Got {cutoff:g} instead.")
@@ -96,13 +97,13 @@ class Search:
         return first
 
     def _peak_with(self, filters: RepetitiveFilters) -> float:
-        """Return the largest sensitivity of the nominal loop with learning, over all phases of the period."""
+        """Return the peak of the sensitivity of the nominal loop with learning, for any period."""
         Q, L = zero_phase_at(filters.q, self._z), taps_at(filters.l, self._z)
         turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)[:, None]
         return float((np.abs((1 - turn * Q) / (1 - turn * (Q - L * self._T_nominal))) * self._S).max())
 
     def worst(self, filters: RepetitiveFilters, cutoff: float) -> tuple[str, float]:
-        """Return the corner with the slowest decrease of harmonics up to half the cutoff, and its factor per period."""
+        """Return the corner in which errors up to half the cutoff decrease slowest, and the factor per period."""
         top = max(math.floor(self._n * cutoff * self._h / 2), 1)
         angles = 2 * np.pi * np.arange(1, top + 1) / self._n
         z = np.exp(1j * angles)
@@ -112,13 +113,13 @@ class Search:
         return self._found[k].name, left[k]
 
     def _cutoffs(self, top: float) -> Array:
-        """Return cutoffs to try, the largest first, down to the frequency of the reference."""
+        """Return the cutoffs of the search (Hz), from `top` down to the frequency of the reference."""
         lowest = 1 / (self._n * self._h)
         k = max(math.floor(math.log(max(top / lowest, 1.0), STEP)), 0)
         return np.array([float(f"{top / STEP**i:.4g}") for i in range(k + 1)])
 
     def _refusal(self, cutoff: float | None, gain: float | None, top: float) -> str:
-        """Return a message with the corner in which an error grows, and the reachable values."""
+        """Return an error message with the corner in which an error grows, and with a stable cutoff and gain."""
         g, f = gain or GAINS[0], cutoff or top
         left = self.at(f, g).contraction
         k = int(np.argmax(left))
@@ -138,36 +139,37 @@ class Search:
         )
 
 
-PERIODS, LEAST_PERIODS, ROWS = 30, 10, 2_000_000  # of a run, and rows of it
-OFF = (0.2, 0.1, 0.05, 0.02, 0.0)  # shares by which modes may be off, the first that the loop stands
+# default and smallest number of periods in a run, and largest number of rows
+PERIODS, LEAST_PERIODS, ROWS = 30, 10, 2_000_000
+OFF = (0.2, 0.1, 0.05, 0.02, 0.0)  # relative errors of the natural frequencies; the first stable one is used
 PERIODIC = ("sine", "triangle")
-WORSE = 2.0  # times the error without learning, which a run may not reach
+WORSE = 2.0  # largest allowed ratio of the errors with and without learning
 
 
 @dataclass(frozen=True)
 class Repetitive:
-    """A loop with a repetitive part, and the results of the loop.
+    """A loop with a repetitive controller, and the results of its simulation.
 
     Attributes
     ----------
     scenario : Scenario
-        Scenario of the loop; the block `repetitive` contains the taps.
+        Scenario of the loop. Its block `repetitive` contains the filter taps.
     filters : RepetitiveFilters
-        Taps, and the contraction in each corner.
+        Filter taps, and the convergence factor in each corner.
     corners : tuple of str
-        Corners, in the order of the contractions of `filters`.
+        Names of the corners, in the order of `filters.contraction`.
     steps : int
         Number of steps in a period.
     period : float
         Period of the reference (s).
     cutoff, gain : float
-        Upper frequency of learning (Hz), and share of the error that is learnt per period.
+        Upper frequency of learning (Hz), and fraction of the error that is corrected in each period.
     off : float
-        Share by which natural frequencies of the plant may differ.
+        Largest relative error of the natural frequencies of the plant.
     worst : (str, float)
-        Corner with the slowest decrease of errors, and its factor per period for harmonics up to half the cutoff.
+        Corner in which errors decrease slowest, and their factor per period, for harmonics up to half the cutoff.
     before : dict of str to float
-        Error of each case without learning: value of the first metric.
+        Value of the first metric of each case without learning.
     results : Results
         Results of the cases with learning.
     """
@@ -195,16 +197,17 @@ def repetitive(
     off: float | None = None,
     progress: Callable[[float], None] = lambda fraction: None,
 ) -> Repetitive:
-    """Add a repetitive part to the loop of a scenario. The new loop is stable in all corners.
+    """Add a repetitive controller to the loop of a scenario. The new loop is stable in all corners.
 
-    The block `repetitive` is in series: it adds its corrections to the command of the controllers. If there is an
-    inverse, the block is in front of the inverse. Errors decrease from period to period in every case with a periodic
-    reference. This holds for the slopes and delays in `[margins]` of the scenario, and for shifted natural frequencies.
+    The block `repetitive` adds corrections to the command of the controllers. If there is an inverse, the block is in
+    front of the inverse. Errors decrease from period to period in every case with a periodic reference. This is also
+    true for the incremental gains (`slopes`) and delays in `[margins]` of the scenario, and for shifted natural
+    frequencies of the plant.
 
     Parameters
     ----------
     scenario : Scenario or path
-        Scenario with a loop that is stable without the repetitive part.
+        Scenario with a loop that is stable without the repetitive controller.
     name : str, optional
         Name of the new scenario; by default the old name followed by ``_repetitive``.
     period : float in (0, inf), optional
@@ -218,10 +221,10 @@ def repetitive(
         Learning gain: share of the error that one period corrects. The default is 0.3. The default is smaller if the
         loop is unstable with 0.3 for every cutoff, or if the peak of the sensitivity exceeds the limit in `[margins]`.
     off : float, optional
-        Share by which the natural frequencies of the plant may differ, in [0, 0.9]. The default is the largest of 0.2,
+        Largest relative error of the natural frequencies of the plant, in [0, 0.9]. The default is the largest of 0.2,
         0.1, 0.05, 0.02 and 0 for which the loop is stable without learning.
     progress : function, optional
-        Called with the fraction done, 0..1.
+        Function that is called with the completed fraction of the work, 0 to 1.
 
     Returns
     -------
@@ -230,9 +233,9 @@ def repetitive(
     Raises
     ------
     InputError
-        There is no loop, the loop is unstable without the repetitive part, the loop already has a memory, or the
-        reference is not periodic. Cutoff and gain are unstable in a corner; then the message states the reachable
-        values.
+        The scenario has no loop, the loop is unstable without the repetitive controller, the loop already has a period
+        memory, or the reference is not periodic. The error is also raised if the loop is unstable in a corner with the
+        given cutoff and gain. In this case the message states stable values.
 
     Examples
     --------
@@ -294,7 +297,7 @@ def repetitive(
 def _stable_corners(
     loops: Mapping[str, OpenedLoop], limits: MarginsSpec | None, shares: Sequence[float]
 ) -> tuple[list[Corner], float]:
-    """Return the corners for the first share of mode errors for which the loop is stable, and this share."""
+    """Return the corners for the first relative error of the modes with which the loop is stable, and this error."""
     for share in shares[:-1]:
         with suppress(InputError):
             return corners(loops, limits, share), share
@@ -310,10 +313,10 @@ def _named(table: dict[str, object], name: str | None) -> dict[str, object]:
 
 
 def _first(systems: Mapping[str, System], nominal: str | None, period: float | None) -> tuple[str, OpenedLoop]:
-    """Return the case whose reference determines the period, and the opened loop of this case.
+    """Return the case whose reference determines the period, and the open loop of this case.
 
-    If a period is given, this is the first case with a loop and a reference of the given period. Otherwise it is the
-    case in `[margins]`, or the first case with a loop.
+    If a period is given, this is the first case with a loop and a reference of the given period. If no period is given,
+    it is the case named in `[margins]`, or else the first case with a loop.
     """
     why: InputError | None = None
     loops: dict[str, OpenedLoop] = {}
@@ -335,7 +338,7 @@ def _first(systems: Mapping[str, System], nominal: str | None, period: float | N
 
 
 def _reference(system: System, of: Roles) -> tuple[float, str]:
-    """Return frequency (Hz) and shape of the reference; 0 and "" if no unit is a block `reference`."""
+    """Return the frequency (Hz) and the shape of the reference, or 0 and "" if no block `reference` produces it."""
     for part in system.parts:
         if part.name in of.sources:
             (node,) = part.own.nodes
@@ -345,7 +348,7 @@ def _reference(system: System, of: Roles) -> tuple[float, str]:
 
 
 def _steps(system: System, of: Roles, period: float | None) -> int:
-    """Return the steps in a period."""
+    """Return the number of steps in a period of the reference."""
     h, where = system.case.step, system.case.title
     if period is not None:
         if not (np.isfinite(period) and period > 0):
@@ -370,7 +373,7 @@ def _steps(system: System, of: Roles, period: float | None) -> int:
 
 
 def _kept(systems: Mapping[str, System], first: str, of: Roles) -> list[str]:
-    """Return the cases with this loop and a reference of this period.
+    """Return the cases that have this loop and a reference with the period of the first case.
 
     If some of these cases have a limit, return only the cases with a limit.
     """
@@ -385,15 +388,15 @@ def _kept(systems: Mapping[str, System], first: str, of: Roles) -> list[str]:
         try:
             if roles(open_loop(system, (1.0, 1.0))) == of:
                 kept.append(name)
-        except InputError:  # a case without a loop that could learn
+        except InputError:  # a case without a loop is omitted
             continue
     return kept
 
 
 def _hold(results: Results, before: Mapping[str, float], first: str) -> None:
-    """Raise an InputError if the repetitive part makes the nominal run worse and the run misses its requirement.
+    """Raise an InputError if learning increases the error of the nominal run and the run misses its limit.
 
-    Other cases have their own verdicts.
+    This function does not test other cases.
     """
     for r in (r for r in results if r.case == first):
         value, asked = (r.verdicts[0].value, r.verdicts[0].limit) if r.verdicts else (math.inf, None)

@@ -94,24 +94,18 @@ def test_a_fit_states_its_numbers(monkeypatch, parameters, warned):
     assert 0 <= model.fit["seconds"] < 60
 
 
-def test_what_a_record_shows_is_added(monkeypatch):
+def test_what_a_record_shows_is_added():
     seen = Excitation(1, 1.0, 0, 0.0, False, "x", ("poor",), ("coarse",))
-    monkeypatch.setattr(identify, "examine", lambda data: seen)
-    monkeypatch.setattr(identify.timing, "told", lambda data, error: ({"lag_rows": 3}, [f"late {error}"]))
-    monkeypatch.setattr(identify.timing, "feedback", lambda data: ["loop"])
-    data = Dataset.from_signal(U, U, H)
+    late = {"lag_rows": 3}, ["late"]
     model = Model("k", gain(), H, "", {"rms_percent": 1.5, "warnings": ["own"]}, {})
-    found = identify._examined(model, data).fit
-    assert found["warnings"] == ["own", "poor", "coarse", "late 1.5", "loop"]
+    found = identify._told(model, seen, late, ["loop"]).fit
+    assert found["warnings"] == ["own", "poor", "coarse", "late", "loop"]
     assert found["lag_rows"] == 3
-    late = Graph(
-        [Node("d", "delay", {"n": 1})], [], [Input("u", ("d.u",))], [Output("y", "d.y")]
-    )  # follows late itself
-    found = identify._examined(Model("k", late, H, "", {"rms_percent": 1.5}, {}), data).fit
-    assert found["warnings"] == ["poor", "loop"]
-    monkeypatch.setattr(identify, "examine", lambda data: Excitation(1, 1.0, 0, 0.0, False, "x", (), ()))
-    monkeypatch.setattr(identify.timing, "feedback", lambda data: [])
-    assert "warnings" not in identify._examined(Model("k", late, H, "", {"rms_percent": 1.5}, {}), data).fit
+    delay = Graph([Node("d", "delay", {"n": 1})], [], [Input("u", ("d.u",))], [Output("y", "d.y")])
+    follows = Model("k", delay, H, "", {"rms_percent": 1.5}, {})
+    assert identify._told(follows, seen, late, ["loop"]).fit["warnings"] == ["poor", "loop"]
+    nothing = Excitation(1, 1.0, 0, 0.0, False, "x", (), ())
+    assert "warnings" not in identify._told(follows, nothing, late, []).fit
 
 
 def test_auto_is_asked_once_for_data_that_any_kind_takes(monkeypatch):
@@ -124,7 +118,7 @@ def test_auto_is_asked_once_for_data_that_any_kind_takes(monkeypatch):
         return chosen
 
     monkeypatch.setattr(identify.auto, "choose", choose)
-    monkeypatch.setattr(identify, "_examined", lambda model, data: model)
+    monkeypatch.setattr(identify, "_told", lambda model, *shown: model)
     with pytest.raises(InputError, match="must have a measured output"):
         identify.fit(Dataset.from_signal(U, np.full(400, np.nan), H), "auto")
     with pytest.raises(InputError, match="must be one of: none"):

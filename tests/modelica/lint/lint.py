@@ -125,6 +125,9 @@ def stale_example(c: library.Class) -> Iterator[str]:
             yield f"its example {html.unescape(call)} does not stand in {where}"
 
 
+FRAMES = ("HystFMU.Icons.Frame", "HystFMU.Icons.Component")  # with the name alone, a rectangle that says nothing
+
+
 def without_icon(c: library.Class) -> Iterator[str]:
     """A class has graphics of its own, or inherits them; a short type has none in Modelica."""
     if c.tree.type in ("type", "__function") or (not c.tree.annotation and c.tree.type == "package"):
@@ -136,7 +139,7 @@ def without_icon(c: library.Class) -> Iterator[str]:
 def _has_icon(c: library.Class) -> bool:
     bases = [library.find(str(e.component), c.name) for e in c.tree.extends]
     short = re.search(r"=\s*(?:input|output)?\s*Real|enumeration", text_of(c).split("annotation")[0])
-    return "Icon(" in text_of(c) or bool(short) or any(b and _has_icon(b) for b in bases)
+    return "Icon(" in text_of(c) or bool(short) or any(b and b.name not in FRAMES and _has_icon(b) for b in bases)
 
 
 def other_choice(c: library.Class) -> Iterator[str]:

@@ -75,8 +75,8 @@ def test_sound_parts_are_quiet(tmp_path: Path) -> None:
     """The classes above without their faults: none of these rules complains of them."""
     line = "annotation (Line(points = {{0, 0}, {1, 1}}))"
     sound = (
-        f'block Bad "b" {STATE} Real v(unit = "m3", nominal = 1, start = 0, fixed = true); Real y; '
-        f"Dynamics.Sum a {PLACE}; Interfaces.RealInput u {APART}; "
+        f'block Bad "b" extends Icons.Block; {STATE} Real v(unit = "m3", nominal = 1, start = 0, fixed = true); '
+        f"Real y; Dynamics.Sum a {PLACE}; Interfaces.RealInput u {APART}; "
         f"equation connect(u, a.u[1]) {line}; a.u[2] = 1; T*der(v) = 1; T*der(F) = F; y = 2*a.y; end Bad;"
     )
     assert planted(sound, tmp_path) & {rule for rule, _ in PLANTED} == set()

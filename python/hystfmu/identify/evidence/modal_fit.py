@@ -1,65 +1,28 @@
 """Fit of modes and a delay to records: columns are compared with the output in weighted bins of the spectrum.
 
-The columns are the input after each mode, slow parts, and the delayed input, which represents modes above the band. The
-weights of the columns are linear and are computed for every trial (variable projection: Golub & Pereyra 1973, SIAM J.
-Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975). Levenberg-Marquardt finds frequencies, dampings and the delay.
+The weights of the columns are linear and are computed for every trial (variable projection: Golub & Pereyra 1973, SIAM
+J. Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975). Levenberg-Marquardt finds frequencies, dampings and the
+delay.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
-from hystfmu.identify.evidence.lag import behind_delay, behind_mode, free_decay
-from hystfmu.identify.evidence.spectra import Window
+from hystfmu.identify.evidence.problem import Problem, Seen, Structure
 
 STEP = 1e-4  # of ln f_n (times zeta), ln zeta and steps of delay in the Jacobian
 MOST_STEPS = 12
 CLUSTERS = 60  # of neighbouring bins, whose errors may be of one sign
 LEAST_ZETA, MOST_ZETA = 1e-3, 3.0
-MOST_PARABOLAS, MOST_DECAYS = 8, 3  # records, beyond which their columns are left out
 DEPENDENT = 1e-9  # size of a column without its part along the columns before
 MOST_DELAY = 10.0  # steps
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Records with the weights of their bins.
-
-    ``v`` and ``y`` (n,) are input and output. ``bins`` are the bins of each window that the fit uses. ``weight`` is the
-    inverse of the noise (RMS) in these bins. ``slow`` are the time constants (s) of lags that represent creep.
-    """
-
-    h: float
-    hold: str
-    v: Array
-    y: Array
-    records: Sequence[slice]
-    windows: Sequence[Window]
-    bins: Sequence[slice]
-    weight: Array
-    slow: tuple[float, ...]
-
-    def rows(self, columns: Array) -> Array:
-        """Return the weighted bins of columns (n, m); real and imaginary parts are rows."""
-        parts = [w.transform(columns)[b] for w, b in zip(self.windows, self.bins, strict=True)]
-        seen = np.concatenate(parts) * self.weight[:, None]
-        return np.asarray(np.sqrt(2) * np.concatenate([seen.real, seen.imag]))
-
-    def along(self, run: Callable[[Array], Array]) -> Array:
-        """Run a function along each record."""
-        return np.concatenate([run(self.v[r]) for r in self.records])
-
-
-@dataclass(frozen=True)
-class Structure:
-    """Structure of the fit: the number of modes, and whether the delayed input is a column of its own."""
-
-    modes: int
-    rest: bool
+KNOWN_F, KNOWN_ZETA, KNOWN_SHARE = 0.1, 0.5, 1 / 5  # largest relative standard errors of a mode
+HIGHEST = 0.35  # frequency of a mode over the sample rate
 
 
 @dataclass(frozen=True)
@@ -86,60 +49,34 @@ class Fitted:
         """Mean square of the weighted errors per degree of freedom: 1 if only noise is left."""
         return self.error / max(self.count - len(self.p) - len(self.gain) - len(self.decay), 1)
 
-    def output(self, problem: Problem) -> Array:
-        """Return the output (n,) of the fit without the slow parts."""
-        made = columns(problem, self.structure, self.p) @ self.gain
-        return np.asarray(made + decays(problem, self.structure, self.p) @ self.decay)
+    def left(self, problem: Problem) -> Array:
+        """Return the measured output (n,) minus the output of the fit, without the slow parts."""
+        made = problem.columns(self.structure, self.p) @ self.gain
+        return np.asarray(problem.seen.y - (made + problem.decays(self.structure, self.p) @ self.decay))
 
-
-def columns(problem: Problem, structure: Structure, p: Array) -> Array:
-    """Return the columns (n, modes + rest)."""
-    h, hold, delay = problem.h, problem.hold, float(p[-1]) * problem.h
-
-    def run(v: Array) -> Array:
-        made = [_mode(v, p, k, h, hold) for k in range(structure.modes)]
-        return np.column_stack([*made, *([behind_delay(v, delay, h, hold)] if structure.rest else [])])
-
-    return problem.along(run)
-
-
-def decays(problem: Problem, structure: Structure, p: Array) -> Array:
-    """Return the free decays, (n, 2 modes of each record), because a record may begin while the device moves."""
-    parts = [_decays(problem, p, k) for k in range(structure.modes)]
-    return np.hstack(parts) if parts else np.zeros((len(problem.v), 0))
-
-
-def _decays(problem: Problem, p: Array, k: int) -> Array:
-    some = problem.records if len(problem.records) <= MOST_DECAYS else ()
-    out = np.zeros((len(problem.v), 2 * len(some)))
-    for i, r in enumerate(some):
-        made = free_decay(r.stop - r.start, float(np.exp(p[2 * k])), float(np.exp(p[2 * k + 1])), problem.h)
-        out[r, 2 * i], out[r.start + 1 : r.stop, 2 * i + 1] = made, made[:-1]
-    return out
-
-
-def _mode(v: Array, p: Array, k: int, h: float, hold: str) -> Array:
-    return behind_mode(v, float(np.exp(p[2 * k])), float(np.exp(p[2 * k + 1])), float(p[-1]) * h, h, hold)
-
-
-def slow_rows(problem: Problem) -> Array:
-    """Return the rows of the slow parts: lags of the input, and a parabola over each record."""
-    from scipy.signal import lfilter
-
-    def lag(pole: float) -> Array:
-        return problem.along(lambda v: np.asarray(lfilter([1 - pole], [1.0, -pole], v - v[0])))
-
-    made = [lag(float(np.exp(-problem.h / T))) for T in problem.slow]
-    for r in problem.records if len(problem.records) <= MOST_PARABOLAS else ():
-        t = np.zeros(len(problem.v))
-        t[r] = np.linspace(-1.0, 1.0, r.stop - r.start) ** 2
-        made.append(t)
-    return problem.rows(np.column_stack(made)) if made else np.zeros((2 * len(problem.weight), 0))
+    def known(self, seen: Seen) -> NDArray[np.bool_]:
+        """Return which modes the record determines, by standard errors, bounds, and the excitation around each mode."""
+        r = seen.response
+        sd = np.sqrt(np.diag(self.covariance))
+        known = np.zeros(self.structure.modes, dtype=bool)
+        for k in range(self.structure.modes):
+            f_n, zeta = np.exp(self.p[2 * k : 2 * k + 2])
+            near = (r.f > f_n / 2 ** (1 / 3)) & (r.f < f_n * 2 ** (1 / 6))
+            known[k] = (
+                sd[2 * k] < KNOWN_F
+                and sd[2 * k + 1] < KNOWN_ZETA
+                and f_n < HIGHEST / seen.h
+                and LEAST_ZETA * 1.05 < zeta < MOST_ZETA / 1.05
+                and sd[len(self.p) + k] < KNOWN_SHARE * abs(self.gain[k])
+                and near.any()
+                and np.mean(r.seen[near]) > 0.5
+            )
+        return known
 
 
 def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
     """Fit from a start p."""
-    slow, target = slow_rows(problem), problem.rows(problem.y[:, None])
+    slow, target = problem.slow_rows(), problem.rows(problem.seen.y[:, None])
     base = np.linalg.qr(slow)[0]
     target = (target - base @ (base.T @ target))[:, 0]
 
@@ -149,7 +86,7 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
     n = structure.modes + structure.rest
 
     def linear(p: Array) -> Array:
-        return free(problem.rows(np.hstack([columns(problem, structure, p), decays(problem, structure, p)])))
+        return free(problem.rows(np.hstack([problem.columns(structure, p), problem.decays(structure, p)])))
 
     def at(p: Array) -> tuple[float, Array, Array, Array]:
         c = linear(p)
@@ -166,19 +103,19 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
 
     def slopes(p: Array, gain: Array) -> Array:
         made = []
-        here = columns(problem, structure, p)
+        here = problem.columns(structure, p)
         for k in range(structure.modes):
             for j, d in ((0, STEP * min(1.0, np.exp(p[2 * k + 1]))), (1, STEP)):
                 moved = p.copy()
                 moved[2 * k + j] += d
-                change = (_column(problem, moved, k) - here[:, k]) * gain[k]
+                change = (problem.column(moved, k) - here[:, k]) * gain[k]
                 mine = gain[n:].reshape(max(structure.modes, 1), -1)[k]
                 if mine.any():
-                    change = change + (_decays(problem, moved, k) - _decays(problem, p, k)) @ mine
+                    change = change + (problem.decay(moved, k) - problem.decay(p, k)) @ mine
                 made.append(change / d)
         moved = p.copy()
         moved[-1] += STEP
-        made.append((columns(problem, structure, moved) - here) @ gain[:n] / STEP)
+        made.append((problem.columns(structure, moved) - here) @ gain[:n] / STEP)
         return free(problem.rows(np.column_stack(made)))
 
     lo, hi = _bounds(problem, structure)
@@ -216,14 +153,10 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
     return Fitted(structure, p, gain[:n], error, len(e), covariance, gain[n:])
 
 
-def _column(problem: Problem, p: Array, k: int) -> Array:
-    return problem.along(lambda v: _mode(v, p, k, problem.h, problem.hold))
-
-
 def _bounds(problem: Problem, structure: Structure) -> tuple[Array, Array]:
-    longest = max(r.stop - r.start for r in problem.records) * problem.h
+    longest = max(r.stop - r.start for r in problem.seen.records) * problem.seen.h
     low = np.append(np.tile([np.log(1 / longest), np.log(LEAST_ZETA)], structure.modes), -1.0)
-    high = np.append(np.tile([np.log(0.5 / problem.h), np.log(MOST_ZETA)], structure.modes), MOST_DELAY)
+    high = np.append(np.tile([np.log(0.5 / problem.seen.h), np.log(MOST_ZETA)], structure.modes), MOST_DELAY)
     return low, high
 
 

@@ -11,10 +11,11 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.identify.evidence.lag import HOLDS
-from hystfmu.identify.evidence.modal_fit import MOST_ZETA, Fitted, Problem, Structure, fit
+from hystfmu.identify.evidence.modal_fit import MOST_ZETA, Fitted, fit
+from hystfmu.identify.evidence.problem import Problem, Seen, Structure
 from hystfmu.identify.evidence.spectra import Complex, Response
-from hystfmu.identify.evidence.told import Seen, held_input, known_modes, left_over, noise_of, problem_of, weight_of
 
+SMOOTH = "smooth"  # the input between rows, until a fit decides
 GRID = 1200  # bins after pooling
 DAMPINGS = (0.01, 0.03, 0.1, 0.3, 0.8)
 MOST_MODES = 3
@@ -97,32 +98,28 @@ def modes(seen: Seen) -> tuple[str, Fitted] | None:
     if len(at) < 3:
         return None
     highest = _highest(seen.response)
-    noise = seen.cells.noise
-    hold = "smooth"
-    problem = problem_of(seen, hold, noise, seen.response.f[0], highest, ())
+    problem = Problem.of(seen, SMOOTH, seen.cells.noise, seen.response.f[0], highest)
     none = fit(problem, Structure(0, True), np.array([0.0]))
     best, fitted, known, least = problem, none, 0, none.misfit
     for start in STARTS:
-        branch = _branch(seen, hold, highest, none, start)
+        branch = _branch(seen, highest, none, start)
         for trial, found in branch:
-            count = int(np.sum(known_modes(found, seen)))
+            count = int(np.sum(found.known(seen)))
             if count > known or (count == known > 0 and found.misfit < FITS_BETTER * fitted.misfit):
                 best, fitted, known = trial, found, count
             least = min(least, found.misfit)
         if least < DOUBTFUL or not (branch or start[1]):
             break  # other starts lead to other local minima, which helps only a fit that failed
     if not known or fitted.misfit > WRONG:
-        return hold, none
+        return SMOOTH, none
     return _held(seen, best, fitted)
 
 
-def _branch(
-    seen: Seen, hold: str, highest: float, none: Fitted, start: tuple[Array, bool]
-) -> list[tuple[Problem, Fitted]]:
+def _branch(seen: Seen, highest: float, none: Fitted, start: tuple[Array, bool]) -> list[tuple[Problem, Fitted]]:
     """Add modes while the data support them, from one of the starts."""
     last, noise, found = none, seen.cells.noise, []
     for _ in range(MOST_MODES):
-        grown = _grown(seen, hold, noise, highest, last, start)
+        grown = _grown(seen, noise, highest, last, start)
         if grown is None:
             break
         trial, fitted = grown
@@ -132,8 +129,8 @@ def _branch(
             break
         if np.exp(fitted.p[1:-1:2].max()) > 0.95 * MOST_ZETA:
             break  # creep, or nothing
-        noise = noise_of(seen, left_over(seen, hold, fitted))
-        trial = replace(trial, weight=weight_of(seen, trial, noise))
+        noise = seen.noise(fitted.left(trial))
+        trial = trial.weighted(noise)
         last = fit(trial, fitted.structure, fitted.p)
         found.append((trial, last))
     return found
@@ -163,12 +160,12 @@ def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
     tried = {}
     for hold in HOLDS:
         p = best.p + np.append(np.zeros(2 * modes), -0.5 if hold == "zoh" else 0.0)
-        tried[hold] = fit(replace(problem, hold=hold, v=held_input(seen, hold)), Structure(modes, False), p)
+        tried[hold] = fit(replace(problem, hold=hold), Structure(modes, False), p)
     hold = min(tried, key=lambda k: tried[k].error)
     scale = max(tried[hold].misfit, 1.0)
     other = min(f.error for k, f in tried.items() if (k == "zoh") != (hold == "zoh"))
     if tried[hold].error - best.error > REST_PAYS * scale or other - tried[hold].error < HOLD_PAYS * scale:
-        return "smooth", _half(best)
+        return SMOOTH, _half(best)
     # a rest that does not pay may be there: it counts in the errors
     rest_se = float(np.sqrt(best.covariance[-1, -1]))
     return hold, replace(tried[hold], covariance=best.covariance[:-1, :-1], rest_se=rest_se)
@@ -187,7 +184,7 @@ def _half(found: Fitted) -> Fitted:
 
 
 def _grown(
-    seen: Seen, hold: str, noise: Array, highest: float, best: Fitted, start: tuple[Array, bool]
+    seen: Seen, noise: Array, highest: float, best: Fitted, start: tuple[Array, bool]
 ) -> tuple[Problem, Fitted] | None:
     """Add a mode to a fit."""
     r, h = seen.response, seen.h
@@ -198,7 +195,7 @@ def _grown(
     if top <= 1.5 * lowest:
         return None
     (delays, alone), count = start, len(f_0) + 1
-    problem = problem_of(seen, hold, noise, max(min(f_0, default=lowest) / BELOW, float(r.f[0])), highest, ())
+    problem = Problem.of(seen, SMOOTH, noise, max(min(f_0, default=lowest) / BELOW, float(r.f[0])), highest)
     f, v, y = [], [], []
     for w, b in zip(seen.windows, problem.bins, strict=True):
         f.append(w.frequencies(h)[b])
@@ -214,6 +211,6 @@ def _grown(
     f_n, zeta, delay = scan(pooled, known, lowest, top, h, delays)
     first = min([*f_0, f_n])
     slow = (SLOW / (2 * np.pi * first),)
-    problem = problem_of(seen, hold, noise, max(first / BELOW, float(r.f[0])), highest, slow)
+    problem = Problem.of(seen, SMOOTH, noise, max(first / BELOW, float(r.f[0])), highest, slow)
     p = np.concatenate([best.p[:-1], [np.log(f_n), np.log(zeta), delay]])
     return problem, fit(problem, Structure(count, True), p)

@@ -131,11 +131,21 @@ def examine(data: Dataset) -> Excitation:
             memory = OPEN_LOOPS if gap > SURE * MISSED / samples**2 else UNKNOWN
         elif 100 * np.sqrt(error) / span <= OPEN:
             memory = RETURN_POINT
-    swift, slow = np.percentile(np.abs(np.diff(u[turns])) / between, [90, 10]) if len(between) else (1.0, 1.0)
-    several = bool(swift > SPEEDS * slow)
+    several = spreads(u)[0] > SPEEDS
     return Excitation(
         len(turns), samples, len(d), gap, several, memory, _warnings(u[turns], len(d), memory), _coarse(samples)
     )
+
+
+def spreads(u: Array) -> tuple[float, float]:
+    """Return the 90th over the 10th percentile of mean speed and of duration of the half cycles of u (n,)."""
+    turns = reversals(u)
+    between = np.diff(turns)
+    if not len(between):
+        return 1.0, 1.0
+    ends = [np.percentile(v, [90, 10]) for v in (np.abs(np.diff(u[turns])) / between, between)]
+    speed, duration = (float(most / least) for most, least in ends)
+    return speed, duration
 
 
 def _coarse(samples: float) -> tuple[str, ...]:

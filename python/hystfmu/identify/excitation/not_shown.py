@@ -11,9 +11,10 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
-from hystfmu.data.reversals import reversals
 from hystfmu.data.signals import held_out, ramps
+from hystfmu.identify.excitation import minor_loops
 from hystfmu.identify.features.plays import plays
+from hystfmu.model.coverage import near
 
 PLAYS = 2
 NEAR = 0.05  # RMS over the features, each relative to the range of the input
@@ -26,7 +27,7 @@ KINDS = {
     "nested reversals": "nested reversals",
     "minor loops": "minor loops at several levels",
 }
-SPEEDS, SPREAD = "other speeds", 2.0  # 90th over 10th percentile: more show a rate
+SPEEDS = "other speeds"
 
 
 def kinds_not_shown(data: Dataset) -> tuple[str, ...]:
@@ -54,29 +55,15 @@ def kinds_not_shown(data: Dataset) -> tuple[str, ...]:
 
 def new_states(data: Dataset, u: Array, first: int = 0) -> float:
     """Return the share of the states of another input u (n,), from a row on, that have no near state in the record."""
-    from scipy.spatial import cKDTree
-
     span = float(np.ptp(data.u[data.train]))
     r = span / 2 * np.arange(1, PLAYS + 1) / (PLAYS + 1)
 
     def states(v: Array) -> Array:
         return np.asarray(np.column_stack([v, plays(v, r, float(v[0]))]) / (span * np.sqrt(PLAYS + 1)))
 
-    seen = cKDTree(_thinned(data.along(states)[data.train]))
-    distance, _ = seen.query(_thinned(states(u)[first:]), distance_upper_bound=NEAR)
-    return float(np.mean(np.isinf(distance)))
+    return float(np.mean(~near(data.along(states)[data.train], states(u)[first:], NEAR, MOST_ROWS)))
 
 
 def one_speed(data: Dataset) -> bool:
     """Return whether all half cycles of a record have about the same mean speed, or the same duration as in a sine."""
-    u = data.longest().u
-    turns = reversals(u)
-    if len(turns) < 2:
-        return True
-    between = np.diff(turns)
-    spread = [np.percentile(v, [90, 10]) for v in (np.abs(np.diff(u[turns])) / between, between)]
-    return bool(any(most <= SPREAD * least for most, least in spread))
-
-
-def _thinned(v: Array) -> Array:
-    return v[:: -(-len(v) // MOST_ROWS)]
+    return min(minor_loops.spreads(data.longest().u)) <= minor_loops.SPEEDS

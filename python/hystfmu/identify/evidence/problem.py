@@ -1,0 +1,154 @@
+"""Problem of a modal fit: records with weights of their bins, and the columns that are compared with the output.
+
+The columns are the input after each mode, slow parts, and the delayed input, which represents modes above the band.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.signal import lfilter
+
+from hystfmu.base.arrays import Array
+from hystfmu.identify.evidence.lag import behind_delay, behind_mode, free_decay, prepared
+from hystfmu.identify.evidence.spectra import CELL, Cells, Response, Window, smooth
+
+INEXACT = 0.01  # of the output in a cell: error of the model of the hysteresis and of the input between rows
+BEYOND = 1.15  # last bin of a fit, over the highest frequency that is seen
+MOST_PARABOLAS, MOST_DECAYS = 8, 3  # records, beyond which their columns are left out
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Input and output, each divided by its span, with the spectra of the records."""
+
+    h: float
+    v: Array
+    y: Array
+    records: tuple[slice, ...]
+    windows: tuple[Window, ...]
+    cells: Cells
+    response: Response
+
+    def powers(self, e: Array) -> Array:
+        """Return the mean power of a signal (n,) in each cell."""
+        return np.concatenate([(np.abs(w.transform(e)) ** 2).reshape(-1, CELL).mean(axis=1) for w in self.windows])
+
+    def noise(self, e: Array) -> Array:
+        """Return the noise of each cell: the smaller residual, either of a fit, e (n,), or of the local response.
+
+        With a lightly damped resonance the response is curved within a cell.
+        """
+        left, at, power = [], 0, self.powers(e)
+        for w in self.windows:
+            left.append(smooth(power[at : at + w.cells]))
+            at += w.cells
+        return np.minimum(self.cells.noise, np.concatenate(left))
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Structure of the fit: the number of modes, and whether the delayed input is a column of its own."""
+
+    modes: int
+    rest: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Records with the weights of their bins.
+
+    ``hold`` states how the input behaves between rows. ``bins`` are the bins of each window that the fit uses.
+    ``weight`` is the inverse of noise and model error (RMS) in these bins. ``slow`` are the time constants (s) of lags
+    that represent creep.
+    """
+
+    seen: Seen
+    hold: str
+    bins: Sequence[slice] = ()
+    weight: Array = field(default_factory=lambda: np.zeros(0))
+    slow: tuple[float, ...] = ()
+
+    @classmethod
+    def of(
+        cls, seen: Seen, hold: str, noise: Array, lowest: float, highest: float, slow: tuple[float, ...] = ()
+    ) -> Problem:
+        """Return the problem of the bins from `lowest` to above `highest` (Hz), with the noise of each cell."""
+        bins = []
+        for w in seen.windows:
+            f = w.frequencies(seen.h)
+            bins.append(slice(int(np.searchsorted(f, lowest)), int(np.searchsorted(f, highest * BEYOND, "right"))))
+        return cls(seen, hold, bins, slow=slow).weighted(noise)
+
+    def weighted(self, noise: Array) -> Problem:
+        """Return the problem with weights from the noise of each cell and from the error of the model."""
+        both = np.repeat(noise + INEXACT**2 * self.seen.cells.total / CELL, CELL)
+        out, at = [], 0
+        for w, b in zip(self.seen.windows, self.bins, strict=True):
+            size = w.cells * CELL
+            out.append(both[at : at + size][b])
+            at += size
+        return replace(self, weight=np.asarray(1 / np.sqrt(np.concatenate(out))))
+
+    @cached_property
+    def v(self) -> Array:
+        """Input (n,) whose ramps or steps represent the input between rows."""
+        return np.concatenate([prepared(self.seen.v[r], self.hold) for r in self.seen.records])
+
+    def rows(self, columns: Array) -> Array:
+        """Return the weighted bins of columns (n, m); real and imaginary parts are rows."""
+        parts = [w.transform(columns)[b] for w, b in zip(self.seen.windows, self.bins, strict=True)]
+        found = np.concatenate(parts) * self.weight[:, None]
+        return np.asarray(np.sqrt(2) * np.concatenate([found.real, found.imag]))
+
+    def along(self, run: Callable[[Array], Array]) -> Array:
+        """Run a function along each record."""
+        return np.concatenate([run(self.v[r]) for r in self.seen.records])
+
+    def columns(self, structure: Structure, p: Array) -> Array:
+        """Return the columns (n, modes + rest)."""
+        h, delay = self.seen.h, float(p[-1]) * self.seen.h
+
+        def run(v: Array) -> Array:
+            made = [self._mode(v, p, k) for k in range(structure.modes)]
+            return np.column_stack([*made, *([behind_delay(v, delay, h, self.hold)] if structure.rest else [])])
+
+        return self.along(run)
+
+    def column(self, p: Array, k: int) -> Array:
+        """Return the column (n,) of one mode."""
+        return self.along(lambda v: self._mode(v, p, k))
+
+    def _mode(self, v: Array, p: Array, k: int) -> Array:
+        f_n, zeta = (float(np.exp(p[2 * k + j])) for j in range(2))
+        return behind_mode(v, f_n, zeta, float(p[-1]) * self.seen.h, self.seen.h, self.hold)
+
+    def decays(self, structure: Structure, p: Array) -> Array:
+        """Return the free decays, (n, 2 modes of each record), because a record may begin while the device moves."""
+        parts = [self.decay(p, k) for k in range(structure.modes)]
+        return np.hstack(parts) if parts else np.zeros((len(self.v), 0))
+
+    def decay(self, p: Array, k: int) -> Array:
+        """Return the free decays of one mode, (n, 2 for each record)."""
+        some = self.seen.records if len(self.seen.records) <= MOST_DECAYS else ()
+        out = np.zeros((len(self.v), 2 * len(some)))
+        for i, r in enumerate(some):
+            made = free_decay(r.stop - r.start, float(np.exp(p[2 * k])), float(np.exp(p[2 * k + 1])), self.seen.h)
+            out[r, 2 * i], out[r.start + 1 : r.stop, 2 * i + 1] = made, made[:-1]
+        return out
+
+    def slow_rows(self) -> Array:
+        """Return the rows of the slow parts: lags of the input, and a parabola over each record."""
+
+        def lag(pole: float) -> Array:
+            return self.along(lambda v: np.asarray(lfilter([1 - pole], [1.0, -pole], v - v[0])))
+
+        made = [lag(float(np.exp(-self.seen.h / T))) for T in self.slow]
+        for r in self.seen.records if len(self.seen.records) <= MOST_PARABOLAS else ():
+            t = np.zeros(len(self.v))
+            t[r] = np.linspace(-1.0, 1.0, r.stop - r.start) ** 2
+            made.append(t)
+        return self.rows(np.column_stack(made)) if made else np.zeros((2 * len(self.weight), 0))
