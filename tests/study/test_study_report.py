@@ -169,6 +169,21 @@ def test_a_line_for_each_draw_across_its_values() -> None:
     assert figures.all_draws(study(), LABELS, [case()], rows[:1]) is None
 
 
+def test_an_axis_ends_at_ten_times_the_limit_and_begins_at_one() -> None:
+    limits = study({"a": {"m": 2.0}})
+    far = figures.all_draws(limits, LABELS, [case()], [row(0, 1.0), row(1, 50.0)])
+    near = figures.all_draws(limits, LABELS, [case()], [row(0, 0.2), row(1, 0.4)])
+    assert far is not None
+    assert near is not None
+    assert (far.axes[2].hi, far.axes[2].at.tolist()) == (10.0, pytest.approx([0.05, 1.0]))
+    assert far.axes[2].name.endswith(" (at the end: or more)")
+    assert (near.axes[2].hi, near.axes[2].limit, near.axes[2].at.tolist()) == (1.0, 1.0, pytest.approx([0.1, 0.2]))
+    both = [row(0, 1.0), row(0, 3.0, "b"), row(1, 1.0), row(1, 0.5, "b")]
+    worst = figures.all_draws(study({"a": {"m": 2.0}, "b": {"m": 1.0}}), LABELS, [case(), case("b")], both)
+    assert worst is not None
+    assert (worst.axes[2].at * worst.axes[2].hi).tolist() == pytest.approx([3.0, 0.5])
+
+
 # ---- the answer -----------------------------------------------------------------------------------------------------
 def objective(**more: Any) -> Any:
     return ObjectiveSpec.model_validate({"metric": "m", **more})

@@ -7,4 +7,4 @@ from pathlib import Path
 __version__ = "0.2.0"
 
 PACKAGE = Path(__file__).parents[1]
-"""The folder of the package; the build puts libraries, C source, licence and scenarios into it."""
+"""Folder of the installed package. The build copies the libraries, the C source, the licence and the scenarios here."""

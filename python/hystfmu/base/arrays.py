@@ -1,4 +1,4 @@
-"""Types that all rooms use: arrays of float64 of any shape, and the function that reports progress."""
+"""Common types of the package: float64 arrays of any shape, and functions that report progress."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
-"""Function that is called with the fraction done, 0..1."""
+"""Function that a long computation calls with the completed fraction of its work, 0..1."""
 
 
 def silent(fraction: float) -> None:
-    """Report no progress."""
+    """Ignore the progress of a computation."""

@@ -1,7 +1,9 @@
-"""One-line errors for wrong calls of public functions: after an exception, arguments and annotations are compared.
+"""One-line errors for wrong calls of public functions.
 
-`checked` never checks or refuses a correct call. If all arguments have correct types, an exception is a bug and is
-passed on.
+After an exception, the arguments are compared with the type annotations of the function.
+
+`checked` does not check the arguments of a call that succeeds. If all arguments have correct types, the exception is
+raised again unchanged.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from hystfmu.base.errors import InputError, meant
 
 T = TypeVar("T", bound=Callable[..., Any])
 _RAW = (TypeError, ValueError, AttributeError, KeyError, IndexError, OverflowError, ctypes.ArgumentError)
-_HOMES = (  # where the names of annotations live
+_HOMES = (  # modules that define the type names of the annotations
     "hystfmu",
     "hystfmu.graph.blocks",
     "hystfmu.identify.kinds",
@@ -34,7 +36,7 @@ _HOMES = (  # where the names of annotations live
     "collections.abc",
     "typing",
 )
-_LOOK = 100  # elements of a sequence that are looked at
+_LOOK = 100  # number of elements of a sequence whose type is checked
 _REMEDIES = {
     "Dataset": "hy.read(path) and hy.Dataset(t, u, y) make one",
     "Model": "hy.fit and hy.Model.load make one",
@@ -45,7 +47,8 @@ _REMEDIES = {
 def checked(thing: T) -> T:
     """Decorate a function, or a class with its public methods.
 
-    The wrapper raises InputError if a call does not fit the signature, or fails with an argument of a wrong type.
+    The wrapper raises InputError in two cases: the call does not fit the signature, or the call fails and an argument
+    has a wrong type.
     """
     if inspect.isclass(thing):
         for name, member in list(vars(thing).items()):
@@ -73,7 +76,7 @@ def checked(thing: T) -> T:
 
 
 def _fault(function: Callable[..., Any], arguments: tuple[Any, ...], named: Mapping[str, Any]) -> str | None:
-    """Describe the error of a call; None if its arguments have correct types."""
+    """Return the error message for a failed call; None if all arguments have correct types."""
     parts = [p for p in function.__qualname__.split(".") if p not in ("<locals>", "__init__")]
     title, signature = f"{'.'.join(parts)}()", inspect.signature(function)
     bound_to = [p for p in signature.parameters if p in ("self", "cls")]
@@ -99,7 +102,7 @@ def _fault(function: Callable[..., Any], arguments: tuple[Any, ...], named: Mapp
 
 
 class _Names(dict[str, Any]):
-    """Names that a module imports only for its type checker."""
+    """Type names that a module imports only for the type checker."""
 
     def __missing__(self, name: str) -> Any:
         for home in _HOMES:
@@ -109,20 +112,20 @@ class _Names(dict[str, Any]):
 
 
 def _resolved(function: Callable[..., Any], annotation: Any) -> Any:
-    """Return the type that an annotation names; Any if it cannot be found."""
+    """Return the type for the text of an annotation; Any if the type cannot be found."""
     if annotation is inspect.Parameter.empty:
         return Any
     if not isinstance(annotation, str):
         return annotation
     space = getattr(function, "__globals__", {})
     try:
-        return eval(annotation, dict(space), _Names(space))  # the text of our own source
+        return eval(annotation, dict(space), _Names(space))  # safe: the text comes from the source of this package
     except (NameError, TypeError):
         return Any
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Return whether a value may have a type; True if this is unknown."""
+    """Return whether the value agrees with the annotated type; True if this cannot be decided."""
     origin, inside = typing.get_origin(hint), typing.get_args(hint)
     if hint is Any:
         return True
@@ -159,7 +162,7 @@ def _fits(value: Any, hint: Any) -> bool:
 
 
 def _parts(inside: tuple[Any, ...]) -> tuple[bool, list[Any]]:
-    """Return whether a union has the types of numpy's ArrayLike, and the other types of the union."""
+    """Return whether a union type contains the types of numpy's ArrayLike, and list its other types."""
     if not any("_SupportsArray" in str(typing.get_origin(h)) for h in inside):
         return False, list(inside)
     like = (bool, int, float, complex, str, bytes)
@@ -174,7 +177,7 @@ def _is_numbers(value: Any) -> bool:
 
 
 def _rule(hint: Any) -> str:
-    """Name a type in words."""
+    """Return the description of a type for an error message, e.g. "an array of numbers"."""
     if hint is None or hint is types.NoneType:
         return "None"
     origin, inside = typing.get_origin(hint), typing.get_args(hint)

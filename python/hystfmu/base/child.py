@@ -1,8 +1,9 @@
-"""Child processes for foreign native code: its crash, hang or memory growth must not affect this process.
+"""Child processes that run foreign native code. A crash, a hang or memory growth of it does not affect the parent.
 
-The foreign code may replace a result by a link to a file that the code itself cannot read, or by a pipe that blocks. A
-`PipedChild` also has a pipe for calls; not on Windows. It inherits less than a child of `multiprocessing`: no terminal,
-no main module, and no helper that removes shared memory. It reads its task from a file.
+The foreign code may replace a result file by a link to a file that the code itself cannot read, or by a pipe that
+blocks the reader. So results are opened with checks. A `PipedChild` also has a pipe for function calls; it does not
+exist on Windows. It inherits less than a child of `multiprocessing`: it has no terminal, no main module, and no helper
+process that removes shared memory. It reads its task from a file.
 """
 
 from __future__ import annotations
@@ -31,15 +32,15 @@ from hystfmu.base.confine import Box, known, unconfined
 from hystfmu.base.errors import InputError
 
 MOST_LOG = 1 << 16
-_MOST_OUTPUT = 1 << 24  # bytes on the disk; what is older is dropped
-_PUNCH_HOLE = 3  # and keep the size: the mode of fallocate(2)
-_LOOK = 0.5  # s: between two looks at the size of the output
-_END = 10.0  # s: time for the supervisor to end all processes
+_MOST_OUTPUT = 1 << 24  # bytes of output on the disk; older output is deleted
+_PUNCH_HOLE = 3  # mode of fallocate(2): free the bytes, but keep the file size
+_LOOK = 0.5  # s: time between two checks of the output size
+_END = 10.0  # s: time that the supervisor has to end all processes
 _TOLD: set[str] = set()
 
 
 def _freed(handle: int, size: int) -> bool:
-    """Free the first bytes of a file, where the system can. Bytes that the child writes meanwhile stay."""
+    """Free the first `size` bytes of a file, if the system supports this. Later bytes are not affected."""
     if sys.platform != "linux":
         return False
     call = ctypes.CDLL(None).fallocate
@@ -55,7 +56,7 @@ def limit_memory(gigabytes: float) -> None:
     try:
         import resource
 
-        statm = Path("/proc/self/statm")  # a forked process starts at the size of its parent
+        statm = Path("/proc/self/statm")  # a forked process starts with the memory size of its parent
         have = int(statm.read_text().split()[0]) * resource.getpagesize() if statm.exists() else 0
         most = have + int(gigabytes * 2**30)
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
@@ -65,7 +66,7 @@ def limit_memory(gigabytes: float) -> None:
 
 
 def late(seconds: float) -> str:
-    """Return the message about a child that `finish` stopped after `seconds`."""
+    """Return the error message for a child process that `finish` stopped after `seconds`."""
     return f"not finished after {seconds:g} s: a unit does not end, or needs a longer time limit"
 
 
@@ -77,7 +78,7 @@ def _signal_name(number: int) -> str:
 
 
 def tell_unconfined() -> None:
-    """State once, on stderr, which protections against foreign FMUs this system lacks."""
+    """Print once, on stderr, the protections against foreign FMUs that this system does not offer."""
     may = unconfined()
     if may and may not in _TOLD:
         _TOLD.add(may)
@@ -85,21 +86,22 @@ def tell_unconfined() -> None:
 
 
 class Child:
-    """A Python process with this package on its path, in its own session; its output goes to a file.
+    """A Python process with this package on its path, in its own session. Its output is written to a file.
 
-    A pipe would stay open until all processes that the child has started end, and reading from the pipe would wait for
-    them. On Linux a supervisor ends these processes together with the child. On other systems the process group of the
-    child is ended, and on Windows only the child.
+    The output does not use a pipe. A pipe stays open until all processes that the child has started end, and a reader
+    of the pipe would wait for them. On Linux a supervisor ends these processes together with the child. On other
+    systems the process group of the child is ended. On Windows only the child is ended.
 
-    A `box` confines the child as far as this system can, and passes only some environment variables; `told` states once
-    which protections this system lacks. The descriptors `keep` stay open in the child; not on Windows.
+    A `box` confines the child as far as this system supports it, and the child then gets only some environment
+    variables. With `told`, the protections that this system does not offer are printed once. The file descriptors
+    `keep` stay open in the child; Windows does not support this.
     """
 
     def __init__(self, *arguments: str, box: Box | None = None, keep: Collection[int] = (), told: bool = True) -> None:
         package = str(PACKAGE.parent)
         path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
         variables = dict(os.environ) if box is None else known(os.environ)
-        command = ["-P", *arguments]  # the current folder is no place for modules
+        command = ["-P", *arguments]  # -P: Python must not import modules from the current folder
         if box is not None and told:
             tell_unconfined()
         if sys.platform == "linux":
@@ -119,19 +121,19 @@ class Child:
 
     @property
     def status(self) -> int:
-        """Exit status of the child, or the negative number of a signal."""
+        """Exit status of the child, or the negative number of the signal that ended the child."""
         return int(self._process.returncode)
 
     @property
     def ending(self) -> str:
-        """Text on the end of the process: "crashed (SIGSEGV)" or "ended with status 1"."""
+        """Description of how the process ended, "crashed (SIGSEGV)" or "ended with status 1"."""
         return f"crashed ({_signal_name(-self.status)})" if self.status < 0 else f"ended with status {self.status}"
 
     def finish(self, seconds: float, look: Callable[[], bool] = lambda: False) -> tuple[list[str], bool]:
         """Wait at most `seconds`, then end the child and all processes that it has started.
 
-        `look` is called repeatedly while the child runs. If it returns true, the time limit starts again. Returns the
-        last 64 KiB of the output of the child as lines, and whether the child ended by itself.
+        The function `look` is called repeatedly while the child runs. If it returns true, the time limit starts again.
+        Returns the last 64 KiB of the output of the child as lines, and whether the child ended by itself.
         """
         end = time.monotonic() + seconds
         try:
@@ -147,17 +149,17 @@ class Child:
             return self._last_output().decode(errors="replace").strip().splitlines(), in_time
 
     def poll(self) -> int | None:
-        """Return the status if the child has ended, else None. Excess output is dropped."""
+        """Return the exit status if the child has ended, else None. Delete old output above the size limit."""
         self._drop_output()
         return self._process.poll()
 
     def wait(self, seconds: float | None = None) -> None:
-        """Wait at most this time (s) for the end of the child."""
+        """Wait for the end of the child, at most `seconds` (s)."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(seconds)
 
     def terminate(self) -> None:
-        """Begin to end the child and, on Linux, all processes that it has started."""
+        """Ask the child to end and, on Linux, all processes that it has started; do not wait for their end."""
         self._process.terminate()
 
     def _last_output(self) -> bytes:
@@ -167,19 +169,19 @@ class Child:
             os.lseek(handle, at, os.SEEK_SET)
             content = os.read(handle, MOST_LOG)
         else:
-            content = os.pread(handle, MOST_LOG, at)  # the child writes where this handle stands
+            content = os.pread(handle, MOST_LOG, at)  # pread: the child writes at the position of this handle
         return (self._dropped + content.lstrip(b"\0"))[-MOST_LOG:]
 
     def _drop_output(self) -> None:
-        """Drop old output of a child that prints without end, so that it does not fill the disk.
+        """Delete old output of a child that prints without end, so that the output does not fill the disk.
 
-        The file becomes sparse.
+        The file becomes sparse: it keeps its size, but the deleted part uses no space on the disk.
         """
         handle = self._output.fileno()
         found = os.fstat(handle)
         if getattr(found, "st_blocks", 0) * 512 > _MOST_OUTPUT and not _freed(handle, found.st_size - MOST_LOG):
             last = self._last_output()
-            whole, newline, _ = last.rpartition(b"\n")  # the rest of a line that is being written gets lost
+            whole, newline, _ = last.rpartition(b"\n")  # the rest of a line that the child is writing is lost
             self._dropped = whole + newline or last
             os.ftruncate(handle, 0)
 
@@ -198,12 +200,14 @@ _FLAGS = [getattr(os, f"O_{name}", 0) for name in ("NOFOLLOW", "NONBLOCK", "BINA
 
 
 def open_result(path: str | Path) -> BufferedReader:
-    """Open a result that must be a regular file with one name, not a link. The check uses the opened file.
+    """Open a result file that must be a regular file with a single name, not a link.
+
+    The opened file is checked, so the foreign code cannot replace the file after the check.
 
     Raises
     ------
     InputError
-        There is no such regular file.
+        There is no such file, or the file is not regular.
     """
     try:
         handle = os.open(path, os.O_RDONLY | sum(_FLAGS))
@@ -217,12 +221,12 @@ def open_result(path: str | Path) -> BufferedReader:
 
 
 def read_result(path: str | Path, most: int) -> bytes:
-    """Read a result of at most `most` bytes.
+    """Return the content of a result file of at most `most` bytes.
 
     Raises
     ------
     InputError
-        As in `open_result`, or the file is too large.
+        The file is too large, or `open_result` refuses it.
     """
     with open_result(path) as f:
         content = f.read(most + 1)
@@ -235,14 +239,14 @@ _TASK = "task"
 
 
 class Count:
-    """A number in a file that two processes share; the content of the file is not trusted."""
+    """A number in a file that parent and child share. The child may write any content into the file."""
 
     def __init__(self, handle: int) -> None:
         self._handle = handle
 
     @property
     def value(self) -> int:
-        """The number; 0 if the file has no number."""
+        """Number in the file; 0 if the file contains no number."""
         return int.from_bytes(os.pread(self._handle, 8, 0), "little")
 
     @value.setter
@@ -253,8 +257,8 @@ class Count:
 class PipedChild:
     """A process with the methods of `multiprocessing.Process` that a pool uses, in its own `folder`, confined by a box.
 
-    The process runs `target`, a function of a module of this package. The function takes a pipe, a `Count`, the process
-    number of the parent, and `words` that can be pickled.
+    The process runs `target`, a function of a module of this package. The arguments of this function are a pipe, a
+    `Count`, the process number of the parent, and `words`, which pickle must support.
     """
 
     def __init__(self, target: Callable[..., None], folder: str, words: tuple[Any, ...], box: Box | None) -> None:
@@ -274,11 +278,11 @@ class PipedChild:
         return self._child.poll() if self.said is None else self._child.status
 
     def terminate(self) -> None:
-        """Begin to end the process and all processes that it has started."""
+        """Ask the process and all processes that it has started to end; do not wait for their end."""
         self._child.terminate()
 
     def join(self, seconds: float | None = None) -> None:
-        """Wait for the end of the process."""
+        """Wait for the end of the process, at most `seconds` (s)."""
         self._child.wait(seconds)
 
     def kill(self) -> None:
@@ -289,8 +293,8 @@ class PipedChild:
 
 
 def main(pipe: int, count: int, folder: str) -> None:
-    """Run the task in the child."""
-    target, words = pickle.loads((Path(folder) / _TASK).read_bytes())  # our own parent wrote it
+    """Run, in the child process, the task that the parent has written to `folder`."""
+    target, words = pickle.loads((Path(folder) / _TASK).read_bytes())  # safe: the parent process wrote the file
     target(Connection(pipe), Count(count), os.getppid(), *words)
 
 

@@ -1,8 +1,8 @@
 """Confine foreign native code on Linux to the files that it needs, without network and other processes.
 
-Landlock, seccomp(2) and the loss of capabilities(7) need no privileges. They do not affect files that are already open,
-such as results and output of the process. Neither the process nor its child processes can regain the rights that the
-process has given up.
+The module uses Landlock, filters of seccomp(2), and the removal of capabilities(7). None of them needs privileges. They
+do not affect files that are already open, such as the result and output files of the process. Neither the process nor
+its child processes can regain the rights that the process has given up.
 
 Landlock: https://docs.kernel.org/userspace-api/landlock.html. Filters: linux/filter.h, linux/seccomp.h. This module
 imports only the standard library, because it runs before anything else is loaded.
@@ -23,18 +23,18 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
 
-_READ_BOUND, _DROP_BOUND = 23, 24  # of the bounding set, by prctl
+_READ_BOUND, _DROP_BOUND = 23, 24  # options of prctl(2) for the bounding set of capabilities
 _AMBIENT, _CLEAR = 47, 4
-_VERSION_3 = 0x20080522  # of capset: three sets of 64 bits
+_VERSION_3 = 0x20080522  # version of capset(2) with three sets of 64 bits
 
 
 def libc() -> C.CDLL:
-    """Return the C library."""
+    """Return the C library of this process."""
     return C.CDLL(None, use_errno=True)
 
 
 def call(name: str, *arguments: object) -> int:
-    """Call a function of the C library that returns a negative number if it fails.
+    """Call a function of the C library that returns a negative number on failure; return its result.
 
     Raises
     ------
@@ -49,21 +49,21 @@ def call(name: str, *arguments: object) -> int:
 
 
 def drop_capabilities() -> None:
-    """Empty all sets of capabilities of this thread.
+    """Remove all capabilities of this thread.
 
-    Programs that the thread starts cannot regain capabilities. The bounding set is empty or cannot be changed, and the
-    process has already renounced new privileges.
+    Programs that the thread starts cannot regain capabilities. The bounding set is emptied if the system permits this,
+    and the process has already given up the right to gain privileges.
 
     Raises
     ------
     OSError
-        The system refuses.
+        The system does not permit the removal.
     """
-    with suppress(OSError):  # EINVAL: the last one that this kernel knows is dropped; EPERM: no right to do so
+    with suppress(OSError):  # EINVAL: all capabilities of this kernel are removed; EPERM: no right to remove them
         for number in count():
             if call("prctl", _READ_BOUND, number, 0, 0, 0):
                 call("prctl", _DROP_BOUND, number, 0, 0, 0)
-    with suppress(OSError):  # Linux before 4.3 has no ambient ones
+    with suppress(OSError):  # Linux before 4.3 has no ambient capabilities
         call("prctl", _AMBIENT, _CLEAR, 0, 0, 0)
     call("capset", struct.pack("=Ii", _VERSION_3, 0), bytes(24))
 
@@ -71,12 +71,12 @@ def drop_capabilities() -> None:
 _GET_SECCOMP, _SET_SECCOMP, _FILTER = 21, 22, 2
 _X32 = 0x40000000
 _AUDIT = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
-# numbers on x86_64 and aarch64
+# numbers of system calls on x86_64 and aarch64
 _REFUSED = {
-    # a socket to a local service would undo all other limits; io_uring makes sockets without their call
+    # a socket to a local service would bypass all other limits; io_uring opens sockets without the system call `socket`
     "socket": (41, 198),
     "io_uring_setup": (425, 425),
-    # keys of the user, and memory and queues that other processes share
+    # access to keys of the user, and to memory and queues that other processes share
     "add_key": (248, 217),
     "request_key": (249, 218),
     "keyctl": (250, 219),
@@ -84,7 +84,7 @@ _REFUSED = {
     "semget": (64, 190),
     "msgget": (68, 186),
     "mq_open": (240, 180),
-    # memory, files and counters of another process
+    # access to memory, files and counters of another process
     "ptrace": (101, 117),
     "pidfd_getfd": (438, 438),
     "kcmp": (312, 272),
@@ -92,7 +92,7 @@ _REFUSED = {
     "process_mrelease": (448, 448),
     "perf_event_open": (298, 241),
 }
-# the process is their first argument; 0 is the caller
+# the first argument of these calls is a process number; 0 is the calling process
 _OF_A_PROCESS = {
     "prlimit64": (302, 261),
     "sched_setparam": (142, 118),
@@ -104,9 +104,9 @@ _OF_A_PROCESS = {
     "process_vm_readv": (310, 270),
     "process_vm_writev": (311, 271),
 }
-# the process is their second argument, if the first one says so: not a group or a user
+# the second argument of these calls is a process, a group or a user, as stated by the first argument
 _OF_A_KIND = {"setpriority": (0, 141, 140), "ioprio_set": (1, 251, 30)}
-# for a Landlock that does not refuse them to processes outside
+# calls that send signals; needed for versions of Landlock that do not refuse signals to processes outside the box
 _SIGNALS = {
     "kill": (62, 129),
     "tkill": (200, 130),
@@ -115,29 +115,29 @@ _SIGNALS = {
     "rt_tgsigqueueinfo": (297, 240),
 }
 _PIDFD_SEND_SIGNAL, _FCNTL, _IOCTL_CALL = (424, 424), (72, 25), (16, 29)
-_OWNERS = (8, 15)  # F_SETOWN, F_SETOWN_EX: who gets the signals of a file
-# TIOCSTI and TIOCLINUX type on the terminal of the user; FIOSETOWN, SIOCSPGRP as F_SETOWN
+_OWNERS = (8, 15)  # F_SETOWN, F_SETOWN_EX: choose the process that gets the signals of a file
+# TIOCSTI and TIOCLINUX enter text in the terminal of the user; FIOSETOWN and SIOCSPGRP have the effect of F_SETOWN
 _CONTROLS = (0x5412, 0x541C, 0x8901, 0x8902)
 
 _LOAD, _JUMP, _EQUAL, _LEAST, _END = 0x20, 0x05, 0x15, 0x35, 0x06
 _ALLOW, _REFUSE, _KILL = 0x7FFF0000, 0x00050000 | 13, 0x80000000  # 13: EACCES
-_Line = tuple[int, int, int, int]  # of a filter: code, lines to skip if true, if false, value
+_Line = tuple[int, int, int, int]  # filter instruction: code, instructions to skip if true, to skip if false, value
 
 
 def can_refuse() -> bool:
-    """Return whether the running system has filters for system calls."""
+    """Return whether the running system supports filters of system calls."""
     if sys.platform != "linux" or platform.machine() not in _AUDIT or sys.maxsize < 2**32:
         return False
     return int(libc().prctl(_GET_SECCOMP, 0, 0, 0, 0)) >= 0
 
 
 def refuse_calls(signals: bool) -> None:
-    """Refuse system calls that reach services and other processes of the user.
+    """Install a filter that refuses system calls to services and other processes of the user.
 
-    A process may act on itself. A filter sees only process numbers, so it treats a thread as another process. A program
-    of another architecture has other call numbers, so the filter kills this program. With `signals`, signals to all
-    other processes are refused, also to processes that this process starts. Raises OSError if the system refuses the
-    filter.
+    Calls that act on the calling process itself are permitted. A filter knows only process numbers, so it treats
+    another thread as another process. A program for another processor architecture uses other call numbers, so the
+    filter kills this program. With `signals`, the filter also refuses signals to all other processes, including
+    processes that this process starts. Raises OSError if the system refuses the filter.
     """
     machine = list(_AUDIT).index(platform.machine())
     me = os.getpid()
@@ -150,10 +150,10 @@ def refuse_calls(signals: bool) -> None:
         rules += [_rule(numbers[machine], _among(0, me)) for numbers in _SIGNALS.values()]
         rules += [_rule(_PIDFD_SEND_SIGNAL[machine]), _rule(_FCNTL[machine], _not_among(1, *_OWNERS))]
     program = [
-        (_LOAD, 0, 0, 4),  # the architecture of the caller
+        (_LOAD, 0, 0, 4),  # load the architecture of the calling program
         (_EQUAL, 1, 0, _AUDIT[platform.machine()]),
         (_END, 0, 0, _KILL),
-        (_LOAD, 0, 0, 0),  # the number of the call
+        (_LOAD, 0, 0, 0),  # load the number of the system call
         (_LEAST, 0, 1, _X32),
         (_END, 0, 0, _REFUSE),
         *[line for rule in rules for line in rule],
@@ -165,7 +165,10 @@ def refuse_calls(signals: bool) -> None:
 
 
 def _rule(number: int, *tests: list[_Line]) -> list[_Line]:
-    """Return the filter lines of a call; the call is refused unless there are tests and it passes all of them."""
+    """Return the filter instructions for a system call.
+
+    A call without tests is always refused. A call with tests is permitted only if it passes all tests.
+    """
     lines = [line for test in tests for line in test]
     lines.append((_END, 0, 0, _ALLOW if tests else _REFUSE))
     return [(_EQUAL, 0, len(lines), number), *lines]
@@ -180,12 +183,15 @@ def _not_among(argument: int, *values: int) -> list[_Line]:
 
 
 def _compared(argument: int, values: tuple[int, ...]) -> list[_Line]:
-    """Return lines that skip one more line if the lower half of an argument has a value; the upper half is ignored."""
+    """Return instructions that skip one instruction if the lower 32 bits of an argument equal one of the values.
+
+    The upper 32 bits are ignored.
+    """
     lines = [(_EQUAL, len(values) - k, 0, value) for k, value in enumerate(values)]
     return [(_LOAD, 0, 0, 16 + 8 * argument), *lines]
 
 
-# others may be keys and passwords; SECURITY.md has the same list
+# environment variables for foreign code; others may contain keys and passwords; SECURITY.md has the same list
 _KNOWN = re.compile(
     r"""
       PATH | HOME | USER | LOGNAME | SHELL | TZ | TMPDIR | TMP | TEMP
@@ -203,21 +209,21 @@ _KNOWN = re.compile(
 
 
 def known(variables: Mapping[str, str]) -> dict[str, str]:
-    """Return the variables that foreign code may see."""
+    """Return the environment variables that foreign code may read."""
     return {name: value for name, value in variables.items() if _KNOWN.fullmatch(name)}
 
 
-_CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446  # on every architecture
+_CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446  # numbers of system calls, equal on all architectures
 _EXECUTE, _WRITE_FILE, _READ_FILE, _READ_DIR, _TRUNCATE, _IOCTL = 1, 1 << 1, 1 << 2, 1 << 3, 1 << 14, 1 << 15
 _READ = _EXECUTE | _READ_FILE | _READ_DIR
 _OF_A_FILE = _EXECUTE | _WRITE_FILE | _READ_FILE | _TRUNCATE | _IOCTL
-_RIGHTS = {1: (1 << 13) - 1, 2: (1 << 14) - 1, 3: (1 << 15) - 1, 5: (1 << 16) - 1}  # by version of Landlock
-_TCP = 3  # bind, connect; from version 4
-_SCOPES, _SCOPED = 3, 6  # abstract sockets, signals to other processes; from this version
+_RIGHTS = {1: (1 << 13) - 1, 2: (1 << 14) - 1, 3: (1 << 15) - 1, 5: (1 << 16) - 1}  # file rights of a version
+_TCP = 3  # rights to bind and to connect, from version 4
+_SCOPES, _SCOPED = 3, 6  # scopes for abstract sockets and for signals to other processes, from version 6
 _NO_NEW_PRIVILEGES = 38
-CANNOT = 125  # status of a process that could not be confined
+CANNOT = 125  # exit status of a process that could not be confined
 
-# programs, libraries and their settings; neither homes nor /tmp, /var, /srv, /mnt and the like
+# folders of programs, libraries and their settings; no home folders, and not /tmp, /var, /srv, /mnt
 _SYSTEM = ("/usr", "/lib", "/lib32", "/lib64", "/bin", "/sbin", "/etc", "/opt", "/nix", "/gnu", "/proc", "/sys")
 _DEVICES = ("/dev/null", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom")
 _TEMPORARY = ("TMPDIR", "TMP", "TEMP")
@@ -225,12 +231,12 @@ _TEMPORARY = ("TMPDIR", "TMP", "TEMP")
 
 @dataclass(frozen=True)
 class Box:
-    """Resources of confined code besides system folders and Python.
+    """Files and folders that confined code may use in addition to system folders and Python.
 
     Parameters
     ----------
     folder : str
-        Own folder of the code, as an absolute path. The code may write only into this folder.
+        Absolute path of the only folder into which the code may write.
     read : tuple of str
         Further files and folders that the code may read.
     """
@@ -240,7 +246,7 @@ class Box:
 
     @classmethod
     def of(cls, folder: str | os.PathLike[str], *read: str | os.PathLike[str]) -> Box:
-        """Return a box in which this Python can run."""
+        """Return a box that also gives access to the files of this Python installation."""
         python = [sys.prefix, sys.base_prefix, sys.exec_prefix, os.path.realpath(sys.executable), *_packages()]
         libraries = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
         paths = dict.fromkeys(os.path.abspath(p) for p in (*python, *libraries, *read) if p)
@@ -254,29 +260,29 @@ def _packages() -> list[str]:
 
 
 def _landlock() -> int:
-    """Return the version of Landlock of the running kernel; 0 without Landlock."""
+    """Return the version of Landlock in the running kernel; 0 without Landlock."""
     if sys.platform != "linux":
         return 0
     return max(0, int(libc().syscall(_CREATE_RULESET, None, C.c_size_t(0), C.c_uint32(1))))
 
 
 def unconfined() -> str:
-    """Return the protections that this system lacks; an empty string if it lacks none."""
+    """Return what unconfined code may do on this system, as a text; empty if the system offers all protections."""
     version = _landlock()
     may = ["truncate your files" if version else "read and write your files"] if version < 3 else []
     return " and ".join(may if can_refuse() else [*may, "use the network", "act on your other processes"])
 
 
 def confine(box: Box) -> None:
-    """Confine this single-threaded process as far as the system can.
+    """Confine this single-threaded process to a box, as far as the system supports it.
 
-    The own folder of the process becomes its current and its temporary folder. The process loses capabilities and
-    unknown environment variables.
+    The folder of the box becomes the current folder and the folder of temporary files. The process loses its
+    capabilities, and all environment variables that `known` does not return.
 
     Raises
     ------
     OSError
-        The system supports confinement but refuses it.
+        The system supports confinement, but the confinement fails.
     """
     os.chdir(box.folder)
     variables = known(os.environ)

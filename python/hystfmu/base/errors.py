@@ -1,4 +1,4 @@
-"""Exception for wrong user input. Its message is one line with the remedy, such as a similar name or an extra."""
+"""Exceptions for invalid user input. A message is one line that also states the remedy, e.g. a similar name."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from hystfmu.base.printable import printable
 class InputError(ValueError):
     """Invalid user input.
 
-    The message is one line: file with line or key, subject, rule, value. Example: "The 'rho' parameter of sliding_mode
-    must be a float in [0, inf). Got -1 instead." The command line prints it and exits with status 2.
+    The message is one line. It states the file with the line or key, the subject, the rule and the value. Example: "The
+    'rho' parameter of sliding_mode must be a float in [0, inf). Got -1 instead." A command prints the message and exits
+    with status 2.
 
     Examples
     --------
@@ -28,8 +29,10 @@ class InputError(ValueError):
     """
 
     def __str__(self) -> str:
-        """Return the line with control characters escaped, so that names and values of a file cannot control the
-        terminal."""
+        """Return the message with escaped control characters.
+
+        So names and values from a file cannot control the terminal.
+        """
         return printable(" ".join(super().__str__().split()))
 
 
@@ -49,19 +52,20 @@ EXTRAS = {
 
 
 class MissingExtra(InputError):
-    """An optional package is not installed; the message names the command that installs this package."""
+    """An optional package is not installed. The message states the command that installs this package."""
 
 
 @contextmanager
 def extras(what: str, extra: str = "") -> Iterator[None]:
-    """Import optional packages inside this context.
+    """Raise `MissingExtra` if an import of an optional package fails inside this context.
 
     Parameters
     ----------
     what : str
         Name of the feature that needs the packages, for the message.
     extra : str
-        Extra to name if several extras install the package; default: the extra in `EXTRAS`.
+        Name of the pip extra for the message, if several extras install the package. By default, the message names the
+        extra in `EXTRAS`.
 
     Raises
     ------
@@ -79,11 +83,11 @@ def extras(what: str, extra: str = "") -> Iterator[None]:
         ) from None
 
 
-_MOST_ENTRIES = 1000  # of a folder, where a name is looked for
+_MOST_ENTRIES = 1000  # maximum number of folder entries among which a similar name is searched
 
 
 def meant(word: str, known: Iterable[str]) -> str:
-    """Return ``" Did you mean 'x'?"`` with one or two names similar to `word`; "" without a similar name."""
+    """Return ``" Did you mean 'x'?"`` with one or two known names similar to `word`, or "" if no name is similar."""
     names = list(known)
     begins = {n[: len(word) + 1]: n for n in reversed(names)} if len(word) > 2 else {}
     near = difflib.get_close_matches(word, names, 2) or [n for n in names if word and n.startswith(word)][:2]
@@ -92,12 +96,12 @@ def meant(word: str, known: Iterable[str]) -> str:
 
 
 def meant_file(path: str | Path) -> str:
-    """Return ``" Did you mean 'x'?"`` for a missing path, from the entries of its last existing folder."""
+    """Return ``" Did you mean 'x'?"`` for a missing path, or "". Names come from its last existing folder."""
     missing = Path(path)
     while not missing.parent.exists():
         missing = missing.parent
     try:
         entries = sorted(os.listdir(missing.parent))[:_MOST_ENTRIES]
-    except OSError:  # a file, or a folder that may not be read
+    except OSError:  # it is a file, or a folder without read permission
         return ""
     return meant(missing.name, entries)

@@ -1,7 +1,8 @@
-"""Untrusted input files have size limits and one-line errors. Writes are atomic and replace only regular files.
+"""Read untrusted input files with size limits and one-line errors; write files atomically.
 
-A command may replace the files that it wrote, and with --force all files. Writing the same content again is always
-allowed. From Python, `save` and `export` always replace a file.
+Only regular files are replaced. A command may replace files that it wrote itself; with the option --force it may
+replace all files. Writing the same content again is always allowed. In Python, the functions `save` and `export` always
+replace an existing file.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ import tomli_w
 from hystfmu.base.errors import InputError, meant, meant_file
 from hystfmu.base.printable import printable, unprintable
 
-if TYPE_CHECKING:  # `hystfmu --help` does without
+if TYPE_CHECKING:  # not imported at run time, so that `hystfmu --help` starts fast
     import pydantic
 
 _CHUNK = 2**20
@@ -34,12 +35,12 @@ class _Rule:
     """Files that the running command may replace."""
 
     force: bool
-    own: set[Path] = field(default_factory=set)  # files, and folders with all that is in them
+    own: set[Path] = field(default_factory=set)  # files, and folders with all files in them
 
 
 @dataclass(frozen=True)
 class _New:
-    """A written file that does not have its final name yet."""
+    """A completely written file that still has a temporary name."""
 
     file: Path
     target: Path
@@ -53,7 +54,7 @@ _WAITING: ContextVar[list[_New] | None] = ContextVar("waiting", default=None)
 
 @contextmanager
 def keeping(force: bool) -> Iterator[None]:
-    """Refuse to replace files with different content in this context, unless `force`."""
+    """Refuse in this context to replace a file by different content; with `force`, permit it."""
     before = _RULE.set(_Rule(force))
     try:
         yield
@@ -62,22 +63,22 @@ def keeping(force: bool) -> Iterator[None]:
 
 
 def own(*paths: str | Path) -> None:
-    """Allow replacement of these files, and of all files in these folders.
+    """Permit the command to replace these files, and all files in these folders.
 
-    The command wrote these files, or must change them.
+    The command wrote these files in an earlier run, or its task is to change them.
     """
     if rule := _RULE.get():
         rule.own.update(_real(p) for p in paths)
 
 
 def may_replace(path: str | Path) -> bool:
-    """Return whether the file at `path` may be replaced by any content."""
+    """Return whether the command may replace the file at `path` by different content."""
     rule, real = _RULE.get(), _real(path)
     return rule is None or rule.force or not real.exists() or any(p in rule.own for p in (real, *real.parents))
 
 
 def refuse_existing(*paths: str | Path) -> None:
-    """Refuse existing files whose content differs in each run, before the command computes anything.
+    """Refuse existing files before the command computes anything, for files whose content differs in each run.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def refusal(path: str | Path) -> InputError:
 
 @contextmanager
 def together() -> Iterator[None]:
-    """Rename all files that are written in this context at its end; if the context fails, rename no file."""
+    """Give all files written in this context their final names at its end; after an exception, rename no file."""
     waiting: list[_New] = []
     before = _WAITING.set(waiting)
     try:
@@ -112,10 +113,12 @@ def together() -> Iterator[None]:
 
 
 def place(file: Path, target: Path, shown: str | Path, apart: re.Pattern[bytes] | None = None) -> None:
-    """Rename a written file to its final name, at once or at the end of `together`; remove an unchanged file.
+    """Rename a written file to its final name, immediately or at the end of the context `together`.
 
-    `file` and `target` are in the same folder; `shown` is the target as the user names it. Parts that match `apart`,
-    such as the run time of a fit, are ignored in a comparison of contents.
+    If the target already has the same content, the written file is removed.
+
+    `file` and `target` are in the same folder. `shown` is the path of the target in the form that the user gave. Text
+    that matches `apart`, such as the run time of a fit, is ignored when old and new content are compared.
 
     Raises
     ------
@@ -157,27 +160,27 @@ def _real(path: str | Path) -> Path:
 
 
 MOST_BYTES = 256 * 2**20
-_MOST_FAULTS = 20  # of a file, told in one line
-_LINE = re.compile(r"at line (\d+)")  # in a message of tomllib
-_WIDE = 120  # of a line: a table or an array of tables that fits stands on one
-_BARE = re.compile(r"[A-Za-z0-9_-]+\Z")  # a key without quotes
+_MOST_FAULTS = 20  # maximum number of errors of a file that one message lists
+_LINE = re.compile(r"at line (\d+)")  # position in an error message of tomllib
+_WIDE = 120  # columns; a table or an array of tables that fits is written in one line
+_BARE = re.compile(r"[A-Za-z0-9_-]+\Z")  # key that needs no quotes
 
 M = TypeVar("M", bound="pydantic.BaseModel")
 Key = tuple[str | int, ...]
 
 
 def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
-    """Read a file of at most `most` bytes.
+    """Return the content of a file of at most `most` bytes.
 
     Raises
     ------
     InputError
-        The file cannot be read, is no regular file or is too large.
+        The file cannot be read, is not a regular file, or is too large.
     """
     try:
         found = check_source(path)
         with open(path, "rb") as f:
-            content = b"" if found.st_size > most else f.read(most + 1)  # a file may grow, or state no size
+            content = b"" if found.st_size > most else f.read(most + 1)  # the file may grow, or its size may be 0
         if (size := max(found.st_size, len(content))) > most:
             raise InputError(f"{path}: The file must have at most {most} bytes. Got {size} instead.")
         return content
@@ -186,7 +189,7 @@ def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
 
 
 def check_source(path: str | Path) -> os.stat_result:
-    """Refuse a path that blocks or never ends, such as a pipe; return its status.
+    """Return the file status of a path; refuse a path whose reading may block or never end, such as a pipe.
 
     Raises
     ------
@@ -206,16 +209,17 @@ def check_source(path: str | Path) -> os.stat_result:
 
 @contextmanager
 def written(path: str | Path, apart: re.Pattern[bytes] | None = None) -> Iterator[IO[bytes]]:
-    """Open a file for an atomic write: write a temporary file in the same folder, then rename it.
+    """Open a file for an atomic write.
 
-    If the path is a link, the target of the link is written. An existing file keeps its mode; a new file follows the
-    umask. `apart` as in `place`.
+    The content is written to a temporary file in the same folder. At the end of the context, this file is renamed. If
+    the path is a link, the target of the link is written. An existing file keeps its permissions; a new file gets the
+    permissions of the umask. `place` explains the argument `apart`.
 
     Raises
     ------
     InputError
-        The file cannot be written, or is read-only, a device, a pipe or a socket. In a command also: the file
-        exists with other content.
+        The file cannot be written, or it is read-only, a device, a pipe or a socket. In a command, the error also means
+        that the file exists with different content.
     """
     target = Path(os.path.realpath(path))
     try:
@@ -237,9 +241,9 @@ def written(path: str | Path, apart: re.Pattern[bytes] | None = None) -> Iterato
 
 
 def check_target(path: str | Path, folder: bool = False) -> int | None:
-    """Check that a path can be written as a regular file, with `folder` also that its folder exists.
+    """Check that a path can be written as a regular file; return the permissions of the existing file, or None.
 
-    Returns the mode of the existing file, if any. Raises InputError with the reason in one line.
+    With `folder`, the folder that contains the path must exist. Raises InputError with the reason in one line.
     """
     try:
         found = Path(path).stat()
@@ -251,16 +255,16 @@ def check_target(path: str | Path, folder: bool = False) -> int | None:
     except OSError as e:
         raise InputError(f"{path}: cannot be written: {e.strerror or e}") from None
     if stat.S_ISDIR(found.st_mode):
-        return None  # the system refuses it, or a command writes into it
+        return None  # the write itself reports the error, or a command writes into the device
     if not stat.S_ISREG(found.st_mode):
         raise InputError(f"{path}: cannot be written: it is a device, pipe or socket")
-    if not found.st_mode & 0o222 or not os.access(path, os.W_OK):  # access alone admits root
+    if not found.st_mode & 0o222 or not os.access(path, os.W_OK):  # for root, os.access alone is always true
         raise InputError(f"{path}: cannot be written: it is read-only")
     return stat.S_IMODE(found.st_mode)
 
 
 def write_bytes(path: str | Path, content: bytes, apart: re.Pattern[bytes] | None = None) -> None:
-    """Write a file atomically; `apart` as in `written`."""
+    """Write a file atomically; `written` explains the argument `apart`."""
     with written(path, apart) as f:
         f.write(content)
 
@@ -276,24 +280,24 @@ def read_toml(path: str | Path, kind: type[M], most: int = MOST_BYTES) -> M:
     Raises
     ------
     InputError
-        One line with the file, the key, the rule and the value. It states all errors.
+        The file is invalid. The message is one line; it states the file, the key, the rule and the value of all errors.
     """
     return check(load_toml(path, most), kind, path)
 
 
 def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
-    """Read the tables of a TOML file without validation.
+    """Return the tables of a TOML file without validation of the keys.
 
     Raises
     ------
     InputError
         The file cannot be read, is too large, is not TOML, or contains unprintable characters. The message is one line
-        with the file.
+        that names the file.
     """
     content = read_bytes(path, most)  # outside `try`: an InputError is a ValueError, but not a syntax error
     try:
-        table = tomllib.loads(content.decode("utf-8-sig"))  # editors of Windows put a byte order mark before the text
-    except ValueError as e:  # syntax, encoding, an integer of thousands of digits
+        table = tomllib.loads(content.decode("utf-8-sig"))  # editors of Windows write a byte order mark before the text
+    except ValueError as e:  # wrong syntax or encoding, or an integer with thousands of digits
         text = " ".join(str(e).split())
         line = _LINE.search(text)
         place = f"{path}: line {line[1]}" if line else f"{path}"
@@ -306,7 +310,7 @@ def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
 
 
 def _check_printable(table: dict[str, Any], path: str | Path) -> None:
-    """Refuse keys and texts with characters that XML does not allow, or that would control a terminal or hide text."""
+    """Refuse keys and texts with characters that XML does not permit, that control a terminal, or that hide text."""
     left: list[tuple[str, Any]] = [("", table)]
     while left:
         place, value = left.pop()
@@ -328,10 +332,10 @@ def _check_printable(table: dict[str, Any], path: str | Path) -> None:
 
 
 def check_format(data: dict[str, Any], present: int, path: str | Path, required: bool = False) -> None:
-    """Refuse a file whose format is not `present`, before its keys are checked.
+    """Refuse a file whose format number is not `present`, before its keys are checked.
 
-    With `required`, a file without the key belongs to an older version. The InputError names the file, its format and
-    the remedy: an upgrade, or a new file.
+    With `required`, the key `format` must exist; a file without this key is refused as one of an older version. The
+    InputError states the file, its format and the remedy: an upgrade, or a new file.
     """
     found = data.get("format", None if required else present)
     if found is None or (isinstance(found, int) and found != present):
@@ -344,12 +348,14 @@ def check_format(data: dict[str, Any], present: int, path: str | Path, required:
 
 
 def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key], Path]) -> M:
-    """Validate a dictionary against the pydantic model `kind`; a callable path returns the file that states a key.
+    """Validate the tables of a file against the pydantic model `kind`; return an object of this model.
+
+    `path` is the file, or a function that returns, for a key, the file that contains this key.
 
     Raises
     ------
     InputError
-        One line as from `read_toml`: the file, the key, the rule and the value.
+        The data are invalid; the message has the form of `read_toml`.
     """
     import pydantic
 
@@ -360,7 +366,7 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key]
 
 
 def _faults(e: pydantic.ValidationError, kind: type[M], path: str | Path | Callable[[Key], Path]) -> str:
-    """Return all faults in one line (file, key, rule, value), unknown keys before missing keys."""
+    """Return all errors of a validation as one line with file, key, rule and value; unknown keys come first."""
     errors = sorted(e.errors(include_url=False), key=lambda error: error["type"] != "extra_forbidden")
     lacking = {error["loc"] for error in errors if error["type"] == "missing"}
     parts: list[str] = []
@@ -387,12 +393,14 @@ def _faults(e: pydantic.ValidationError, kind: type[M], path: str | Path | Calla
 def write_toml(
     path: str | Path, data: dict[str, Any], heading: str = "", apart: re.Pattern[bytes] | None = None
 ) -> None:
-    """Write a dictionary as TOML, atomically; reading returns the same floats; `apart` as in `written`.
+    """Write a dictionary as a TOML file atomically. Floats that are read from the file are bit-identical.
+
+    The text `heading` precedes the tables as a comment; `written` explains the argument `apart`.
 
     Raises
     ------
     InputError
-        The file cannot be written, or `load_toml` would refuse a key or a text.
+        The file cannot be written, or it contains a key or a text that `load_toml` refuses.
     """
     _check_printable(data, path)
     lines = [*(f"# {line}" for line in heading.splitlines()), *_toml(data)]
@@ -400,10 +408,10 @@ def write_toml(
 
 
 def _toml(table: dict[str, Any], place: str = "") -> Iterator[str]:
-    """Yield the lines of a table. Values, arrays and short tables take one line each; a long table takes its own part.
+    """Yield the lines of a table. A value, an array or a short table has one line; a long table has its own section.
 
-    Trap: a value behind ``[place.key]`` would belong to that table. So values come first, and a table behind a long one
-    is a long one too: the tables keep their order.
+    Trap: a value after the header ``[place.key]`` would belong to that section. So values come before all sections, and
+    a short table that follows a long table also becomes a section. In this way the tables keep their order.
     """
     parts: list[tuple[str, Any]] = []
     for key, value in table.items():
@@ -422,13 +430,13 @@ def _toml(table: dict[str, Any], place: str = "") -> Iterator[str]:
     for name, value in parts:
         for part in [value] if isinstance(value, dict) else value:
             lines = [*_toml(part, f"{name}.")]
-            if not isinstance(value, dict) or not lines or lines[0]:  # a table of tables alone needs no header
+            if not isinstance(value, dict) or not lines or lines[0]:  # a table of tables only needs no header
                 yield from ("", f"[{name}]" if isinstance(value, dict) else f"[[{name}]]")
             yield from lines
 
 
 def _packed(items: list[Any]) -> Iterator[str]:
-    """Yield lines with as many items of an array as fit."""
+    """Yield the lines of an array; each line contains as many items as fit."""
     line = ""
     for text in (f"{_inline(v)}," for v in items):
         if line and len(line) + 1 + len(text) > _WIDE:

@@ -1,7 +1,7 @@
-"""Printable text for terminals, XML files and pages: other characters become visible escapes.
+"""Printable text for terminals, XML files and pages. Visible escapes replace unprintable characters.
 
-Control characters, also U+0080 to U+009F, control a terminal. Bidirectional overrides display a name as a different
-name. XML 1.0 allows few control characters, and UTF-8 allows no surrogates.
+Control characters, including U+0080 to U+009F, can control a terminal. Bidirectional overrides can display a name as a
+different name. XML 1.0 permits only few control characters, and UTF-8 permits no surrogates.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import re
 import unicodedata
 from functools import cache
 
-_JOINERS = "\u200c\u200d"  # scripts and pictures need them; they move nothing
+_JOINERS = "\u200c\u200d"  # printable: some scripts and emoji need them, and they do not change the order of text
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -22,7 +22,7 @@ def printable(text: str, lines: bool = False) -> str:
     ----------
     text : str
     lines : bool
-        Whether line ends are kept, for texts of several lines.
+        Whether line ends stay unchanged, for texts of several lines.
     """
     if text.isascii() and text.isprintable():
         return text
@@ -30,17 +30,17 @@ def printable(text: str, lines: bool = False) -> str:
 
 
 def unprintable(text: str) -> bool:
-    """Return whether a text has a character that `printable` would replace, except line ends and tabs."""
+    """Return whether a text contains a character, except line ends and tabs, that `printable` replaces."""
     return not text.isprintable() and any(not _is_printable(c) and c not in "\n\t" for c in text)
 
 
 def escape(text: str, quote: bool = True) -> str:
-    """Return text as a part of HTML, printable and without markup; line ends are kept."""
+    """Return printable text for HTML, in which markup characters are escaped; line ends stay unchanged."""
     return html.escape(printable(text, lines=True), quote)
 
 
 def xml_text(text: str) -> str:
-    """Return text that is valid in XML 1.0; valid names do not change, so that other tools find them."""
+    """Return text that is valid in XML 1.0. Valid text stays unchanged, so that other tools find the same names."""
     return _NO_XML.sub(lambda m: _escaped(m[0]), text)
 
 

@@ -1,8 +1,8 @@
-"""Finished steps of a long command: a repeated call resumes after an interrupt.
+"""Log of the finished steps of a long command, so that a repeated command resumes after an interruption.
 
-A hash of its inputs, its options and this package identifies a step. Hashes of their content identify the files of a
-step. The record of finished steps is a file in the output folder of the command. If a hash differs or the record is
-damaged, the step runs again.
+A step is identified by a hash of its inputs, its options and the files of this package. The output files of a step are
+identified by hashes of their content. The log is a file in the output folder of the command. If a hash differs, or if
+the log is damaged, the step runs again.
 """
 
 from __future__ import annotations
@@ -21,11 +21,14 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import may_replace, own, read_bytes, refuse_existing, write_text
 
 RECORD = "steps.json"
-_FOLDER = "folder"  # in the record, beside the steps
+_FOLDER = "folder"  # key of the log for the whole folder, in addition to one key per step
 
 
 class Steps:
-    """The finished steps in a folder that need not exist yet; `kept` names those whose earlier results were used."""
+    """The finished steps of a command, with their results in a folder that need not exist yet.
+
+    `kept` contains the names of the steps that did not run again because their earlier results are valid.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._folder, self._known = folder, _read(folder / RECORD)
@@ -33,46 +36,47 @@ class Steps:
         self.kept: list[str] = []
 
     def claim(self, *of: Any, removed: Sequence[Path] = ()) -> None:
-        """Reserve the folder for results of these inputs, values of JSON.
+        """Reserve the folder for the results of inputs, which the values `of` identify. JSON must support these values.
 
-        The command may then replace its earlier results of the same inputs. The files and folders `removed` are removed
-        before the command writes them again.
+        Afterwards, the command may replace its earlier results of the same inputs. The files and folders `removed` are
+        removed before the command writes them again.
 
         Raises
         ------
         InputError
-            In a command without --force, the folder contains results of other inputs, a file of the folder was
-            changed, or a file that the command did not write would be removed.
+            The command has no option --force, and one of these is true: the folder contains results of other inputs, a
+            result in the folder was changed, or the command would remove a file that it did not write.
         """
         record, known = self._folder / RECORD, self._known.get(_FOLDER)
         key = hashlib.sha256(json.dumps(of).encode()).hexdigest()
         mine = isinstance(known, dict) and known.get("of") == key
         if not mine and not may_replace(record):
             raise InputError(
-                f"{self._folder}: holds what was made of another record or by other options. Name another folder, or "
-                "replace it with --force."
+                f"{self._folder}: The folder contains results of another record or of other options. Name another "
+                "folder, or replace the results with --force."
             )
         made = known.get("made") if mine and isinstance(known, dict) else {}
         if isinstance(made, dict):
             own(record, *(f for f, at in ((self._folder / n, v) for n, v in made.items()) if _hashes([f]) == [at]))
             refuse_existing(*(self._folder / n for n in made), *_files(removed))
-        else:  # interrupted: it did not come to `made`
+        else:  # an interrupted command did not call `made`
             own(self._folder)
         self._known[_FOLDER] = {"of": key}
-        if record.exists():  # else the first step writes it: a command that ends before has made nothing
+        if record.exists():  # otherwise the first finished step writes the log
             write_text(record, json.dumps(self._known, indent=1))
 
     def made(self, paths: Sequence[Path]) -> None:
-        """Record that these files, and all files in these folders, are results of the inputs of `claim`."""
+        """Write to the log that these files, and all files in these folders, are results of the inputs of `claim`."""
         names = [file.relative_to(self._folder).as_posix() for file in _files(paths)]
         self._known[_FOLDER]["made"] = dict(zip(names, _hashes(_files(paths)), strict=True))
         write_text(self._folder / RECORD, json.dumps(self._known, indent=1))
 
     def run(self, name: str, inputs: Sequence[Any], files: Sequence[Path], make: Callable[[], Any]) -> Any:
-        """Return the value of a step; run the step unless it is finished and its files are unchanged.
+        """Return the value of a step. Run the step only if it is not finished or if its files were changed.
 
-        Its name is unique in the folder. `inputs` are all its inputs, as values of JSON; it writes the `files`. `make`
-        runs it, and JSON must reproduce its value exactly. Steps may run in several threads.
+        The name is unique in the folder. The values `inputs` identify all inputs of the step. The step writes `files`.
+        The function `make` runs the step and returns its value. JSON must reproduce inputs and value exactly. Several
+        threads may call this method.
         """
         key = hashlib.sha256(json.dumps([_package(), name, list(inputs)]).encode()).hexdigest()
         known = self._known.get(name)
@@ -95,7 +99,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _files(paths: Sequence[Path]) -> list[Path]:
-    """Return the files among the paths, and all files in the folders among the paths."""
+    """Return those paths that are files, and all files in those paths that are folders."""
     inside = (sorted(p.rglob("*")) if p.is_dir() else [p] for p in paths)
     return [file for files in inside for file in files if file.is_file()]
 
@@ -106,9 +110,9 @@ def _hashes(files: Sequence[Path]) -> list[str]:
 
 @cache
 def _package() -> str:
-    """Return a hash of names, sizes and times of the files of the package.
+    """Return a hash of the names, sizes and modification times of all files of this package.
 
-    The version alone is not sufficient, because files may be edited.
+    The version number is not sufficient, because a developer may edit the files.
     """
     found = hashlib.sha256()
     for at, folders, names in os.walk(PACKAGE):

@@ -1,10 +1,10 @@
-"""Supervise a process with foreign native code on Linux: when the process ends, its child processes end, too.
+"""Supervise a process that runs foreign native code on Linux. When the process ends, all its descendants are ended.
 
-The supervisor is a sub-reaper: orphaned processes become its children, even if they made their own session or process
-group. So no process escapes. The supervisor ends with the same status or signal as the process. After a SIGTERM, or
-when its own parent has ended, the supervisor ends the process.
+The supervisor is a sub-reaper: orphaned processes become its children, even if they created their own session or
+process group. So it can end every descendant. The supervisor exits with the same status or signal as the process. After
+a SIGTERM, or after the end of its own parent, the supervisor ends the process.
 
-This module imports only the standard library, because it is a separate process that must start fast.
+This module imports only the standard library, because the supervisor is a separate process that must start fast.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from typing import NoReturn
 
 from hystfmu.base.confine import CANNOT, Box, confine
 
-_PARENT_DEATH, _SUB_REAPER = 1, 36  # of prctl(2)
-_PAUSE = 2e-3  # s: between two looks for processes that are still there
+_PARENT_DEATH, _SUB_REAPER = 1, 36  # options of prctl(2)
+_PAUSE = 2e-3  # s: time between two searches for remaining processes
 
 
 def supervise(parent: int) -> None:
-    """Fork. The function returns in the child; this process supervises the child and never returns.
+    """Fork this process. The function returns only in the child; the parent becomes the supervisor of the child.
 
     Parameters
     ----------
     parent : int
-        Process whose end ends all other processes.
+        Process number of the parent of the supervisor. When this process ends, the supervisor ends all descendants.
     """
     prctl = C.CDLL(None).prctl
     awaited = {signal.SIGTERM, signal.SIGCHLD}
@@ -54,7 +54,7 @@ def supervise(parent: int) -> None:
 
 
 def _watch(child: int, awaited: set[signal.Signals]) -> NoReturn:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles the interrupt
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent of the supervisor handles the interrupt
     status = None
     while status is None and signal.sigwait(awaited) != signal.SIGTERM:
         status = _reap().get(child)
@@ -83,7 +83,7 @@ def _reap() -> dict[int, int]:
 
 
 def _end_descendants() -> None:
-    os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)  # none left: ChildProcessError, without a search
+    os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)  # raises ChildProcessError if there is no child
     children = defaultdict(list)
     for name in filter(str.isdigit, os.listdir("/proc")):
         with suppress(OSError), open(f"/proc/{name}/stat", "rb") as f:
@@ -93,14 +93,17 @@ def _end_descendants() -> None:
         below = children[rest.pop()]
         found += below
         rest += below
-    for number in (signal.SIGSTOP, signal.SIGKILL):  # what is stopped starts no other
+    for number in (signal.SIGSTOP, signal.SIGKILL):  # a stopped process cannot start another process
         for pid in found:
             with suppress(OSError):
                 os.kill(pid, number)
 
 
 def main() -> None:
-    """Run ``python -m hystfmu.base.supervisor PARENT BOX ARGUMENTS``: Python in a box; null means no box."""
+    """Run ``python -m hystfmu.base.supervisor PARENT BOX ARGUMENTS``.
+
+    The command starts Python with ARGUMENTS, confined to BOX, a table of JSON. BOX is null for no confinement.
+    """
     parent, box, arguments = int(sys.argv[1]), json.loads(sys.argv[2]), sys.argv[3:]
     supervise(parent)
     if box is not None:
@@ -110,7 +113,7 @@ def main() -> None:
             _refuse(f"this process cannot be confined: {e}")
     try:
         os.execv(sys.executable, [sys.executable, *arguments])
-    except OSError as e:  # root enters no folder of another user without its capabilities
+    except OSError as e:  # without capabilities, root cannot enter a folder of another user
         _refuse(f"this process cannot run {sys.executable}: {e.strerror}")
 
 

@@ -1,1 +1,1 @@
-"""Binding of the C core: library, block tables, the executor of a graph, its continuous-time form."""
+"""Binding of the C core: the library, its block tables, and executors of a graph in discrete and continuous time."""

@@ -1,6 +1,6 @@
-"""Executor of a graph in the C core: set, get, start, step, run, tangent, state; and a continuous-time form.
+"""Executors that run a graph in the C core: `Executor` in discrete time, `ContinuousExecutor` in continuous time.
 
-The continuous-time form is for a Model Exchange solver: evaluate, derivatives, commit, sample.
+The continuous-time executor has the functions that a solver of FMI Model Exchange needs.
 """
 
 from __future__ import annotations
@@ -22,11 +22,14 @@ def _message(error: RawError) -> str:
 
 
 SEED = np.dtype([("parameter", np.int64), ("column", np.int64), ("size", np.float64)])
-"""Value reference of a parameter, and its change per unit of a column: `hyst_seed` of sensitivity.h."""
+"""Value reference of a parameter, and derivative of this parameter with respect to the variable of a column.
+
+The structure is `hyst_seed` of sensitivity.h.
+"""
 
 
 class _Sensitivity(C.Structure):
-    """`hyst_sensitivity` of sensitivity.h."""
+    """The structure `hyst_sensitivity` of sensitivity.h."""
 
     _fields_ = [
         *((name, C.c_int64) for name in ("n_columns", "n_seeds", "n_picked")),
@@ -37,9 +40,9 @@ class _Sensitivity(C.Structure):
 
 
 class Executor:
-    """A graph of blocks in the C core, opened from the bytes of a block file (`Graph.to_bytes`).
+    """An instance of a graph of blocks in the C core, created from the bytes of a block file (`Graph.to_bytes`).
 
-    All memory belongs to this object; the core has no globals.
+    This object owns all memory of the instance; the core has no global variables.
 
     Raises
     ------
@@ -68,19 +71,19 @@ class Executor:
 
     @property
     def handle(self) -> C.c_void_p:
-        """Handle of the graph for the functions of the core."""
+        """Pointer to the instance, for calls of C functions."""
         return self._g
 
     def error(self) -> str:
-        """Return the message of the last error of the core."""
+        """Return the message of the last error in the C core."""
         return _message(self._lib.hyst_graph_error(self._g).contents)
 
     def get(self, reference: int) -> float:
-        """Return the value of a value reference."""
+        """Return the value of the variable with a value reference."""
         return float(self._lib.hyst_graph_value(self._g, reference)[0])
 
     def set(self, reference: int, value: float) -> None:
-        """Set a parameter or an input.
+        """Set the parameter or the input with a value reference.
 
         Raises
         ------
@@ -90,23 +93,29 @@ class Executor:
         self._check(self._lib.hyst_graph_set(self._g, reference, value))
 
     def defaults(self) -> None:
-        """Restore the parameters and inputs of the block file."""
+        """Set all parameters and inputs to the values in the block file."""
         self._lib.hyst_graph_defaults(self._g)
 
     def start(self, t: float) -> None:
-        """Initialise the states from the parameters at `t` (s), then evaluate the outputs for the present inputs."""
+        """Initialise the states at time `t` (s), then compute the outputs for the present inputs."""
         self._check(self._lib.hyst_graph_start(self._g, t))
 
     def step(self, t_end: float, dt: float) -> None:
-        """Step by `dt` to `t_end` (s) with the present inputs."""
+        """Compute one step of length `dt` (s) that ends at `t_end` (s), with the present inputs."""
         self._check(self._lib.hyst_graph_step(self._g, t_end, dt))
 
     def end_of_step(self, start: float, t: float, h: float) -> float:
-        """Return the end (s) of a step of `h` at `t`, without rounding errors of a clock that started at `start`."""
+        """Return the end time (s) of a step of length `h` that begins at `t`, without accumulated rounding errors.
+
+        `start` is the time of the first step (s).
+        """
         return float(self._lib.hyst_graph_end_of_step(self._g, start, t, h))
 
     def run(self, u: Array, n_outputs: int, h: float, t0: float = 0.0) -> Array:
-        """Run over input rows u (n, n_inputs), `h` (s) apart from `t0` (s), from a fresh start: (n, n_outputs)."""
+        """Return the outputs (n, n_outputs) for input rows u (n, n_inputs), from the initial state.
+
+        The rows have the step `h` (s) and begin at the time `t0` (s).
+        """
         u = np.ascontiguousarray(u, dtype=np.float64)
         y = np.empty((len(u), n_outputs))
         self._check(self._lib.hyst_graph_run(self._g, len(u), t0, h, u.ctypes.data, y.ctypes.data))
@@ -121,12 +130,15 @@ class Executor:
         rows: NDArray[np.intp] | None = None,
         step: float = 1e-6,
     ) -> tuple[Array, Array]:
-        """Run like `run`, and also compute derivatives of the outputs with respect to parameters and start states.
+        """Compute the outputs like `run`, and their derivatives with respect to parameters and initial states.
 
-        The `seeds` (m,), an array of `SEED`, are in the order of columns 0, 1, ..., and within a column in the order of
-        nodes. Columns are sorted by the first node that they change. Columns with several seeds for this node come
-        first. Returned are the rising `rows` (k,), by default all: y (k, n_outputs) and dy (k, n_outputs, columns).
-        `step` is the step of finite differences, relative to a column, for blocks without stated sensitivity.
+        One column of the derivatives belongs to one variable, which may change several parameters.
+
+        The array `seeds` (m,) of the type `SEED` contains the parameters that each column changes. It is sorted by
+        column, and within a column by node. The columns are sorted by the first node that they change; columns with
+        several seeds for this node come first. For blocks without a function `sensitivity`, derivatives are finite
+        differences with the change `step` of the column variable. Returns y (k, n_outputs) and dy (k, n_outputs,
+        columns) in the ascending `rows` (k,), or in all rows.
 
         Raises
         ------
@@ -147,9 +159,9 @@ class Executor:
         return y, dy
 
     def tangent_between(self, t: float, du: Array, n_outputs: int) -> Array:
-        """Tangent of the outputs at `t` (s) for input seeds `du` (n_inputs,), between two steps; shape (n_outputs,).
+        """Return the tangent of the outputs at time `t` (s), between two steps, in the direction `du` of the inputs.
 
-        No state changes.
+        `du` has the shape (n_inputs,), the result the shape (n_outputs,). The call changes no state.
         """
         n = self._lib.hyst_graph_n_continuous(self._g)
         seeds, dy, room = np.ascontiguousarray(du), np.empty(n_outputs), np.zeros(2 * n + len(self._state))
@@ -160,7 +172,7 @@ class Executor:
 
     @property
     def state(self) -> Array:
-        """Copy of all values that a run changes, shape (n,); assignment restores them."""
+        """Copy of the complete state, shape (n,). An assignment restores the state."""
         return self._state.copy()
 
     @state.setter
@@ -169,10 +181,10 @@ class Executor:
 
 
 class ContinuousExecutor(Executor):
-    """An `Executor` whose continuous states belong to the caller; see `fmu_build/core/graph/continuous.h`.
+    """An `Executor` whose continuous states are integrated by the caller; see `fmu_build/core/graph/continuous.h`.
 
-    Call `start` first. Then set inputs and `x`, call `evaluate`, and read outputs and `derivatives`; repeat this as
-    often as the solver needs. Call `commit` on each accepted step, and `sample` once per sample period.
+    Call `start` first. Then set the inputs and `x`, call `evaluate`, and get the outputs and `derivatives`. Repeat this
+    as often as the solver needs. Call `commit` after each accepted step, and `sample` once per sample period.
     """
 
     def __init__(self, file: bytes) -> None:
@@ -182,12 +194,12 @@ class ContinuousExecutor(Executor):
 
     @property
     def is_sampled(self) -> bool:
-        """True if the graph has a block that advances at sample times only."""
+        """True if the graph contains a block that changes its state only at sample times."""
         return bool(self._lib.hyst_graph_is_sampled(self._g))
 
     @property
     def x(self) -> Array:
-        """Copy of the continuous states, shape (n,); assignment sets them."""
+        """Copy of the continuous states, shape (n,). An assignment sets them."""
         return np.array([place[0] for place in self._places])
 
     @x.setter
@@ -196,20 +208,20 @@ class ContinuousExecutor(Executor):
             place[0] = v
 
     def evaluate(self, t: float) -> None:
-        """Evaluate the outputs at time `t` (s) for the present inputs and continuous states; memories do not change."""
+        """Compute the outputs at time `t` (s) for the present inputs and continuous states. No memory changes."""
         self._lib.hyst_graph_evaluate(self._g, t)
 
     def derivatives(self) -> Array:
-        """Return the derivatives of `x` (1/s), shape (n,), at the point of the last `evaluate`."""
+        """Return the time derivatives of `x`, shape (n,), at the point of the last call of `evaluate`."""
         dx = np.empty(len(self._places))
         self._lib.hyst_graph_derivatives(self._g, dx.ctypes.data)
         return dx
 
     def tangent(self, du: Array, dx: Array, n_outputs: int) -> tuple[Array, Array]:
-        """Tangent at the point of the last `evaluate`: exact, one-sided at kinks.
+        """Return the exact tangent at the point of the last call of `evaluate`; at a kink, the tangent is one-sided.
 
-        For seeds du (n_inputs,) of the inputs and dx (n,) of `x`, returns dy (n_outputs,) of the outputs and ddx (n,)
-        of the derivatives.
+        The direction is du (n_inputs,) for the inputs and dx (n,) for `x`. Returns the tangents dy (n_outputs,) of the
+        outputs and ddx (n,) of the time derivatives of `x`.
         """
         du, dx = np.ascontiguousarray(du, dtype=np.float64), np.ascontiguousarray(dx, dtype=np.float64)
         dy, ddx = np.empty(n_outputs), np.empty(len(self._places))
@@ -218,9 +230,9 @@ class ContinuousExecutor(Executor):
         return dy, ddx
 
     def commit(self, t: float) -> None:
-        """Evaluate at `t` (s) and update the hysteretic memories with their inputs."""
+        """Compute the outputs at time `t` (s), and update the hysteretic memories."""
         self._lib.hyst_graph_commit(self._g, t)
 
     def sample(self, t: float, dt: float) -> None:
-        """Evaluate at `t` (s), advance the sampled blocks by `dt` (s), then evaluate all outputs."""
+        """Compute the sampled blocks over one period `dt` (s) that ends at `t` (s), then compute all outputs."""
         self._check(self._lib.hyst_graph_sample(self._g, t, dt))

@@ -1,6 +1,6 @@
-"""Binding of the C core (ctypes): the shared library and its block tables.
+"""Binding of the shared library of the C core with ctypes, and access to its block tables.
 
-Names and defaults of blocks come from the X-macro tables in `fmu_build/core/blocks`.
+Names and default values of the blocks come from the X-macro tables in `fmu_build/core/blocks`.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from hystfmu.base import PACKAGE
 KINDS = ("param", "fixed", "derived", "input", "time", "output", "cstate", "state")
 RATES = ("function", "continuous", "hysteretic", "sampled")
 STEP = 1
-NO_LIMIT = 1e300  # parameters are finite, so this value means "no limit", as in limit.h
+NO_LIMIT = 1e300  # this value means "no limit", because parameters must be finite; as in limit.h
 
 _D = C.POINTER(C.c_double)
 _I = C.POINTER(C.c_int)
 
 
 def _fields(text: str) -> list[tuple[str, Any]]:
-    """Return the fields of a structure; each field is given by its name and the letter of its type."""
+    """Return the fields of a ctypes structure from a text such as "name:s kind:i"; a letter states the type."""
     kinds: dict[str, type] = {"s": C.c_char_p, "i": C.c_int, "h": C.c_ushort, "d": C.c_double, "p": C.c_void_p}
     return [(name, kinds[letter]) for name, _, letter in (word.partition(":") for word in text.split())]
 
 
 class RawVar(C.Structure):
-    """`hyst_var` of hyst.h."""
+    """The structure `hyst_var` of hyst.h."""
 
     _fields_ = _fields("name:s kind:i type:s start:d lo:d hi:d size:s unit:s text:s")
 
@@ -70,7 +70,7 @@ class _Block(C.Structure):
 
 
 class RawError(C.Structure):
-    """`hyst_error` of graph.h."""
+    """The structure `hyst_error` of graph.h."""
 
     _fields_ = [
         ("status", C.c_int),
@@ -84,26 +84,26 @@ class RawError(C.Structure):
 
 @dataclass(frozen=True)
 class Var:
-    """One row of a block's table.
+    """One variable of a block, that is, one row of the table in the C file.
 
     Attributes
     ----------
     name, text : str
-        Name and meaning.
+        Name and description.
     kind : str
         One of `KINDS`.
     size : str
-        Number of elements, as a C expression of the sizes of the block.
+        Number of elements, as a C expression in the names of the sizes of the block.
     type : str
-        ``real``, ``int``, ``bool``, or the words of an enumeration joined by ``|``.
+        ``real``, ``int``, ``bool``, or the values of an enumeration separated by ``|``.
     unit : str
         Unit of measure; "1" or empty if there is none.
     follows : str
-        Input with the same unit of measure in a graph that states units of measure; "" if there is none.
+        Name of an input that always has the same unit of measure as this variable; "" if there is none.
     start, lo, hi : float
-        Default and limits.
+        Default value, lower and upper limit.
     raw : RawVar
-        Row in the form of the core.
+        The row as a C structure.
     """
 
     name: str
@@ -120,20 +120,20 @@ class Var:
 
     @property
     def interval(self) -> str:
-        """Valid values in words, e.g. ``"a float in [0, inf)"``."""
+        """Description of the valid values, e.g. ``"a float in [0, inf)"``."""
         text = C.create_string_buffer(160)
         library().hyst_interval(C.byref(self.raw), text, len(text))
         return text.value.decode()
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """Words of an enumeration in the order of their values; empty for other types."""
+        """Names of the values of an enumeration, in ascending order of their numbers; empty for other types."""
         return tuple(self.type.split("|")) if "|" in self.type else ()
 
 
 @dataclass(frozen=True)
 class Dim:
-    """One size of a block: default and limits."""
+    """One size of a block, such as the number of plays, with its default value and limits."""
 
     name: str
     start: int
@@ -144,26 +144,29 @@ class Dim:
 
 @dataclass(frozen=True)
 class BlockType:
-    """A block with the description in its C file; `hyst_told` and `hyst_rate` in hyst.h define the fields.
+    """A type of block, with the description from its C file. `hyst_told` and `hyst_rate` in hyst.h define the fields.
 
     Attributes
     ----------
     family : str
-        Folder of its C file: operators, inverses, networks, dynamics, controllers, sources.
+        Folder of the C file: operators, inverses, networks, dynamics, controllers or sources.
     rate : str
-        Rate class in continuous time: function, continuous, hysteretic, sampled.
+        Behaviour of the block in continuous time: function, continuous, hysteretic or sampled.
     inverts, invert_condition : str or None
-        Block that this block inverts exactly (dead_zones and scaling invert themselves), and the condition.
+        Name of the block that this block inverts exactly, and the condition for it. The blocks `dead_zones` and
+        `scaling` are inverses of themselves.
     tolerance : str
-        Tolerance class of its numerical error: rounding, iteration, integration.
+        Main cause of the numerical error: rounding, iteration or integration.
     rule_error, rule_step : float
-        For the tolerance class integration: relative error bound; step (s) without visible error, or 0.
+        Bound of the relative integration error, and step (s) below which the error is not visible, or 0. Both are
+        stated only for the tolerance integration.
     smooth : float
         Distance from a point within which the tangent at this point is valid.
     trial : int
-        If `trial` is not 0, the graph searches the output so that input number `trial` (from 1) equals the first input.
+        Number of an input, counted from 1, or 0. If it is not 0, the executor searches the output for which this input
+        equals the first input.
     hold : str
-        Hold of the inputs within a step, for blocks without a parameter `hold`: zoh, foh.
+        Interpolation of the inputs within a step, zoh or foh, for blocks without a parameter `hold`.
     """
 
     name: str
@@ -187,7 +190,7 @@ class BlockType:
 
     @property
     def inverse(self) -> str | None:
-        """Name of the block that inverts this block exactly; for an inverse, name of the operator."""
+        """Name of the block that inverts this block exactly. For an inverse, this is the name of the operator."""
         return next((b.name for b in block_types().values() if b.inverts == self.name), self.inverts)
 
     @property
@@ -199,41 +202,41 @@ class BlockType:
 
     @property
     def tried(self) -> str | None:
-        """Input that equals the first input after the search of the output; a wire into this input closes no loop."""
+        """Name of the input with the number `trial`, or None. A wire into this input closes no algebraic loop."""
         return self.of("input")[self.trial - 1].name if self.trial else None
 
     @property
     def rate_independent(self) -> bool:
-        """True if the output depends on the input path but not on time."""
+        """True if the output depends on the path of the input, but not on time."""
         return self.rate in ("function", "hysteretic") and not self.of("time")
 
     @property
     def class_name(self) -> str:
-        """Name in CamelCase, for Python classes, Modelica classes and FMUs."""
+        """Name of the block in CamelCase, for Python classes, Modelica classes and FMUs."""
         return "".join(w.capitalize() for w in self.name.split("_"))
 
     def of(self, *kinds: str) -> tuple[Var, ...]:
-        """Rows of these kinds, in the order of the table."""
+        """Return the variables of the given kinds, in the order of the table."""
         return tuple(v for v in self.vars if v.kind in kinds)
 
     @property
     def parameters(self) -> tuple[Var, ...]:
-        """Tunable and fixed parameters."""
+        """Tunable and fixed parameters of the block."""
         return self.of("param", "fixed")
 
     def sizes(self, dims: Mapping[str, int]) -> dict[str, int]:
-        """Return the number of elements of every variable for the sizes `dims`."""
+        """Return the number of elements of every variable, for the given sizes `dims` of the block."""
         values = self.raw_dims(dims)
         return {v.name: int(self.raw.size(values, i)) for i, v in enumerate(self.vars)}
 
     def raw_dims(self, dims: Mapping[str, int]) -> C.Array[C.c_int]:
-        """Return the sizes in the form of the C functions of the block."""
-        return (C.c_int * (len(self.dims) + 1))(*[dims[d.name] for d in self.dims])  # + 1: a block may have no size
+        """Return the sizes as an array for the C functions of the block."""
+        return (C.c_int * (len(self.dims) + 1))(*[dims[d.name] for d in self.dims])  # + 1: the array must not be empty
 
 
 @functools.cache
 def library() -> C.CDLL:
-    """Load the compiled core and declare the argument types of the graph executor."""
+    """Return the compiled core, with declared argument types of its functions."""
     suffix = {"win32": "dll", "darwin": "dylib"}.get(sys.platform, "so")
     path = PACKAGE / f"_core.{suffix}"
     if not path.exists():
@@ -282,7 +285,7 @@ def _var(v: RawVar) -> Var:
 
 @functools.cache
 def block_types() -> dict[str, BlockType]:
-    """Return all blocks of the library by name, with the description in their C tables."""
+    """Return all types of blocks of the library by name."""
     table = (C.POINTER(_Block) * 1000).in_dll(library(), "hyst_blocks")
     types: dict[str, BlockType] = {}
     for pointer in itertools.takewhile(bool, table):

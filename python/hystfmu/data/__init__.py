@@ -1,4 +1,4 @@
-"""Measured and synthetic data: `Dataset`, CSV files, resampling, test signals, synthetic plants."""
+"""Measured and synthetic data: data sets, CSV files, resampling, test signals and synthetic plants."""
 
 from __future__ import annotations
 

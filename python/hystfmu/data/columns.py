@@ -1,6 +1,6 @@
-"""Columns of a record: checks of values and time steps, names of rows for messages, covariates, CSV text.
+"""Columns of a record: checks of their values and time steps, covariates, and conversion to CSV text.
 
-Covariates are measured inputs in addition to the driving input u, such as load or temperature.
+Covariates are measured inputs in addition to the input u, such as load or temperature.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from hystfmu.base.printable import printable
 
 
 def read_header(path: str | Path, most: int) -> tuple[list[str], str, str]:
-    """Read the column names, the separator, and the text of the rows.
+    """Return the column names of a CSV file, its separator, and the text of its rows.
 
     Raises
     ------
     InputError
-        The file cannot be read, has more than `most` bytes, is not UTF-8 text, or its first line names no columns.
+        The file cannot be read, has more than `most` bytes, is not UTF-8 text, or has no column names in line 1.
     """
     try:
         text = read_bytes(path, most).decode("utf-8-sig")
@@ -41,14 +41,14 @@ def read_header(path: str | Path, most: int) -> tuple[list[str], str, str]:
     separator = next((s for s in ("\t", ";", ",") if s in head), ",")
     try:
         return [c.strip() for c in next(csv.reader([head.rstrip("\r")], delimiter=separator))], separator, body
-    except csv.Error:  # a carriage return inside the line, a name of more than 128 kB
+    except csv.Error:  # a carriage return inside the line, or a name of more than 128 kB
         raise InputError(
             f"{path}: line 1: The first line must name the columns. Got {head.strip()[:60]!r} instead."
         ) from None
 
 
 def csv_rows(columns: Iterable[Array]) -> str:
-    """Format columns of equal length as lines; every number reads back to the same bits."""
+    """Return columns of equal length as CSV lines. Numbers that are read from this text are bit-identical."""
     text = io.StringIO()
     for row in zip(*(np.asarray(c, dtype=np.float64).tolist() for c in columns), strict=True):
         text.write(",".join(map(repr, row)) + "\n")
@@ -56,34 +56,37 @@ def csv_rows(columns: Iterable[Array]) -> str:
 
 
 def csv_head(names: Iterable[str]) -> str:
-    """Format the first line; a name of a foreign FMU may contain commas, quotes or line ends."""
+    """Return the first CSV line with the column names, quoted if needed.
+
+    A variable name of a foreign FMU may contain commas, quotes or line ends.
+    """
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerow(map(printable, names))
     return text.getvalue()
 
 
 def csv_text(columns: dict[str, Array]) -> str:
-    """Format columns of equal length as CSV text with a first line of names."""
+    """Return columns of equal length as CSV text. The first line contains the column names."""
     return csv_head(columns) + csv_rows(columns.values())
 
 
 def write_csv(path: str | Path, columns: dict[str, Array]) -> None:
-    """Write columns to the CSV file `path`, atomically."""
+    """Write columns of equal length atomically to the CSV file `path`."""
     write_text(path, csv_text(columns))
 
 
 LEAST_ROWS = 4
-SAME_STEP = 1e-3  # relative difference of the steps of records; rounded times make it
+SAME_STEP = 1e-3  # permitted relative difference between the steps of two records, caused by rounded times
 _RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
 
 
 def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "data") -> slice:
-    """Convert training rows, e.g. "first:end", to a slice whose first row and end lie inside 0..n.
+    """Return the training rows, e.g. "first:end", as a slice of the `n` rows of the data.
 
     Raises
     ------
     InputError
-        The form is wrong, or the rows are fewer than 4 or outside the data.
+        The form is wrong, there are fewer than 4 training rows, or they are outside the data.
     """
     if train is None:
         return slice(0, n)
@@ -113,7 +116,7 @@ def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "
 
 
 def starts_of(starts: Sequence[int], n: int, where: str) -> tuple[int, ...]:
-    """Check the first rows of records."""
+    """Return the first rows of the records as a tuple; refuse invalid rows."""
     found = tuple(int(s) for s in starts)
     if found[:1] != (0,) or any(b - a < LEAST_ROWS for a, b in zip(found, (*found[1:], n), strict=True)):
         raise InputError(
@@ -124,7 +127,7 @@ def starts_of(starts: Sequence[int], n: int, where: str) -> tuple[int, ...]:
 
 
 def check_one_step(t: Array, records: Sequence[slice], where: str) -> None:
-    """Check that all records have the same step."""
+    """Refuse records with different time steps."""
     steps = [float(t[r][-1] - t[r][0]) / (r.stop - r.start - 1) for r in records]
     for k, step in enumerate(steps):
         if abs(step - steps[0]) > SAME_STEP * steps[0]:
@@ -135,28 +138,28 @@ def check_one_step(t: Array, records: Sequence[slice], where: str) -> None:
 
 
 def row_of(where: str, row: int, first: int = 0) -> str:
-    """Name a row for a message; the row belongs to a part that begins at row `first`."""
+    """Return the name of a row for a message. The row is counted from row `first` of the data."""
     return f"{where}: row {first + row}"
 
 
 def line_of(where: str, lines: Sequence[int], row: int) -> str:
-    """Name a row of a file for a message, as an editor counts lines."""
+    """Return the name of a row for a message, with the number of its line in the file."""
     return f"{where}: line {lines[row]}"
 
 
 def check_finite(column: Array, name: str, place: Callable[[int], str]) -> None:
-    """Check that the values (n,) of a column are finite."""
+    """Refuse a column (n,) with values that are not finite."""
     bad = ~np.isfinite(column)
     if bad.any():
         n = int(np.argmax(bad))
         raise InputError(f"{place(n)}: The {name!r} column must hold finite numbers. Got {column[n]} instead.")
 
 
-STEP_TOLERANCE = 1e-6  # relative to the step
+STEP_TOLERANCE = 1e-6  # permitted deviation of a step, relative to the step
 
 
 def check_increasing(t: Array, place: Callable[[int], str]) -> None:
-    """Refuse times t (n,) in s that do not increase; `place` names a row for the message."""
+    """Refuse times t (n,) in s that do not increase; `place` returns the name of a row for the message."""
     back = np.diff(t) <= 0
     if back.any():
         n = int(np.argmax(back)) + 1
@@ -165,17 +168,17 @@ def check_increasing(t: Array, place: Callable[[int], str]) -> None:
 
 
 def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array] | None) -> Array:
-    """Check that times t (n,) in s have equal steps; replace rounded printed times by the uniform grid.
+    """Return times t (n,) in s with equal steps; refuse unequal steps that rounding does not explain.
 
-    Steps may differ by 1e-6 of the step. Printed times may differ from the uniform grid by half a count of the last
-    digit, if this count is at most a quarter of the step. Coarser digits could hide a missing sample. `digits` returns
-    the value (s) of one count in the last printed digit of each time. It is called only if it is needed. `place` names
-    a row for the message.
+    The steps may differ by 1e-6 of the step. Printed times may differ from a uniform grid by half a unit of their last
+    digit, if this unit is at most a quarter of the step; then the times of the grid are returned. Coarser times could
+    hide a missing sample. The function `digits` returns the value (s) of one unit of the last printed digit of each
+    time; it is called only if needed. `place` returns the name of a row for the message.
 
     Raises
     ------
     InputError
-        Times do not increase, or have unequal steps.
+        The times do not increase, or the steps are unequal.
     """
     check_increasing(t, place)
     h = float(t[-1] - t[0]) / (len(t) - 1)
@@ -195,16 +198,16 @@ def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array
     )
 
 
-TAKEN = ("t", "u", "y", "time")  # names of other signals
+TAKEN = ("t", "u", "y", "time")  # names that a covariate cannot have
 _LABEL = re.compile(r"\s*(.*?)\s*(?:\[([^\[\]]*)\]\s*)?")
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 @dataclass(frozen=True, eq=False)
 class Covariates:
-    """Columns of covariates: values (n, m), names and units of measure.
+    """Measured covariates: values (n, m), names and units of measure.
 
-    The names are those of the inputs of a model, identifiers. A unit of measure is empty if none is stated.
+    The names are identifiers; a model uses the same names for its inputs. If no unit of measure is stated, it is empty.
     """
 
     names: tuple[str, ...]
@@ -215,33 +218,35 @@ class Covariates:
         return bool(self.names)
 
     def __iter__(self) -> Iterator[tuple[str, str, Array]]:
-        """Iterate over name, unit of measure and values (n,)."""
+        """Iterate over the covariates; yield name, unit of measure and values (n,) of each."""
         return iter(zip(self.names, self.units, self.values.T, strict=True))
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Names with their units of measure, ``T [degC]``."""
+        """Names with their units of measure, e.g. ``T [degC]``."""
         return tuple(f"{name} [{unit}]" if unit else name for name, unit in zip(self.names, self.units, strict=True))
 
     @property
     def ranges(self) -> dict[str, list[float]]:
-        """Least and largest value of each covariate."""
+        """Smallest and largest value of each covariate, by name."""
         return {name: [float(v.min()), float(v.max())] for name, _, v in self}
 
     @classmethod
     def none(cls, n: int) -> Covariates:
-        """Return the covariates of data of `n` rows that have none."""
+        """Return an empty set of covariates for data of `n` rows."""
         return cls((), (), np.zeros((n, 0)))
 
     @classmethod
     def of(cls, given: Mapping[str, ArrayLike], n: int, where: str, place: Callable[[int], str]) -> Covariates:
-        """Check columns (n,) by their labels, ``T`` or ``T [degC]``; `where` and `place` name data and rows.
+        """Return covariates with the given values (n,) by label, ``T`` or ``T [degC]``; refuse invalid ones.
+
+        `where` is the name of the data for messages, and `place` returns the name of a row.
 
         Raises
         ------
         InputError
-            A name is not an identifier, is already used or occurs twice, the number of rows is wrong, or a value is
-            not finite.
+            A name is not an identifier, is the name of another signal, or occurs twice. The error is also raised if the
+            number of rows is wrong or a value is not finite.
         """
         names: list[str] = []
         units: list[str] = []
@@ -272,30 +277,30 @@ class Covariates:
         return cls(tuple(names), tuple(units), stacked)
 
     def rows(self, which: slice) -> Covariates:
-        """Return the selected rows."""
+        """Return the covariates in the selected rows."""
         return Covariates(self.names, self.units, self.values[which])
 
     def at(self, new: Array, t: Array) -> Covariates:
-        """Interpolate from the times t (n,) to the times `new` (m,)."""
+        """Return the covariates at the times `new` (m,), interpolated linearly between the times t (n,)."""
         columns = [np.interp(new, t, v) for _, _, v in self]
         return Covariates(self.names, self.units, np.column_stack([*columns, np.zeros((len(new), 0))]))
 
     @classmethod
     def joined(cls, parts: Sequence[Covariates]) -> Covariates:
-        """Concatenate the rows of records with the same covariates."""
+        """Return the covariates of several records as one set, with the rows of all records."""
         return cls(parts[0].names, parts[0].units, np.vstack([part.values for part in parts]))
 
 
 def split(label: str) -> tuple[str, str]:
-    """Split a label, ``T [degC]``, into name and unit of measure."""
+    """Return name and unit of measure of a label such as ``T [degC]``."""
     m = _LABEL.fullmatch(label)
     return (label, "") if m is None else (m[1], (m[2] or "").strip())
 
 
 def identifier(text: str, otherwise: str) -> str:
-    """Return a heading as an identifier; invalid characters become underscores.
+    """Return a column heading as an identifier, with underscores for invalid characters.
 
-    If the heading does not start with a letter, return `otherwise`.
+    If the heading does not start with a letter, the result is `otherwise`.
     """
     name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
     if not _IDENTIFIER.fullmatch(name):

@@ -1,4 +1,4 @@
-"""Measured data: time, input and output of one run, validated with one-line errors."""
+"""Data sets: time, input and output of one or several records of a device."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from hystfmu.report.plot import Plot
 
-MOST_STEM = 120  # bytes
+MOST_STEM = 120  # maximum number of bytes of a name in a file name
 Rows = slice | NDArray[np.intp]
 """Index of rows."""
 
@@ -43,45 +43,45 @@ Rows = slice | NDArray[np.intp]
 @checked
 @dataclass(frozen=True, eq=False, init=False)
 class Dataset:
-    """One run of an experiment, or several records of it, evenly sampled.
+    """One or several records of a device, sampled with equal time steps.
 
     Parameters
     ----------
     t : array, list or column of a data frame, shape (n,)
-        Time in s, increasing in equal steps.
+        Time (s), increasing in equal steps.
     u, y : array, list or column of a data frame, shape (n,)
-        Input and output of the actuator or sensor. If y is NaN in every row, no output was measured; a model can still
-        predict the output.
+        Input and output of the actuator or sensor. If no output was measured, y is NaN in every row. A model can still
+        predict the output of such data.
     name : str
         Short name for tables.
     path : str
-        File of origin; empty for generated data.
+        File that contains the data; empty for generated data.
     train : slice, tuple (first, end) or str "first:end", optional
-        Rows whose residuals an identification minimises, counted from 0, with the end excluded; default all. A model
-        always runs from row 0, because its memory needs the whole history.
+        Training rows, whose errors a fit minimises. Rows are counted from 0, and the end is excluded. By default, all
+        rows are training rows. A model always runs from row 0, because its memory depends on the whole history.
     unit_u, unit_y : str
         Units of measure of input and output.
     starts : sequence of int
-        Rows at which records start; the first is 0. All records have the same step. Each record has its own times and
-        its own memory, so a model runs on each record from a fresh start.
+        First rows of the records, beginning with 0. All records have the same step. Each record has its own times, and
+        a model starts each record from rest.
     covariates : dict of str to array, shape (n,), optional
-        Further inputs, such as load or temperature, by name. A unit of measure follows the name in square brackets:
-        ``{"T [degC]": values}``.
+        Further measured inputs by name, such as load or temperature. The name may contain a unit of measure in square
+        brackets, as in ``{"T [degC]": values}``.
 
     Attributes
     ----------
     read_as : str
-        One line with the assumptions about the file of origin; empty for generated data.
+        One line with the assumptions of the reader about the file; empty for generated data.
     titles : tuple of str
-        Names of input and output in the file of origin, without units of measure; empty for generated data.
+        Names of input and output in the file, without units of measure; empty for generated data.
     held : array of bool, shape (n,), or None
-        Training rows whose residuals are not used (see `with_held`); default none.
+        True in held-out rows: a fit does not use their errors (see `with_held`). None means that there are none.
 
     Raises
     ------
     InputError
-        Lengths differ, there are fewer than 4 rows, a value is not finite, time does not increase in equal steps, or
-        the training rows are outside the data.
+        The lengths differ, there are fewer than 4 rows, a value is not finite, the time does not increase in equal
+        steps, or the training rows are outside the data.
 
     Examples
     --------
@@ -125,7 +125,7 @@ class Dataset:
         where = self.path or self.name
         for key, given in (("t", t), ("u", u), ("y", y)):
             try:
-                column = np.array(given, dtype=np.float64)  # a copy: the dataset must not change under a model
+                column = np.array(given, dtype=np.float64)  # copied: the given array may change
             except (TypeError, ValueError) as e:
                 text = " ".join(str(e).split()).rstrip(".")
                 raise InputError(
@@ -172,22 +172,22 @@ class Dataset:
         return f"Dataset({', '.join(parts)})"
 
     def _repr_html_(self) -> str:
-        """Draw the loop for a notebook."""
+        """Return a plot of the data as HTML, which a notebook displays."""
         return self.plot()._repr_html_()
 
     def plot(self) -> Plot:
-        """Plot the output over the input; without a measured output, plot the input over time.
+        """Return a plot of the output over the input. Without a measured output, plot the input over time.
 
         Returns
         -------
         Plot
-            A notebook shows it; `Plot.save` writes a file.
+            Plot that a notebook displays. `Plot.save` writes it to a file.
 
         Examples
         --------
         >>> import hystfmu as hy
-        >>> hy.Dataset([0.0, 1.0, 2.0], [0.0, 2.0, 1.0], [0.0, 3.0, 2.0], name="mine").plot()
-        Plot("Dataset('mine', 3 rows, step 1 s)", measured)
+        >>> hy.Dataset([0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 2, 5], name="mine").plot()
+        Plot("Dataset('mine', 4 rows, step 1 s)", measured)
         """
         from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 
@@ -203,32 +203,33 @@ class Dataset:
 
     @property
     def h(self) -> float:
-        """Sample step in s."""
+        """Time step (s) between two rows."""
         first = self.t[self.records[0]]
         h = float(first[-1] - first[0]) / (len(first) - 1)
-        short = float(f"{h:.12g}")  # 0.005, not 0.0050000000000000001 from the rounding of the last time
+        short = float(f"{h:.12g}")  # without the rounding error of the last time: 0.005, not 0.0050000000000000001
         return short if abs(short - h) <= 1e-13 * h else h
 
     @property
     def records(self) -> tuple[slice, ...]:
-        """Rows of each record."""
+        """Rows of each record, as slices."""
         return tuple(slice(a, b) for a, b in zip(self.starts, (*self.starts[1:], len(self.t)), strict=True))
 
     def along(self, run: Callable[[Array], Array], end: int | None = None, inputs: Array | None = None) -> Array:
-        """Run a function along the input of each record from a fresh start.
+        """Apply a function to the input of each record, and return the results of all records in one array.
 
         Parameters
         ----------
         run : function
-            Takes the input (m,) of one record and returns an array of m rows.
+            Function that computes an array of m rows from the input (m,) of one record.
         end : int, optional
-            End of the run; later rows are not run.
+            Number of rows of the data to which the function is applied; by default, all rows.
         inputs : array, shape (n, ...), optional
-            Rows to run along instead of u.
+            Input rows that replace u.
 
         Returns
         -------
         array, shape (n, ...)
+            Results of all rows.
         """
         last = len(self.t) if end is None else end
         v = self.u if inputs is None else inputs
@@ -236,7 +237,7 @@ class Dataset:
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def longest(self) -> Dataset:
-        """Return only the record with the most training rows."""
+        """Return the record that contains the most training rows, as a data set of one record."""
         if len(self.starts) == 1:
             return self
         count = [min(r.stop, self.train.stop) - max(r.start, self.train.start) for r in self.records]
@@ -247,19 +248,19 @@ class Dataset:
 
     @property
     def counted(self) -> Rows:
-        """Index of the rows whose residuals are used: `train` without the held-out rows."""
+        """Index of the training rows without the held-out rows. A fit minimises the errors in these rows."""
         if self.held is None:
             return self.train
         found: NDArray[np.intp] = np.flatnonzero(~self.held[self.train]) + self.train.start
         return found
 
     def with_held(self, held: NDArray[np.bool_]) -> Dataset:
-        """Return the same data with held-out rows. Fits use their input, but not their output.
+        """Return the same data with held-out rows. A fit uses the input of these rows, but not their output.
 
         Parameters
         ----------
         held : array of bool, shape (n,)
-            Rows to hold out of the training rows, e.g. validation blocks.
+            True in held-out rows, e.g. in validation blocks.
         """
         made = self._of_same_rows(replace(self))
         vars(made)["held"] = held
@@ -267,7 +268,7 @@ class Dataset:
 
     @property
     def sha256(self) -> str:
-        """Hash of the values of t, u, y and the covariates; a model records it as provenance."""
+        """Hash of the values of t, u, y and the covariates. A model file stores it as evidence of its training data."""
         content = [np.ascontiguousarray(a).tobytes() for a in (self.t, self.u, self.y)]
         content += [repr(self.starts).encode()] if len(self.starts) > 1 else []
         for label, values in zip(self.covariates.labels, self.covariates.values.T, strict=True):
@@ -276,35 +277,35 @@ class Dataset:
 
     @property
     def stem(self) -> str:
-        """Name of the record or of the records, shortened to a valid file name."""
+        """Name of the data, shortened for use in a file name."""
         return self.name.encode()[:MOST_STEM].decode(errors="ignore")
 
     @property
     def identity(self) -> list[str | int]:
-        """Values that identify all inputs of a fit: hash of the data, name, titles, units of measure, training rows."""
+        """Values that identify the data of a fit: hash, names, units of measure and training rows."""
         texts = [self.name, self.path, *self.titles, self.unit_u, self.unit_y]
         return [self.sha256, *texts, self.train.start, self.train.stop]
 
     @property
     def span(self) -> float:
-        """Range of the output over the training rows, 100 % of full scale (%FS)."""
+        """Largest minus smallest output in the training rows. It is 100 % of full scale (%FS)."""
         return float(np.ptp(self.y[self.train]))
 
     @classmethod
     def joined(cls, records: Sequence[Dataset], train: slice | Sequence[int] | str | None = None) -> Dataset:
-        """Join records to one data set, e.g. for a fit to all of them.
+        """Return one data set with all given records, e.g. for a fit to several records.
 
         Parameters
         ----------
         records : sequence of Dataset
-            Records in their order, with the same step and the same units of measure.
+            Records with the same step, the same units of measure and the same covariates.
         train : slice, (first, end) or "first:end", optional
-            Training rows of the joined data; default all.
+            Training rows of the joined data; by default, all rows.
 
         Raises
         ------
         InputError
-            There is no record, units of measure or steps differ, or only some records have an output.
+            There is no record, the units of measure, covariates or steps differ, or only some records have an output.
 
         Examples
         --------
@@ -344,33 +345,33 @@ class Dataset:
 
     @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
-        """Make a dataset from evenly sampled input and output, the first row at t = 0.
+        """Return a data set of an input and an output with equal time steps, which start at t = 0.
 
         Parameters
         ----------
         u, y : array, shape (n,)
             Input and output.
         h : float
-            Step (s).
+            Time step (s).
         name : str
             Short name for tables.
         train : slice, optional
-            Training rows, whose residuals a fit minimises; default all.
+            Training rows, whose errors a fit minimises; by default, all rows.
         """
         t = np.arange(len(u), dtype=np.float64) * np.float64(h)
         return cls(t, u, y, name, train=slice(None) if train is None else train)
 
     def with_train(self, train: slice | Sequence[int] | str | None) -> Dataset:
-        """Return the same data with other training rows `train`, in a form that `Dataset` takes."""
+        """Return the same data with the training rows `train`, in a form that `Dataset` accepts."""
         return self._of_same_rows(replace(self, train=train_rows(train, len(self.t), self.path or self.name)))
 
     def resampled(self, rate: float) -> Dataset:
-        """Return the same run at another rate (Hz); the training rows cover the same time.
+        """Return the record resampled to another sampling rate (Hz). The training rows cover the same time span.
 
         Raises
         ------
         InputError
-            The rate is out of range, or fewer than 4 training rows are left.
+            There are several records, the rate is out of range, or fewer than 4 training rows remain.
         """
         where = self.path or self.name
         if len(self.starts) > 1:
@@ -383,17 +384,17 @@ class Dataset:
         return made
 
     def aligned(self, lag: int) -> Dataset:
-        """Return the same run with the output shifted to compensate for a delayed sensor.
+        """Return the record with the output shifted in time to compensate for a delay of the sensor.
 
         Parameters
         ----------
         lag : int
-            Delay of the output in rows. The result lacks this number of rows at the end.
+            Delay of the output in rows. The result has this number of rows less than the record.
 
         Raises
         ------
         InputError
-            The lag is below 0, or fewer than 4 rows are left.
+            There are several records, the lag is negative, or fewer than 4 rows remain.
         """
         where, n = self.path or self.name, len(self.t) - lag
         if lag and len(self.starts) > 1:
@@ -407,21 +408,24 @@ class Dataset:
         return self._of_same_rows(replace(self, t=t, u=u, y=y, covariates=beside, train=rows))
 
     def with_input(self, u: Array) -> Dataset:
-        """Return the same time and output with another input u (n,), e.g. after a dead band."""
+        """Return the same data with another input u (n,), e.g. after a dead band."""
         return self._of_same_rows(replace(self, u=u))
 
     def with_output(self, y: Array) -> Dataset:
-        """Return the same time and input with another output y (n,), e.g. a prediction."""
+        """Return the same data with another output y (n,), e.g. a prediction."""
         return self._of_same_rows(replace(self, y=y))
 
     def with_names(self, names: Sequence[str]) -> Dataset:
-        """Return the same data with other names of the covariates; the same names in another order change nothing."""
+        """Return the same data with other names of the covariates, in their order.
+
+        If `names` contains the present names in another order, the data stay unchanged.
+        """
         if set(names) == set(self.covariates.names):
             return self
         return self._of_same_rows(replace(self, covariates=replace(self.covariates, names=tuple(names))))
 
     def place(self, row: int) -> str:
-        """Name a `row`, counted from 0, for a message: by its line if the data come from a file."""
+        """Return the name of a row, counted from 0, for a message: its line in the file, or its number."""
         where = self.path or self.name
         return row_of(where, row) if self._lines is None else line_of(where, self._lines, row)
 
@@ -430,23 +434,24 @@ class Dataset:
         return other
 
     def from_file(self, read_as: str, lines: Sequence[int] | None, titles: tuple[str, str]) -> Dataset:
-        """Store the origin of data from a file.
+        """Store a description of the file that contains the data, and return this data set.
 
-        `read_as` is one line with the assumptions, `titles` are the names of input and output in the file. `lines` are
-        the lines of the rows as an editor counts lines; None if a row is not a line.
+        `read_as` is one line with the assumptions of the reader, and `titles` contains the names of input and output in
+        the file. `lines` contains the line number of each row, or is None if the file does not consist of lines.
         """
         vars(self).update(titles=titles, _lines=lines, read_as=read_as)
         return self
 
     def to_csv(self, path: str | Path) -> None:
-        """Write the columns t, u, y and the covariates to the CSV file `path`; they read back to the same bits."""
+        """Write t, u, y and the covariates to the CSV file `path`. Values that are read from it are bit-identical."""
         columns = dict(zip(self.covariates.labels, self.covariates.values.T, strict=True))
         write_csv(path, {"t": self.t, "u": self.u, "y": self.y, **columns})
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return a data frame: index ``t [s]``, columns u, y and covariates with their units of measure in brackets.
+        """Return the data as a data frame with the index ``t [s]`` and the columns u, y and covariates.
 
-        `hystfmu.read` converts it back to the same data.
+        The column names contain the units of measure in brackets. `hystfmu.read` converts the data frame to the same
+        data.
 
         Raises
         ------

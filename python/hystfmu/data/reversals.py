@@ -1,15 +1,16 @@
-"""Reversals of a noisy input: noise estimate, turning points outside the noise, and resampling that keeps them.
+"""Reversals of a noisy input: estimate of the noise, search of turning points, and resampling that preserves them.
 
-The estimate is difference-based (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625-633; Hall, Kay &
-Titterington, Biometrika 77 (1990) 521-528). The k-th difference of a smooth path decreases with the step to the power
-k. The k-th difference of white noise has the RMS sigma sqrt(C(2k, k)), and changes its sign in a share arccos(-k / (k +
-1)) / pi of the rows. The first order k with about this share is used. The median of the absolute k-th differences gives
-sigma; the median is robust to kinks. Trap: without the sign test, a coarsely sampled sine is taken for noise.
+The noise is estimated from differences of the signal (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625-633;
+Hall, Kay & Titterington, Biometrika 77 (1990) 521-528). The k-th difference of a smooth signal decreases with the k-th
+power of the step. The k-th difference of white noise has the RMS sigma sqrt(C(2k, k)). Its sign changes in the fraction
+arccos(-k / (k + 1)) / pi of the rows. The estimate uses the smallest order k for which the sign changes about as often.
+The median of the absolute k-th differences gives sigma; the median is robust to kinks. Trap: without the test of the
+sign changes, a coarsely sampled sine is taken for noise.
 
-Resampling to a fixed rate is linear. Linear interpolation cuts off a turning point between two new rows, but the memory
-of hysteresis consists of extrema. So the new row nearest to a turning point of u has the measured values of this point.
-The time error of this row is at most half a step, at a point where u is stationary. There is no low-pass filter: choose
-a rate near the rate of the data.
+Resampling to a fixed rate uses linear interpolation, which removes a turning point between two new rows. But the memory
+of hysteresis consists of extrema. So the new row nearest to a turning point of u gets the measured values of this
+point. The time error of this row is at most half a step, at a point where u is stationary. There is no low-pass filter,
+so the new rate should be near the rate of the data.
 """
 
 from __future__ import annotations
@@ -26,14 +27,14 @@ from hystfmu.base.errors import InputError
 from hystfmu.data.columns import check_increasing, row_of, train_rows
 
 ORDERS = range(2, 9)
-NEAR = 0.9  # fraction of the sign changes of white noise that counts as white
-LEAST = 1e-9  # relative to the range: smaller values are rounding
+NEAR = 0.9  # a signal with at least this fraction of the sign changes of white noise is treated as white noise
+LEAST = 1e-9  # noise below this fraction of the range is treated as rounding error
 
 
 def noise(v: Array) -> float:
-    """Estimate the RMS sigma of white noise in an evenly sampled path v (n,).
+    """Return an estimate of the RMS value sigma of the white noise in a signal v (n,) with equal time steps.
 
-    Sigma is 0 for a smooth path, or one that is held for most rows.
+    Sigma is 0 for a smooth signal, and for a signal that is constant in most rows.
     """
     width = float(np.ptp(v)) if len(v) else 0.0
     for k in ORDERS:
@@ -47,9 +48,9 @@ def noise(v: Array) -> float:
 
 
 def turning_points(u: Array, band: float) -> Array:
-    """Return the rows (m,) of the extrema of u (n,) after which u moves back by more than `band`.
+    """Return the rows (m,) of those extrema of u (n,) after which u moves back by more than `band`.
 
-    A plateau is not an extremum.
+    A constant part between two ramps in the same direction is not an extremum.
     """
     found: list[int] = []
     top = bottom = direction = 0
@@ -68,21 +69,25 @@ def turning_points(u: Array, band: float) -> Array:
 
 
 def reversals(u: Array) -> Array:
-    """Return turning points (m,) of u (n,): u moves back by more than 6 sigma, and by more than 0.1 % of its range."""
+    """Return the rows (m,) of the turning points of a noisy input u (n,).
+
+    After a turning point, u moves back by more than 6 sigma of its noise and by more than 0.1 % of its range.
+    """
     return turning_points(u, max(6 * noise(u), 1e-3 * float(np.ptp(u))))
 
 
-GAP = 4.5  # median steps: three lost samples in a row are bridged, four are not
-LOST = 0.02  # share of lost samples up to which a record is resampled without a word of its user
-OFF = 0.3  # steps by which its stamps may then be off the even grid
-FASTER = 2.0  # times the mean rate of the data: a higher rate would make rows without a measurement near them
+GAP = 4.5  # maximum gap in median steps: three consecutive lost samples are permitted, four are not
+LOST = 0.02  # maximum fraction of lost samples for which a record is resampled without request
+OFF = 0.3  # maximum deviation of time stamps from the uniform grid, in steps, for which this is done
+FASTER = 2.0  # maximum new rate, relative to the mean rate of the data; a higher rate gives rows far from any sample
 
 
 @dataclass(frozen=True)
 class Unevenness:
-    """Times on an even grid of `rate` (Hz), up to jitter and some lost samples.
+    """Deviations of time stamps from a uniform grid of `rate` (Hz): jitter and lost samples.
 
-    `lost` of the `rows` points of the grid have no sample; `off` is the largest distance to the grid (steps).
+    `lost` of the `rows` grid points have no sample. `off` is the largest distance of a stamp from its grid point, in
+    steps.
     """
 
     rate: float
@@ -97,9 +102,10 @@ class Unevenness:
 
 
 def unevenness(t: Array) -> Unevenness | None:
-    """Describe times (n,) that become uniform by a small correction; None for other times.
+    """Return the deviations of times (n,) from a uniform grid; None if the deviations are too large for a correction.
 
-    At most 2 % of the samples may be lost, at most three in a row, and time stamps may deviate by 0.3 steps.
+    At most 2 % of the samples and at most three consecutive samples may be missing. The time stamps may deviate by at
+    most 0.3 steps.
     """
     steps = np.diff(t)
     median = float(np.median(steps))
@@ -116,7 +122,7 @@ def unevenness(t: Array) -> Unevenness | None:
     if far > OFF:
         return None
     rates = (float(f"{1 / h:.{digits}g}") for digits in range(3, 18))
-    rate = next(r for r in rates if abs(r * h - 1) * k[-1] <= max(far / 4, 1e-6))  # 2000 Hz, not 2000.00031
+    rate = next(r for r in rates if abs(r * h - 1) * k[-1] <= max(far / 4, 1e-6))  # 2000 Hz instead of 2000.00031 Hz
     return Unevenness(rate, rows - len(t), rows, far)
 
 
@@ -129,17 +135,18 @@ def resample(
     place: Callable[[int], str] | None = None,
     rows: slice = slice(None),
 ) -> tuple[Array, Array, Array, slice]:
-    """Resample t (s), u and y (NaN where none was measured), each (n,), to even steps, and convert row numbers.
+    """Return t (s), u and y, each (n,), resampled to equal time steps, and the new numbers of given rows.
 
-    The new `rate` (Hz) is by default one over the median step. The new rows go from the first time to the last time, or
-    to at most one step before; the returned slice covers the same time as the slice `rows`. `where` and `place` name
-    data and rows for messages.
+    The output y is NaN where it was not measured. By default, the new step is the median step; otherwise `rate` (Hz)
+    defines it. The new rows begin at the first time and end at most one step before the last time. The returned slice
+    covers the same time span as the slice `rows`. `where` is the name of the data for messages, and `place` returns the
+    name of a row.
 
     Raises
     ------
     InputError
-        Times do not increase, a gap is longer than 4.5 median steps, the rate is not positive or is above twice the
-        mean rate, or fewer than 4 rows are left.
+        The times do not increase, a gap is longer than 4.5 median steps, the rate is not positive or exceeds twice the
+        mean rate, or fewer than 4 rows remain.
     """
     place = place or partial(row_of, where)
     check_increasing(t, place)

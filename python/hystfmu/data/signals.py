@@ -1,6 +1,6 @@
-"""Excitation and held-out signals; a model is never scored on its training signal alone.
+"""Signals that excite a device for a fit, and held-out signals that test the model.
 
-All generators are seeded and independent of the C core.  Values lie in [-1, 1] times `amplitude` unless stated.
+The signals are computed from seeds, without the C core. Values lie in [-1, 1], unless another range is stated.
 
 >>> import hystfmu as hy
 >>> sorted(hy.signals.held_out())
@@ -23,16 +23,21 @@ __all__ = ["decaying_sine", "held_out", "minor_loops", "nested_reversals", "ramp
 def decaying_sine(
     cycles: float = 10.0, decay: float = 0.1, samples: int = 200, amplitude: float = 1.0, offset: float = 0.0
 ) -> Array:
-    """Return offset + amplitude e^(-decay c) sin(2 pi c), shape (n,); c is the number of cycles of `samples` rows."""
+    """Return the signal offset + amplitude e^(-decay c) sin(2 pi c), shape (n,).
+
+    The variable c counts the cycles, from 0 to `cycles`. Each cycle has `samples` rows.
+    """
     c = np.arange(round(cycles * samples) + 1) / samples
     return np.asarray(offset + amplitude * np.exp(-decay * c) * np.sin(2 * np.pi * c))
 
 
 @checked
 def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samples: int = 200) -> Array:
-    """Return the sum of a sine of amplitude 1 - share and a sine `ratio` times as fast of amplitude share; shape (n,).
+    """Return the sum of two sines, shape (n,).
 
-    The minor loops of the signal drift. Its length is `cycles` periods of the slow sine, of `samples` rows each.
+    The slow sine has the amplitude 1 - share. The fast sine has the amplitude `share`, and `ratio` times the frequency
+    of the slow sine. So the signal has minor loops at changing offsets. Its length is `cycles` periods of the slow
+    sine, of `samples` rows each.
     """
     c = np.arange(round(cycles * samples) + 1) / samples
     return np.asarray((1 - share) * np.sin(2 * np.pi * c) + share * np.sin(2 * np.pi * ratio * c))
@@ -40,10 +45,10 @@ def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samp
 
 @checked
 def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Array:
-    """Return a path of alternating ramps with steps of about `step`, shape (n,).
+    """Return a signal of alternating ramps up and down with steps of about `step`, shape (n,).
 
-    The `count` reversals are drawn from `seed`, uniformly between the last reversal and +-1. Half of the reversals lie
-    inside the last loop, so that the loops are nested. The path starts at 0.
+    The signal starts at 0. Its `count` reversals are random. Each is uniformly distributed between the last reversal
+    and +1 or -1, so that many loops are nested. The number `seed` initialises the random generator.
     """
     rng = np.random.default_rng(seed)
     levels = [0.0]
@@ -56,7 +61,7 @@ def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Arr
 
 @checked
 def ramps(levels: list[float], step: float = 0.01) -> Array:
-    """Return a path through `levels`, shape (n,), with equal steps of at most `step` on each ramp."""
+    """Return a signal (n,) of ramps between the given levels, with equal steps of at most `step` on each ramp."""
     parts = [np.array(levels[:1])]
     for a, b in pairwise(levels):
         parts.append(np.linspace(a, b, max(2, int(np.ceil(abs(b - a) / step))) + 1)[1:])
@@ -65,9 +70,9 @@ def ramps(levels: list[float], step: float = 0.01) -> Array:
 
 @checked
 def minor_loops(loops: int = 6, amplitude: float = 0.25, samples: int = 120) -> Array:
-    """Return a ramp from 0 to -1, then three cycles of a small sine at each of `loops` rising offsets; shape (n,).
+    """Return a ramp from 0 to -1, followed by three cycles of a small sine at each of `loops` offsets; shape (n,).
 
-    The last offset is 1 - amplitude. A cycle has `samples` rows.
+    The offsets increase up to 1 - amplitude. A cycle has `samples` rows.
     """
     c = np.arange(1, 3 * samples + 1) / samples
     parts = [np.linspace(0.0, -1.0, samples)]
@@ -79,16 +84,17 @@ def minor_loops(loops: int = 6, amplitude: float = 0.25, samples: int = 120) -> 
 
 @checked
 def held_out(seed: int = 1000) -> dict[str, Array]:
-    """Return the held-out signals of every table by name: other decay rates, two tones, nested reversals, minor loops.
+    """Return the held-out signals that test a model, by name. All tables of the documentation use these signals.
 
     Parameters
     ----------
     seed : int
-        Seed of the random reversals; it must differ from the seed of the training data.
+        Seed of the random reversals. It must differ from the seed of the training data.
 
     Returns
     -------
     dict of str to array, shape (n,)
+        Decaying sines, two tones, nested reversals and minor loops.
     """
     return {
         "slow decay": decaying_sine(14, 0.04),
@@ -101,10 +107,10 @@ def held_out(seed: int = 1000) -> dict[str, Array]:
 
 @checked
 def training(count: int = 150, seed: int = 1, step: float = 0.01) -> Array:
-    """Return an informative excitation in [-1, 1], shape (n,): a full loop, then random nested reversals.
+    """Return a training signal in [-1, 1], shape (n,), which consists of a full loop and random nested reversals.
 
-    There are `count` reversals, drawn from `seed`, with ramps of about `step` per row (`nested_reversals`). At least 60
-    reversals identify a model well.
+    The signal has `count` random reversals and steps of about `step` (see `nested_reversals`). A good model needs at
+    least 60 reversals.
     """
     full = ramps([0.0, 1.0, -1.0, 1.0, -1.0, 0.0], step)
     return np.concatenate([full, nested_reversals(count, seed, step)[1:]])

@@ -1,8 +1,8 @@
-"""Synthetic data: a piezo stack, and the Bouc-Wen benchmark of nonlinearbenchmark.org.
+"""Synthetic data of a piezo stack, and of the Bouc-Wen benchmark from nonlinearbenchmark.org.
 
-The stack is written in numpy with finer steps and without the C core. So a model identified with the core is compared
-with an independent implementation. The benchmark follows its authors: Newmark integration at 15 kHz, then the
-decimation that the authors used for each of the two official test records.
+The piezo stack is computed in numpy with finer steps and without the C core. So a fitted model is compared with an
+independent implementation. The benchmark is computed like its published data: Newmark integration at 15 kHz, followed
+by the decimation that its authors used for each of the two official test records.
 
 >>> import hystfmu as hy
 >>> hy.synthetic.piezo(60, 1000.0)
@@ -36,17 +36,17 @@ __all__ = [
 ]
 
 # ---- synthetic piezo stack -------------------------------------------------------------------------------------------
-WIDTHS = np.linspace(0.1, 1.0, 10)  # full dead-band widths of the ten backlash operators; half-widths are half of it
-W0 = 3.0  # weight of the linear term, 0.3 of the ten operators; w0 > 0 makes the plant invertible
-BEND = (0.06, -0.03)  # asymmetric readout: z + 0.06 z^2 - 0.03 z^3
-CREEP = ((0.02, 0.05), (0.015, 0.5), (0.01, 5.0))  # share and time constant (s) of three lags
+WIDTHS = np.linspace(0.1, 1.0, 10)  # full dead-band widths of the ten backlash operators, twice the half-widths
+W0 = 3.0  # weight of the linear term, 0.3 of the sum of the ten operators; w0 > 0 makes the plant invertible
+BEND = (0.06, -0.03)  # asymmetric static nonlinearity z + 0.06 z^2 - 0.03 z^3
+CREEP = ((0.02, 0.05), (0.015, 0.5), (0.01, 5.0))  # gain and time constant (s) of three first-order lags
 F_N, ZETA = 500.0, 0.7  # Hz, 1: mechanics of the actuator
 VOLTS, STROKE = 100.0, 20.0  # 0..100 V give about 2 x 20 um
 FINER = 4
 
 
 def plays(u: Array, r: Array, z: float = 0.0) -> Array:
-    """Return plays of half-widths r (n,) for an input u (rows,) from rest at z, in numpy; shape (rows, n)."""
+    """Return the outputs (rows, n) of plays with half-widths r (n,) for an input u (rows,), from the state z."""
     state = np.full(len(r), z)
     out = np.empty((len(u), len(r)))
     for k, value in enumerate(u):
@@ -56,10 +56,11 @@ def plays(u: Array, r: Array, z: float = 0.0) -> Array:
 
 
 def stack(x: Array, h: float) -> Array:
-    """Return the displacement (n,) of the piezo stack, about [-1, 1], for an input x (n,) in [-1, 1] from rest.
+    """Return the displacement (n,) of the piezo stack, about [-1, 1], for an input x (n,) in [-1, 1], from rest.
 
-    Rows are h seconds apart. The plant is a chain of ten backlash operators and a linear term, an asymmetric readout,
-    creep, and second-order mechanics. Each row is computed in four steps with a linear input.
+    The step between rows is h (s). The plant is a series connection of three parts: the sum of ten backlash operators
+    and a linear term with an asymmetric static nonlinearity, creep, and second-order mechanics. Each row is computed in
+    four substeps with linearly interpolated input.
     """
     from scipy.signal import lfilter
 
@@ -77,12 +78,12 @@ def stack(x: Array, h: float) -> Array:
 
 
 def displacement(u: Array, h: float) -> Array:
-    """Return the displacement (n,) in um of the piezo stack for a voltage u (n,) in V, h (s) apart, without noise."""
+    """Return the displacement (n,) in um of the piezo stack without noise, for a voltage u (n,) in V, step h (s)."""
     return STROKE * stack(u / (VOLTS / 2) - 1, h)
 
 
 def _second_order(dt: float) -> tuple[Array, Array]:
-    """Return numerator and denominator in z of the mechanics for an input held over dt (closed form)."""
+    """Return numerator and denominator in z of the mechanics, for an input that is constant over each step dt (s)."""
     w = 2 * np.pi * F_N
     wd, e = w * np.sqrt(1 - ZETA**2), np.exp(-ZETA * w * dt)
     c, s = np.cos(wd * dt), np.sin(wd * dt) * ZETA * w / wd
@@ -91,30 +92,30 @@ def _second_order(dt: float) -> tuple[Array, Array]:
 
 @checked
 def piezo(reversals: int = 100, rate: float = 1000.0, noise: float = 1e-3, seed: int = 0) -> Dataset:
-    """Generate voltage and displacement of the synthetic piezo stack.
+    """Return a record of voltage and displacement of the synthetic piezo stack.
 
-    The input is a full loop, then random nested reversals, five per second.
+    The input is a full loop, followed by random nested reversals, five per second.
 
     Parameters
     ----------
     reversals : int
-        Number of random reversals; at least 60 identify a model well.
+        Number of random reversals. A good model needs at least 60.
     rate : float
-        Sample rate (Hz), at least 200.
+        Sampling rate (Hz), at least 200.
     noise : float
-        RMS sensor noise, as a fraction of half the stroke.
+        RMS value of the sensor noise, as a fraction of half the stroke.
     seed : int
-        Seed of the reversals and the noise.
+        Seed of the reversals and of the noise.
 
     Returns
     -------
     Dataset
-        t (s), u (V), y (um).
+        Record with t (s), u (V) and y (um).
 
     Raises
     ------
     InputError
-        A rate below 200 Hz.
+        The rate is below 200 Hz.
     """
     if not (np.isfinite(rate) and rate >= 200):
         raise InputError(f"The rate must be at least 200 Hz. Got {rate} instead.")
@@ -128,22 +129,23 @@ def piezo(reversals: int = 100, rate: float = 1000.0, noise: float = 1e-3, seed:
 
 
 def _levels(count: int, seed: int) -> list[float]:
-    """Return the extrema of a path of random nested reversals, without its start."""
+    """Return `count` extrema of a signal of random nested reversals, without its start value."""
     path = nested_reversals(count, seed, step=1.0)
     turns = np.flatnonzero(np.diff(np.sign(np.diff(path))) != 0) + 1
     return [*path[turns].tolist(), float(path[-1])]
 
 
 # ---- Bouc-Wen benchmark ----------------------------------------------------------------------------------------------
-RATE, UPSAMPLING = 750, 20  # Hz, and Newmark steps per sample: 15 kHz
+RATE, UPSAMPLING = 750, 20  # sampling rate (Hz), and Newmark steps per sample, which gives 15 kHz
 DECIMATE_MULTISINE, DECIMATE_SWEEP = (2, 2, 5), (20,)
 
 
 @checked
 def multisine(n: int = 8192, f_lo: float = 5.0, f_hi: float = 150.0, rms: float = 50.0, seed: int = 0) -> Array:
-    """Return one period (n,) of the benchmark's random-phase multisine (N) at 750 Hz, with equal amplitudes.
+    """Return one period (n,) of the random-phase multisine force (N) of the benchmark, sampled at 750 Hz.
 
-    Lines lie from `f_lo` to `f_hi` (Hz), the RMS is `rms` (N), and `seed` defines the phases.
+    The signal contains the frequencies from `f_lo` to `f_hi` (Hz) with equal amplitudes. Its RMS value is `rms` (N).
+    The number `seed` defines the phases.
     """
     f = np.arange(n // 2 + 1) * RATE / n
     spectrum = np.zeros(len(f), complex)
@@ -155,17 +157,20 @@ def multisine(n: int = 8192, f_lo: float = 5.0, f_hi: float = 150.0, rms: float 
 
 @checked
 def sweep(seconds: float = 204.0) -> Array:
-    """Return the benchmark's sine sweep 40 sin(2 pi (18 t + t^2/12)) (N) at 15 kHz, `seconds` long; shape (n,)."""
+    """Return the sine sweep 40 sin(2 pi (18 t + t^2/12)) (N) of the benchmark, shape (n,), sampled at 15 kHz."""
     t = np.arange(round(seconds * RATE) * UPSAMPLING) / (RATE * UPSAMPLING)
     return np.asarray(40 * np.sin(2 * np.pi * (18 * t + t**2 / 12)))
 
 
 @checked
 def benchmark_multisine(u: Array, periods: int = 2) -> Array:
-    """Return the displacement (n,) in m over the last of `periods` periods of the force u (n,) in N at 750 Hz."""
+    """Return the displacement (n,) in m for one period of the force u (n,) in N, sampled at 750 Hz.
+
+    The benchmark is simulated for `periods` periods of the force, and the last period is returned.
+    """
     n = len(u)
     fine = np.fft.irfft(np.fft.rfft(u), n * UPSAMPLING) * UPSAMPLING
-    # one extra period keeps the end of the record, where the filters extrapolate, out of the result
+    # one extra period: the filters extrapolate at the end of the record, so this part is not returned
     y = oscillator(np.tile(fine, periods + 1))
     for factor in DECIMATE_MULTISINE:
         y = decimate(y, factor)
@@ -174,7 +179,7 @@ def benchmark_multisine(u: Array, periods: int = 2) -> Array:
 
 @checked
 def benchmark_sweep(u: Array) -> Array:
-    """Return the displacement (m) at 750 Hz for a force u (N) at 15 kHz, from rest."""
+    """Return the displacement (m) of the benchmark, sampled at 750 Hz, for a force u (N) at 15 kHz, from rest."""
     y = oscillator(u)
     for factor in DECIMATE_SWEEP:
         y = decimate(y, factor)
@@ -183,17 +188,21 @@ def benchmark_sweep(u: Array) -> Array:
 
 @checked
 def oscillator(u: Array) -> Array:
-    """Return the displacement (n,) in m of the benchmark's oscillator (C block) for a force u (n,) in N at 15 kHz."""
+    """Return the displacement (n,) in m of the oscillator of the benchmark, for a force u (n,) in N at 15 kHz.
+
+    The C block `bouc_wen_oscillator` computes the displacement.
+    """
     plant = Graph.single(Node("plant", "bouc_wen_oscillator"))
     return np.asarray(plant.run(u, 1 / (RATE * UPSAMPLING))[:, 0])
 
 
 @checked
 def decimate(y: Array, factor: int, order: int = 30) -> Array:
-    """Low-pass y and keep every factor-th row, as MATLAB's ``decimate(y, factor, 'fir')``.
+    """Return every factor-th row of the low-pass filtered signal y, like ``decimate(y, factor, 'fir')`` of MATLAB.
 
-    The filter is a linear-phase FIR with a Hamming window of the given `order`, cut off at the new Nyquist frequency.
-    The record is extended by point reflection at its ends, and the delay of order / 2 rows is removed.
+    The filter is a linear-phase FIR filter of the given `order` with a Hamming window. Its cut-off frequency is the new
+    Nyquist frequency. The signal is extended by point reflection at its ends, and the delay of order / 2 rows is
+    removed.
     """
     k = np.arange(order + 1) - order / 2
     b = np.sinc(k / factor) * np.hamming(order + 1)

@@ -1,4 +1,4 @@
-"""Graphs of blocks: nodes, wires, ports, evaluation order, dependencies, block files, TOML tables."""
+"""Graphs of blocks: nodes, wires, ports, order of evaluation, dependencies of outputs, block files, TOML tables."""
 
 from __future__ import annotations
 

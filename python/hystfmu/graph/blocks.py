@@ -1,4 +1,4 @@
-"""Block classes generated from the C tables, e.g. `PrandtlIshlinskii(r=..., w=...)(u)`; `dir()` lists them.
+"""One Python class for each block, generated from the C tables; `dir(hystfmu.blocks)` lists the classes.
 
 >>> import hystfmu as hy
 >>> plays = hy.blocks.PrandtlIshlinskii(w0=1.0, r=[0.1, 0.3], w=[0.5, 0.2])
@@ -21,7 +21,7 @@ from hystfmu.graph.node import Node, shown
 
 @checked
 class Block:
-    """A single block, made by `Block(**sizes_and_parameters)`; a call runs it over input rows from a fresh start."""
+    """A single block with given sizes and parameters. A call computes its outputs for input rows, from rest."""
 
     type: BlockType
 
@@ -31,7 +31,7 @@ class Block:
         self.graph = Graph.single(self.node)
 
     def __call__(self, u: ArrayLike, h: float = 1.0) -> Array:
-        """Return outputs (n,) or (n, n_outputs) for input rows (n,) or (n, n_inputs), `h` seconds apart."""
+        """Return the outputs, (n,) or (n, n_outputs), for input rows, (n,) or (n, n_inputs), with the step `h` (s)."""
         return self.graph.run(u, h)
 
     def __repr__(self) -> str:

@@ -1,10 +1,10 @@
-"""Order of evaluation, and direct feed-through: dependencies of outputs and derivatives (FMI ModelStructure).
+"""Order of evaluation of the blocks, and dependencies of outputs and derivatives (ModelStructure of FMI).
 
-Between blocks, the wires and `feedthrough()` define the dependencies. Within a block with continuous states, the
-equations define them. The equations are evaluated once per state with NaN as the value of this state; every value that
-becomes NaN depends on this state. 0 times NaN is also a dependency, because a coefficient of 0 may be set to another
-value. A block that only holds its output between samples has direct feed-through, because its output depends on the
-input at a sample.
+Between blocks, the dependencies follow from the wires and from the direct feed-through of the blocks. Within a block
+with continuous states, they follow from the equations. The equations are evaluated once per state with NaN as the value
+of this state. Every result that becomes NaN depends on this state. A product of 0 and NaN also counts as a dependency,
+because the coefficient 0 may later be set to another value. A sampled block that holds its output between samples has
+direct feed-through, because its output at a sample depends on the input at this sample.
 """
 
 from __future__ import annotations
@@ -20,21 +20,24 @@ from hystfmu.base.errors import InputError
 from hystfmu.graph.node import Node, Port
 
 Link = tuple[int, int, int, int, int]
-"""A wire: node, place, source or -1, place, size."""
+"""A wire: node and index of its input, source node (-1: the graph) and index of its output, number of elements."""
 
 
 def evaluation_order(nodes: Sequence[Node], links: Sequence[Link]) -> list[int]:
-    """Order blocks so that each source precedes its readers. In a loop, blocks that read held values come first.
+    """Return an order of the blocks in which each block follows the blocks that it depends on.
 
-    An order that is already valid is kept. `links` are the wires as `Graph.links` holds them. Returns indices.
+    In a loop, a block without direct feed-through comes first, because it uses the values of the last step.
+
+    If the order of `nodes` is already valid, it does not change. `links` are the wires in the form of `Graph.links`.
+    The result contains the indices of the blocks.
 
     Raises
     ------
     InputError
-        The blocks form an algebraic loop; the message names these blocks.
+        Blocks form an algebraic loop; the message names these blocks.
     """
     through = [n.feeds_through() for n in nodes]
-    # the input that a block tries its output for waits for no source
+    # the executor searches the value of the trial input, so the block need not follow the source of this input
     edges = {(s, d) for d, place, s, _, _ in links if s >= 0 and place != nodes[d].block.trial - 1}
     edges |= {(s, i) for i, n in enumerate(nodes) if n.block.trial for s in _held(i, n.block.trial - 1, through, links)}
     order, left = _sorted(len(nodes), edges)
@@ -43,7 +46,7 @@ def evaluation_order(nodes: Sequence[Node], links: Sequence[Link]) -> list[int]:
     edges = {(s, d) for s, d in edges if through[d]}
     order, left = _sorted(len(nodes), edges)
     if not left:
-        # in a loop, a block without direct feed-through reads held values, so it goes before its sources are updated
+        # in a loop, a block without direct feed-through uses values of the last step, so it precedes its sources
         return sorted(order, key=lambda i: through[i])
     path = [left[0]]
     while path.count(path[-1]) < 2:
@@ -55,10 +58,10 @@ def evaluation_order(nodes: Sequence[Node], links: Sequence[Link]) -> list[int]:
 
 
 def _held(i: int, model: int, through: Sequence[bool], links: Sequence[Link]) -> set[int]:
-    """Return the blocks before an implicit inverse that its model, at its input `model`, reads.
+    """Return the blocks whose outputs must stay constant while an implicit inverse searches its output.
 
-    These blocks have no direct feed-through and precede the inverse, so that their outputs are constant during the
-    search.
+    The model of the inverse is connected to its input `model`. The result contains the blocks without direct
+    feed-through whose outputs this model uses. They must precede the inverse `i` in the order of evaluation.
     """
     held: set[int] = set()
     seen = {i, -1}
@@ -72,14 +75,14 @@ def _held(i: int, model: int, through: Sequence[bool], links: Sequence[Link]) ->
 
 
 def _sorted(n: int, edges: set[tuple[int, int]]) -> tuple[list[int], list[int]]:
-    """Sort topologically; return the sorted indices, and the indices that remain in cycles."""
+    """Sort n nodes topologically; return the sorted indices, and the indices that remain because of cycles."""
     order: list[int] = []
     left = list(range(n))
     while left:
         free = [i for i in left if not any(s in left for s, d in edges if d == i)]
         if not free:
             break
-        # take only the first free block each time, so that a valid order is kept
+        # each pass takes only the first possible block, so that a valid order does not change
         order.append(free[0])
         left.remove(free[0])
     return order, left
@@ -87,7 +90,7 @@ def _sorted(n: int, edges: set[tuple[int, int]]) -> tuple[list[int], list[int]]:
 
 @dataclass(frozen=True)
 class Knowns:
-    """A set of knowns: names of input ports, indices of continuous states, and whether time is a known."""
+    """Known variables on which a result depends: input ports by name, continuous states by index, and time."""
 
     inputs: frozenset[str] = frozenset()
     states: frozenset[int] = frozenset()
@@ -102,7 +105,7 @@ def _pointer(a: Array) -> C._Pointer[C.c_double]:
 
 
 class _Equations:
-    """Outputs and derivatives of one node, evaluated with NaN to find their dependencies."""
+    """Equations of one node, which are evaluated with NaN to find the dependencies of outputs and derivatives."""
 
     def __init__(self, node: Node) -> None:
         sizes, kind = node.sizes, node.block
@@ -116,36 +119,36 @@ class _Equations:
         self.y, self.dx = np.zeros(count("output")), np.zeros(self.n_c)
 
     def _nan(self, x: Array, u: Array) -> tuple[list[int], list[int]]:
-        """Return the indices of the outputs and of the derivatives that become NaN."""
+        """Return the indices of the outputs and of the derivatives that become NaN for states x and inputs u."""
         given = [_pointer(self.p), _pointer(x), _pointer(u)]
         self.raw.output(self.dims, *given, _pointer(self.y))
         self.raw.deriv(self.dims, *given, _pointer(self.dx))
         return np.flatnonzero(np.isnan(self.y)).tolist(), np.flatnonzero(np.isnan(self.dx)).tolist()
 
     def of_state(self, k: int) -> tuple[list[int], list[int]]:
-        """Return the outputs and derivatives that depend on the continuous state `k`."""
+        """Return the indices of the outputs and of the derivatives that depend on the continuous state `k`."""
         x = self.x.copy()
         x[k] = np.nan
         return self._nan(x, self.u)
 
     def of_inputs(self) -> list[int]:
-        """Return the derivatives that depend on any input."""
+        """Return the indices of the derivatives that depend on an input."""
         return self._nan(self.x, np.full_like(self.u, np.nan))[1]
 
 
 def dependencies(
     nodes: Sequence[Node], links: Sequence[Link], ports: Sequence[Port]
 ) -> tuple[dict[str, Knowns], list[Knowns]]:
-    """Find the knowns of every output port and of the derivative of every continuous state.
+    """Return the known variables on which each output port and each derivative of a continuous state depends.
 
-    Returns the knowns by port name, for an array port the union over its elements; and the knowns of the derivatives,
-    in the order of the continuous states of the graph.
+    Returns the known variables of each output port by port name, and those of each derivative in the order of the
+    continuous states. For an array port, they are the union over its elements.
     """
     names = [p.name for p in ports if p.kind == "input" for _ in range(p.size)]
-    # per node, through its own states: one entry for all outputs, or one per output if the block has states
+    # for each node, dependencies through its own states: one entry per output, or one for all outputs without states
     reach = [[Knowns(time=bool(n.block.of("time")))] for n in nodes]
     derivatives: list[Knowns] = []
-    reading: list[tuple[int, int]] = []  # derivatives that read the inputs of a node
+    reading: list[tuple[int, int]] = []  # derivatives that depend on the inputs of a node
     for i, n in enumerate(nodes):
         if not n.block.of("cstate"):
             continue
@@ -165,7 +168,7 @@ def dependencies(
         return reach[node][place : place + size] if len(reach[node]) > 1 else reach[node]
 
     def inflow(i: int) -> Knowns:
-        """Return the union of the knowns of all inputs of a node."""
+        """Return the union of the known variables of all inputs of node `i`."""
         flow = Knowns()
         for d, _, s, place, size in links:
             if d != i:

@@ -1,8 +1,8 @@
-"""A graph of blocks as data: nodes in evaluation order, wires, inputs, outputs; its block file and its steps.
+"""Graphs of blocks: their definition, their serialisation as block files, and their steps.
 
-Endpoints have the form of Modelica, and indices are counted from 1. `"u"` is an input of the graph. `"net.u[2]"` is the
+The ends of a wire are written as in Modelica, with indices from 1. `"u"` is an input of the graph. `"net.u[2]"` is the
 second element of the variable `u` of the node `net`. `"net.u"` is the whole variable. The block file
-(`resources/block.bin`) is the graph serialised for the core; `fmu_build/README.md` has the format.
+(`resources/block.bin`) contains the serialised graph for the C core; `fmu_build/README.md` describes the format.
 """
 
 from __future__ import annotations
@@ -31,7 +31,11 @@ _TOKEN = 40
 def block_file(
     step: float, nodes: Sequence[Node], links: Sequence[tuple[int, int, int, int, int]], ports: Sequence[Port]
 ) -> bytes:
-    """Serialise a graph: step (s, or 0), blocks in evaluation order, sorted wires, ports in the order of references."""
+    """Return the block file of a graph.
+
+    `step` is the sample period (s), or 0. The blocks are in the order of evaluation, the wires are sorted by node, and
+    the ports are in the order of their value references.
+    """
     kinds = {"param": 0, "fixed": 1, "input": 3, "output": 5}
 
     def name(s: str) -> bytes:
@@ -64,42 +68,42 @@ def block_file(
 
 
 def token_of(file: bytes) -> str:
-    """Return the token of a block file, a hash of the bytes that follow it."""
+    """Return the token of a block file. The token is a hash of the bytes that follow it in the file."""
     return file[len(MAGIC) + 12 :][:_TOKEN].rstrip(b"\0").decode()
 
 
 __all__ = ["ContinuousState", "Graph", "Input", "Node", "Output", "Port", "Value"]
 
-MOST_SHOWN = 6  # blocks in a repr
+MOST_SHOWN = 6  # maximum number of blocks that a repr lists
 _ENDPOINT = re.compile(r"([A-Za-z][A-Za-z0-9_]*)(?:\.([A-Za-z][A-Za-z0-9_]*))?(?:\[(\d+)\])?\Z")
 
 
 @checked
 class Graph:
-    """Blocks, wires, inputs and outputs.
+    """A graph of blocks that are connected by wires. Every model is such a graph.
 
     Parameters
     ----------
     nodes : sequence of Node
-        Blocks; in evaluation order if `sort` is False.
+        Blocks. If `sort` is False, they must be in the order of evaluation.
     wires : sequence of (str, str)
-        Pairs (source endpoint, destination endpoint) between nodes.
+        Connections between blocks, each as a pair of an output of a block and an input of a block.
     inputs : sequence of Input
         Inputs of the graph.
     outputs : sequence of Output
         Outputs of the graph.
     sort : bool
-        Sort the nodes so that every block with direct feed-through comes after its sources. A chain without loops is
-        evaluated from input to output without delay. In a loop, blocks without direct feed-through come first. They
-        read the values of the last step, as in a sampled loop.
+        Whether to sort the blocks so that every block with direct feed-through follows its sources. Then a chain
+        without loops is evaluated from input to output without delay. In a loop, blocks without direct feed-through
+        come first; they use the values of the last step, as in a sampled loop.
     step : float
-        Sample period (s) of sampled blocks in Model Exchange; 0 if there is none.
+        Sample period (s) of the sampled blocks in Model Exchange; 0 if the graph states no period.
 
     Raises
     ------
     InputError
-        The step is invalid, an endpoint is unknown, sizes differ, an input is wired twice, two nodes have the same
-        name, or there is an algebraic loop (the message names its blocks).
+        The step is invalid, the end of a wire is unknown, the sizes of its ends differ, an input has two sources, two
+        blocks have the same name, or the graph has an algebraic loop. The message names the blocks of the loop.
 
     Examples
     --------
@@ -136,7 +140,7 @@ class Graph:
             if twice:
                 raise InputError(f"The {kind}s of a graph must have different names. Got {sorted(twice)[0]!r} twice.")
         self.links = self._resolve()
-        order = evaluation_order(self.nodes, self.links)  # also raises on an algebraic loop
+        order = evaluation_order(self.nodes, self.links)  # raises InputError for an algebraic loop
         if sort:
             self.nodes = tuple(self.nodes[i] for i in order)
             self.links = self._resolve()
@@ -148,7 +152,7 @@ class Graph:
         return f"Graph({' -> '.join(sides)}; {', '.join(shown)})"
 
     def __getstate__(self) -> dict[str, object]:
-        """Omit the ports, which refer to rows of the C tables; another process finds the ports again."""
+        """Return the state for pickle without the ports, because the ports contain pointers to the C tables."""
         return {k: v for k, v in self.__dict__.items() if k != "ports"}
 
     def __setstate__(self, state: dict[str, object]) -> None:
@@ -157,19 +161,19 @@ class Graph:
 
     @classmethod
     def single(cls, node: Node) -> Graph:
-        """Make a graph of one block, `node`, with the ports of the block."""
+        """Return a graph of the single block `node`, with the inputs and outputs of this block."""
         kind = node.block
         inputs = [Input(v.name, (f"{node.name}.{v.name}",), v.unit, v.start, v.text) for v in kind.of("input")]
         outputs = [Output(v.name, f"{node.name}.{v.name}", v.unit, v.text) for v in kind.of("output")]
         return cls([node], (), inputs, outputs)
 
     def node(self, name: str) -> Node:
-        """Return the node called `name`.
+        """Return the node with the name `name`.
 
         Raises
         ------
         InputError
-            The graph has no such node.
+            The graph has no node with this name.
         """
         for n in self.nodes:
             if n.name == name:
@@ -177,25 +181,25 @@ class Graph:
         raise InputError(f"The block must be one of {[n.name for n in self.nodes]}. Got {name!r} instead.")
 
     def replace(self, node: Node) -> Graph:
-        """Return the same graph with one node replaced by another of the same name."""
+        """Return a graph in which `node` replaces the node of the same name."""
         self.node(node.name)
         nodes = [node if n.name == node.name else n for n in self.nodes]
         return Graph(nodes, self.wires, self.inputs, self.outputs, sort=False, step=self.step)
 
     def unused(self, name: str) -> str:
-        """Return the name, with underscores behind it if a block has it."""
+        """Return `name`, with underscores appended if a block already has this name."""
         taken = {n.name for n in self.nodes}
         while name in taken:
             name += "_"
         return name
 
     def with_step(self, step: float) -> Graph:
-        """Return the same graph with another sample period `step` (s)."""
+        """Return the same graph with the sample period `step` (s)."""
         return Graph(self.nodes, self.wires, self.inputs, self.outputs, sort=False, step=step)
 
-    # ---- resolving endpoints --------------------------------------------------------------------------------------
+    # ---- ends of wires --------------------------------------------------------------------------------------------
     def _endpoint(self, text: str, kinds: tuple[str, ...]) -> tuple[int, int, int, Var]:
-        """Resolve an endpoint to (node, place among the variables of these kinds, number of elements, row)."""
+        """Return node, first index among the variables of these kinds, number of elements, and row for a wire end."""
         m = _ENDPOINT.match(text)
         index = {n.name: i for i, n in enumerate(self.nodes)}
         if not m or not m[2] or m[1] not in index:
@@ -217,7 +221,7 @@ class Graph:
         )
 
     def _resolve(self) -> list[tuple[int, int, int, int, int]]:
-        """Resolve the wires to (node, place, source or -1, place, size), sorted by node."""
+        """Return the wires as tuples (node, place, source or -1, place, size), sorted by node."""
         links: list[tuple[int, int, int, int, int]] = []
         for a, b in self.wires:
             to, to_place, n, _ = self._endpoint(b, ("input",))
@@ -244,7 +248,7 @@ class Graph:
                 driven.add((to, k))
         return sorted(links)
 
-    # ---- what an importer sees ------------------------------------------------------------------------------------
+    # ---- ports: variables that an importer can access -------------------------------------------------------------
     def _ports(self) -> tuple[Port, ...]:
         ports: list[Port] = []
         reference = 0
@@ -282,12 +286,12 @@ class Graph:
         return tuple(ports)
 
     def port(self, name: str) -> Port:
-        """Return the port called `name`.
+        """Return the port with the name `name`.
 
         Raises
         ------
         InputError
-            The graph has no such port.
+            The graph has no port with this name.
         """
         for p in self.ports:
             if p.name == name:
@@ -296,14 +300,14 @@ class Graph:
 
     @property
     def continuous_states(self) -> tuple[ContinuousState, ...]:
-        """Continuous states in the order of the core, one per element; they cannot be set."""
+        """Continuous states in the order of the C core, one for each element. An importer cannot set them."""
         taken = {s for p in self.ports for s in p.scalar_names}
         states: list[ContinuousState] = []
         for n in self.nodes:
             for v in n.block.of("cstate"):
                 name = v.name if len(self.nodes) == 1 else f"{n.name}_{v.name}"
                 for own in element_names(name, n.sizes[v.name]):
-                    while own in taken:  # port names are free text and may collide
+                    while own in taken:  # the user chooses the names of ports, so a name may already exist
                         own += "_"
                     taken.add(own)
                     states.append(ContinuousState(own, v.unit, v.text))
@@ -322,25 +326,25 @@ class Graph:
 
     # ---- running --------------------------------------------------------------------------------------------------
     def to_bytes(self) -> bytes:
-        """Serialise as a block file (`resources/block.bin`); `fmu_build/README.md` has the format."""
+        """Return the block file of the graph (`resources/block.bin`); `fmu_build/README.md` describes the format."""
         return block_file(self.step, self.nodes, self.links, self.ports)
 
     @property
     def token(self) -> str:
-        """Token that ties the block file to its modelDescription.xml (guid, instantiationToken)."""
+        """Token of the block file, which must equal `guid` or `instantiationToken` of modelDescription.xml."""
         return token_of(self.to_bytes())
 
     def executor(self) -> Executor:
-        """Load the graph into the C core."""
+        """Return a new executor of the graph in the C core."""
         return Executor(self.to_bytes())
 
     def run(self, u: Array | Sequence[float], h: float = 1.0, t0: float = 0.0) -> Array:
-        """Run the graph over input rows from a fresh start.
+        """Compute the outputs for all input rows, from the initial state.
 
         Parameters
         ----------
         u : array, shape (n,) or (n, n_inputs)
-            Inputs; each row is held over the step that ends at it.  Row 0 is the initialisation.
+            Inputs. Each row is constant over the step that ends at this row; row 0 initialises the graph.
         h : float
             Step (s).
         t0 : float
@@ -348,12 +352,12 @@ class Graph:
 
         Returns
         -------
-        array, shape (n,) for one output, else (n, n_outputs)
+        array, shape (n,) for one output, otherwise (n, n_outputs)
 
         Raises
         ------
         InputError
-            Rows have the wrong width, a value is not finite, or the core refuses the step.
+            The number of input columns is wrong, a value is not finite, or the core refuses the step.
         """
         rows = np.asarray(u, dtype=np.float64)
         if rows.ndim == 1:
@@ -368,47 +372,48 @@ class Graph:
 
 
 def is_hysteretic(graph: Graph) -> bool:
-    """Return whether a block updates its memory at every completed step of a solver."""
+    """Return whether the graph contains a block that updates its memory at every completed step of a solver."""
     return any(n.block.rate == "hysteretic" for n in graph.nodes)
 
 
 def is_sampled(graph: Graph) -> bool:
-    """Return whether a block advances at sample times only."""
+    """Return whether the graph contains a block that changes its state only at sample times."""
     return any(n.block.rate == "sampled" for n in graph.nodes)
 
 
 def needs_step(graph: Graph) -> bool:
-    """Return whether the model depends on the length of its steps.
+    """Return whether the outputs of the model depend on the length of its steps.
 
-    The model depends on this length if it has a sampled block. It also does if the source of a memory changes only at
-    steps, because the graph depends on time, or reads outputs of the last step in a loop.
+    They depend on this length if the graph contains a sampled block. They also depend on it if the input of a
+    hysteretic memory changes only at steps. This is the case if the graph depends on time, or if a block in a loop uses
+    outputs of the last step.
     """
     timed = any(n.block.of("time") for n in graph.nodes)
     looped = any(source >= to and place != graph.nodes[to].block.trial - 1 for to, place, source, *_ in graph.links)
     return is_sampled(graph) or ((timed or looped) and any(n.block.rate != "function" for n in graph.nodes))
 
 
-DEFAULT_STEP = 1e-3  # s, without a step of the graph and dynamics
-MOST_SAMPLES = 1_000_000  # in one step, as in an FMU
-_PER_PERIOD = 20  # steps per period or, for a real pole, per 2 pi time constants
+DEFAULT_STEP = 1e-3  # s: step of graphs that have neither a step nor dynamics
+MOST_SAMPLES = 1_000_000  # maximum number of samples in one step, as in an FMU
+_PER_PERIOD = 20  # steps per period of a pole pair, or per 2 pi time constants of a real pole
 
 
 def sample_time(graph: Graph) -> float | None:
-    """Return the sample time (s); every communication step must be a multiple of it. None if any step is valid.
+    """Return the sample time (s), of which every communication step must be a multiple; None if any step is valid.
 
-    A sampled block in a graph without a step takes a sample at each communication point.
+    If the graph states no step, its sampled blocks take a sample at each communication point.
     """
     return graph.step if graph.step > 0 and needs_step(graph) else None
 
 
 def samples_in(period: float, t: float, h: float) -> int:
-    """Return the number of samples, `period` (s) apart, in a step of `h` (s) that begins at `t` (s).
+    """Return the number of samples with the given `period` (s) in a step of length `h` (s) that begins at `t` (s).
 
     Raises
     ------
     InputError
-        The step is not a multiple of the period. The tolerance is a thousandth of the period plus rounding errors of
-        the times.
+        The step is not a multiple of the period. The tolerance is a thousandth of the period, plus the rounding errors
+        of the times.
     """
     n = math.floor(h / period + 0.5)
     off, slack = abs(h - n * period), 1e-3 * period + 16 * np.finfo(float).eps * abs(t + h)
@@ -421,7 +426,7 @@ def samples_in(period: float, t: float, h: float) -> int:
 
 
 def suitable_step(graph: Graph) -> float:
-    """Return the step (s) of the default experiment: the step of the graph, or a step for its fastest pole."""
+    """Return the step (s) of the default experiment: the step of the graph, or a step that fits its fastest pole."""
     if graph.step > 0:
         return graph.step
     pole = _fastest_pole(graph)
@@ -433,7 +438,7 @@ def suitable_step(graph: Graph) -> float:
 
 
 def _fastest_pole(graph: Graph) -> float:
-    """Return the largest modulus (1/s) of the poles at the start of the graph; 0 without continuous states."""
+    """Return the largest modulus (1/s) of the poles in the initial state; 0 without continuous states."""
     n = len(graph.continuous_states)
     if not n:
         return 0.0

@@ -1,4 +1,4 @@
-"""Blocks as text, from the C tables: groups of parameters, overview, details, JSON, tables for a page, `blocks.pyi`."""
+"""Descriptions of the blocks from the C tables: text, JSON, documentation tables, and the type stub `blocks.pyi`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hystfmu.core.library import BlockType, Var, block_types
 from hystfmu.graph.node import block_type
 from hystfmu.report.terminal import table
 
-FAMILIES = {  # and the group of parameters that belong to no other one
+FAMILIES = {  # families of blocks, and the group of parameters that belong to no other group
     "operators": "Operator",
     "inverses": "Operator",
     "networks": "Network",
@@ -18,7 +18,7 @@ FAMILIES = {  # and the group of parameters that belong to no other one
     "controllers": "Controller",
     "sources": "Signal",
 }
-_WORDS = (  # the first that fits the beginning of the text decides
+_WORDS = (  # group and pattern; the first pattern that matches the description of a parameter selects the group
     ("Limits", r".*\b(limit|bound of|longest (step|branch)|(least|largest) (value|voltage|current|size))\b"),
     ("Adaptation", r"(standard deviations?|error of prediction|time in which|least time|farthest)\b"),
     ("Offset", r"(offset|constant term|middle of|output for)\b"),
@@ -35,9 +35,9 @@ _LIMIT = re.compile(r"_min\Z|_max\Z|\Alo\Z|\Ahi\Z")
 
 
 def group(block: BlockType, v: Var) -> str:
-    """Return the group of a parameter: Start, Memory, Limits, Weights, ..., or the group of its block family.
+    """Return the name of the group to which a parameter belongs, such as Start, Memory, Limits or Weights.
 
-    The row `v` of the block's table is ``param`` or ``fixed``. The group has one or two words with a first capital.
+    The name of the group has one or two words with a capital first letter.
     """
     if v.kind == "fixed" and (v.name == "start" or v.text.startswith("initial") or "first input" in v.text):
         return "Start"
@@ -58,13 +58,13 @@ def _ports(t: BlockType) -> tuple[str, str]:
 
 
 def overview() -> str:
-    """List all blocks, one line each."""
+    """Return a list of all blocks as text, with one line for each block."""
     rows = [[t.name, *_ports(t), t.text] for t in block_types().values()]
     return table(["block", "inputs", "outputs", "what it is"], rows)
 
 
 def details(name: str) -> str:
-    """Describe one block: equation, source, sizes, ports, parameters."""
+    """Return the description of one block as text: equation, source, sizes, ports and parameters."""
     t = block_type(name)
     lines = [f"{t.name} ({t.class_name}): {t.text}", "", f"  {t.equation}", f"  source: {t.source}"]
     lines += [f"  family: {t.family}; rate: {t.rate}"]
@@ -89,7 +89,7 @@ def _row(v: Var) -> list[Any]:
 
 
 def as_json(name: str | None = None) -> str:
-    """Describe one block or all as JSON."""
+    """Return the description of one block, or of all blocks, as JSON."""
     types = [block_type(name)] if name else list(block_types().values())
     return json.dumps([_data(t) for t in types], indent=1)
 
@@ -110,7 +110,7 @@ def _data(t: BlockType) -> dict[str, Any]:
 
 
 def markdown(heading: str = "###") -> str:
-    """Write tables for a page, one for each family."""
+    """Return tables of all blocks in Markdown, one table for each family."""
     sections = []
     for family in FAMILIES:
         lines = [
@@ -127,7 +127,7 @@ def markdown(heading: str = "###") -> str:
     return "\n\n".join(sections)
 
 
-WIDTH = 120  # of a line, as the formatter has it
+WIDTH = 120  # maximum length of a line, as in the code formatter
 _HEAD = '''# generated from the C tables by `make generate` - do not edit
 """Block classes made from the C tables."""
 
@@ -153,7 +153,7 @@ class Block:
 
 
 def stub() -> str:
-    """Write the text of `blocks.pyi`."""
+    """Return the content of the type stub `blocks.pyi`."""
     return "\n".join([_HEAD, *map(_class, sorted(block_types().values(), key=lambda t: t.class_name))])
 
 
@@ -178,5 +178,5 @@ def _parameter(v: Var) -> str:
 
 
 def _number(x: float) -> str:
-    """Write a number in the form of the code formatter."""
+    """Return a number as text, in the form of the code formatter."""
     return repr(x).replace("e+", "e")

@@ -1,4 +1,4 @@
-"""Parts of a graph: a node is one block with sizes and values, checked by its table; an importer sees ports."""
+"""Parts of a graph: nodes, which are blocks with sizes and parameter values, and ports, which an importer accesses."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hystfmu.core.library import BlockType, Var, block_types
 
 
 def element_names(name: str, size: int) -> tuple[str, ...]:
-    """Return one name per element of a variable: `w`, or `w_1`, `w_2`, ... for an array."""
+    """Return the names of the elements of a variable: `w` for a scalar, and `w_1`, `w_2`, ... for an array."""
     return (name,) if size == 1 else tuple(f"{name}_{i + 1}" for i in range(size))
 
 
@@ -32,7 +32,7 @@ class Input:
     name : str
         Name of the port.
     to : tuple of str
-        Endpoints that the input drives.
+        Inputs of blocks to which the input is connected, such as "hysteresis.u".
     unit : str
         Unit of measure.
     start : float
@@ -40,7 +40,7 @@ class Input:
     text : str
         Description.
     starts : tuple of float
-        Start values of the elements of an array, instead of `start`; model files do not keep them.
+        Start values of the elements of an array, which replace `start`. Model files do not store them.
 
     Examples
     --------
@@ -67,7 +67,7 @@ class Output:
     name : str
         Name of the port.
     source : str
-        Endpoint that the output reads.
+        Output of a block to which the output is connected, such as "hysteresis.y".
     unit : str
         Unit of measure.
     text : str
@@ -88,24 +88,24 @@ class Output:
 
 @dataclass(frozen=True)
 class Port:
-    """A variable of the unit as an importer sees it; the value references of its elements begin at `reference`.
+    """A variable of a unit that an importer can access. Each element has a value reference.
 
     Attributes
     ----------
     name, kind, text : str
-        Name, kind (param, fixed, input, output) and description.
+        Name, kind (param, fixed, input or output) and description.
     node : int
-        Index of the block of the variable in the graph.
+        Index of the block in the graph.
     var : Var
-        Row of the block's table.
+        Row of the variable in the table of the block.
     place : int
-        Index of the first element among the inputs of the graph, or within the variable of the block.
+        Index of the first element: for an input among all inputs of the graph, otherwise in the variable of the block.
     reference, size : int
-        First value reference and number of elements.
+        Value reference of the first element, and number of elements.
     unit : str
         Unit of measure.
     start : tuple of float
-        Start values, one per element.
+        Start values, one for each element.
     """
 
     name: str
@@ -132,7 +132,7 @@ class Port:
 
 @dataclass(frozen=True)
 class ContinuousState:
-    """One continuous state of the unit, with its name in Model Exchange; its derivative is `der(name)`."""
+    """One continuous state of a unit, with its name in Model Exchange. The name of its derivative is `der(name)`."""
 
     name: str
     unit: str
@@ -141,16 +141,16 @@ class ContinuousState:
 
 Value = float | int | bool | str | Sequence[float] | Array
 
-_MOST_VALUES = 1 << 24  # as in graph_file.c
+_MOST_VALUES = 1 << 24  # maximum number of values of a block, as in graph_file.c
 _LENGTH = re.compile(r"(\w+)(?: \+ (\d+))?\Z")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 
 
-MOST_ELEMENTS, MOST_VALUES = 3, 6  # of an array, and of a block, in a repr
+MOST_ELEMENTS, MOST_VALUES = 3, 6  # maximum number of elements of an array, and of values of a block, in a repr
 
 
 def shown(values: Mapping[str, Any]) -> list[str]:
-    """Return values for a repr: the first elements and the length of a long array, the first of many values."""
+    """Return the text of values for a repr. Long arrays and long lists of values are shortened."""
     found = [f"{k}={_short(v)}" for k, v in list(values.items())[:MOST_VALUES]]
     return [*found, "..."] if len(values) > MOST_VALUES else found
 
@@ -181,33 +181,33 @@ def block_type(name: str) -> BlockType:
 
 
 def _is_whole(n: Any) -> bool:
-    """Return whether a value of any numeric type is an integer."""
+    """Return whether a value of any type is equal to an integer."""
     try:
         return not isinstance(n, bool) and bool(int(n) == n)
-    except (TypeError, ValueError, OverflowError):  # no number, NaN, infinity
+    except (TypeError, ValueError, OverflowError):  # not a number, or NaN, or infinity
         return False
 
 
 @checked
 @dataclass(frozen=True)
 class Node:
-    """One block of a graph.
+    """One block of a graph, with its sizes and parameter values.
 
     Parameters
     ----------
     name : str
-        Name of the instance, unique in the graph.
+        Name of the node, unique in the graph.
     type : str
         Name of the block type, e.g. ``"prandtl_ishlinskii"``.
     dims : mapping of str to int
-        Sizes. A missing size follows from the length of an array value, else from the table.
+        Sizes by name. A missing size follows from the length of an array in `values`; otherwise it is the default.
     values : mapping
-        Parameter values. A missing value is the default of the table. The value of an enumeration is a word.
+        Parameter values by name. A missing parameter has its default value. The value of an enumeration is a string.
 
     Raises
     ------
     InputError
-        A block, parameter or size is unknown, a length is wrong, or a value is out of range.
+        The type, a parameter or a size is unknown, an array has a wrong length, or a value is out of range.
 
     Examples
     --------
@@ -226,7 +226,7 @@ class Node:
             raise InputError(
                 f"The name of a block must be a letter followed by letters, digits or _. Got {self.name!r} instead."
             )
-        kind = self.block  # raises on an unknown type
+        kind = self.block  # raises InputError for an unknown type
         unknown = set(self.dims) - {d.name for d in kind.dims}
         if unknown:
             names = [d.name for d in kind.dims]
@@ -255,18 +255,18 @@ class Node:
 
     @property
     def block(self) -> BlockType:
-        """Description of the block.
+        """Type of the block, with its description.
 
         Raises
         ------
         InputError
-            There is no block of that type.
+            There is no block of this type.
         """
         return block_type(self.type)
 
     def _complete_dims(self) -> dict[str, int]:
         dims = dict(self.dims)
-        for v in self.block.parameters:  # the length of a row of size n or n + 1 gives n
+        for v in self.block.parameters:  # the length of an array of the size n or n + 1 gives n
             m = _LENGTH.match(v.size)
             if m and v.name in self.values and m[1] not in dims and m[1] in {d.name for d in self.block.dims}:
                 dims[m[1]] = int(np.size(np.asarray(self.values[v.name]))) - int(m[2] or 0)
@@ -311,17 +311,17 @@ class Node:
         return array
 
     def parameters(self) -> Array:
-        """Return all parameter values in the order of the table, flattened to shape (n,)."""
+        """Return the values of all parameters in the order of the table, as one array of shape (n,)."""
         sizes = self.sizes
         return np.concatenate([self._flat(v, sizes[v.name]) for v in self.block.parameters] or [np.zeros(0)])
 
     def value(self, name: str) -> Array:
-        """Return the parameter `name` as a flat array, shape (n,).
+        """Return the value of the parameter `name` as an array of shape (n,).
 
         Raises
         ------
         InputError
-            The block has no such parameter.
+            The block has no parameter with this name.
         """
         rows = {v.name: v for v in self.block.parameters}
         if name not in rows:
@@ -329,18 +329,18 @@ class Node:
         return self._flat(rows[name], self.sizes[name]).copy()
 
     def with_values(self, **values: Value) -> Node:
-        """Return the same node with some values changed."""
+        """Return the same node with other values of the given parameters."""
         return Node(self.name, self.type, self.dims, {**self.values, **values})
 
     def feeds_through(self) -> bool:
-        """Return whether an output depends on the present inputs (direct feed-through)."""
+        """Return whether an output of the block depends on the present inputs, that is, on direct feed-through."""
         if not self.block.raw.feedthrough:
             return True
         dims, p = self.raw_arguments()
         return bool(self.block.raw.feedthrough(dims, p.ctypes.data_as(C.POINTER(C.c_double))))
 
     def raw_arguments(self) -> tuple[C.Array[C.c_int], Array]:
-        """Return sizes and parameters in the form of the C functions of the block; derived values are 0."""
+        """Return the arrays of sizes and parameters for the C functions of the block. Derived values are 0."""
         sizes, kind = self.sizes, self.block
         derived = sum(sizes[v.name] for v in kind.of("derived"))
         return kind.raw_dims(self.dims), np.concatenate([self.parameters(), np.zeros(derived)])

@@ -1,4 +1,4 @@
-"""Linear recursion over many columns at once in the C core, for the filters of fits, e.g. a transfer function."""
+"""Linear filters, e.g. transfer functions, that the C core applies to many columns at once. Fits use them."""
 
 from __future__ import annotations
 
@@ -16,21 +16,23 @@ from hystfmu.graph.node import Node
 
 
 class _Raw(C.Structure):
-    """`hyst_recursion` of columns.h."""
+    """The structure `hyst_recursion` of columns.h."""
 
     _fields_ = [("n", C.c_int64), *((name, C.c_void_p) for name in ("A", "B0", "B1", "c", "start")), ("d", C.c_double)]
 
 
 @dataclass(frozen=True)
 class Recursion:
-    """Recursion v_k = A v_(k-1) + B0 u_(k-1) + B1 u_k, y_k = c v_k + d u_k from the steady state v_0 = start u_0.
+    """Linear filter v_k = A v_(k-1) + B0 u_(k-1) + B1 u_k, y_k = c v_k + d u_k, with v_0 = start u_0.
 
     Parameters
     ----------
     A : array, shape (n, n)
+        State matrix; n is at most 64.
     B0, B1, c, start : array, shape (n,)
-        n is at most 64.
+        Vectors of the equations. `start` is the steady state for the input 1.
     d : float
+        Direct feed-through.
     """
 
     A: Array
@@ -46,7 +48,7 @@ class Recursion:
         return _Raw(len(self.c), *(v.ctypes.data for v in arrays), float(self.d)), arrays
 
     def run(self, columns: Array, rows: NDArray[np.intp] | None = None) -> Array:
-        """Run over inputs `columns` (n, p); return the outputs at rising `rows` (m,) or all rows, shape (m, p)."""
+        """Return the filtered `columns` (n, p) in the ascending `rows` (m,), or in all rows; shape (m, p)."""
         u = np.ascontiguousarray(columns, dtype=np.float64)
         picked: NDArray[np.int64] = np.ascontiguousarray(np.arange(len(u)) if rows is None else rows, dtype=np.int64)
         y = np.empty((len(picked), u.shape[1]))
@@ -57,7 +59,7 @@ class Recursion:
         return y
 
     def fraction(self) -> tuple[Array, Array]:
-        """Return numerator and denominator of y over u in z, the highest power first, each of shape (n + 1,)."""
+        """Return numerator and denominator (n + 1,) of the transfer function in z, with the highest power first."""
         B: Array = self.B0 + self.A @ self.B1
         impulse: list[float] = [self.d + float(self.c @ self.B1), float(self.c @ B)]
         for _ in range(len(self.c) - 1):
@@ -68,21 +70,22 @@ class Recursion:
 
 
 def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursion:
-    """Return d x + sum_j w_j q_j for lags q_j[k] = q_j[k - 1] + s_j (x[k] - q_j[k - 1]) from q_j[0] = x[0].
+    """Return the filter with the output d x + sum_j w_j q_j of first-order lags q_j in parallel.
 
-    `shares` (m,) contains s_j, the approach of a lag to its input in one step; `weights` (m,) contains w_j; d is
-    `direct`.
+    The lags are q_j[k] = q_j[k - 1] + s_j (x[k] - q_j[k - 1]), with q_j[0] = x[0].
+
+    `shares` (m,) contains the factors s_j, `weights` (m,) the factors w_j, and `direct` is d.
     """
     return Recursion(np.diag(1 - shares), np.zeros(len(shares)), shares, weights, np.ones(len(shares)), direct)
 
 
 def discretised(node: Node, h: float) -> Recursion:
-    """Return a transfer function as a recursion with the step h (s), from its steady state.
+    """Return the discrete filter of a transfer function block for the step h (s), from its steady state.
 
     Raises
     ------
     InputError
-        The block refuses its parameters for this step, or has no steady state.
+        The block does not accept its parameters for this step, or it has no steady state.
     """
     block, sizes = node.block, node.sizes
     held = block.of("param", "fixed", "derived")

@@ -1,4 +1,4 @@
-"""TOML tables of a graph, shared by model files and scenarios: read by pydantic, written as plain data."""
+"""Conversion of a graph to TOML tables and back. Model files and scenarios contain these tables."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Value = bool | int | float | str | list[bool | int | float]
 
 
 class BlockTable(pydantic.BaseModel):
-    """One block."""
+    """Table of one block."""
 
     model_config = STRICT
     name: Name
@@ -27,7 +27,7 @@ class BlockTable(pydantic.BaseModel):
 
 
 class InputTable(pydantic.BaseModel):
-    """One input of the graph."""
+    """Table of one input of the graph."""
 
     model_config = STRICT
     name: Name
@@ -38,7 +38,7 @@ class InputTable(pydantic.BaseModel):
 
 
 class OutputTable(pydantic.BaseModel):
-    """One output of the graph."""
+    """Table of one output of the graph."""
 
     model_config = STRICT
     name: Name
@@ -48,7 +48,7 @@ class OutputTable(pydantic.BaseModel):
 
 
 class GraphTable(pydantic.BaseModel):
-    """Blocks in evaluation order, wires, inputs, outputs."""
+    """Tables of a graph: blocks in the order of evaluation, wires, inputs and outputs."""
 
     model_config = STRICT
     blocks: list[BlockTable] = Field(min_length=1, max_length=1000)
@@ -57,12 +57,12 @@ class GraphTable(pydantic.BaseModel):
     outputs: list[OutputTable] = []
 
     def graph(self) -> Graph:
-        """Build the graph that the tables describe.
+        """Return the graph that the tables describe.
 
         Raises
         ------
         InputError
-            Raised as by `Graph`.
+            `Graph` refuses the tables.
         """
         nodes = [Node(b.name, b.type, b.dims, b.values) for b in self.blocks]
         inputs = [Input(i.name, tuple(i.to), i.unit, i.start, i.text) for i in self.inputs]
@@ -71,7 +71,7 @@ class GraphTable(pydantic.BaseModel):
 
 
 def graph_tables(g: Graph) -> dict[str, Any]:
-    """Return a graph as TOML tables, with all values; empty texts and units of measure are left out."""
+    """Return the TOML tables of a graph with all parameter values, without empty texts and empty units of measure."""
     inputs = [
         {"name": i.name, "to": list(i.to), "unit": i.unit, "start": float(i.start), "text": i.text} for i in g.inputs
     ]

@@ -187,7 +187,7 @@ def test_an_interrupted_start_goes_on_behind_the_fit(tmp_path: Path) -> None:
     assert (tmp_path / "mine" / "report.html").exists()
     refused = here(tmp_path, *command, "--seed", "1")
     assert refused.exit_code == 2
-    assert "mine: holds what was made of another record or by other options" in refused.stderr
+    assert "mine: The folder contains results of another record or of other options" in refused.stderr
     other = here(tmp_path, *command, "--seed", "1", "--force")
     assert "from the run before" not in other.stdout
     assert file.stat().st_mtime_ns > before

@@ -1,4 +1,4 @@
-"""Reading of measured data in the usual formats: text files of many layouts, MAT and HDF5 files, `read`."""
+"""Readers of measured data: text files of many layouts, workbooks, and binary files such as MAT and HDF5."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Named arrays of binary files and of data frames as a `Table`: arrays of equal length are its columns.
+"""Conversion of binary files and data frames to a `Table`. Arrays of equal length become its columns.
 
-Optional packages parse binary files, each in a confined process that returns plain numbers. No package of data frames
-is imported.
+Optional packages parse binary files. They run in a confined process, which returns only numbers and names. The code
+uses no package of data frames.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ MOST_COLUMNS = 10_000
 
 @dataclass(frozen=True)
 class Named:
-    """An array in a file, not read yet.
+    """Description of an array in a file, whose values are not read yet.
 
-    Its name includes its group if there is one, ``run1/u``; it is empty for the only array of a file. An array of times
-    has its `first` stamp, and its numbers are seconds since this stamp.
+    The name includes the group of the array if there is one, as in ``run1/u``. It is empty for the only array of a
+    file. For an array of times, `first` is the first time stamp, and the values are seconds since this stamp.
     """
 
     name: str
@@ -46,15 +46,17 @@ class Named:
 def table_of(
     path: str | Path, kind: str, arrays: Sequence[Named], read: Callable[[str], np.ndarray], most: int
 ) -> Table:
-    """Make a table of the arrays of numbers of a file; `read` returns the values of an array by name.
+    """Return a table of the arrays of numbers in a file; `read` returns the values of the array with a given name.
 
-    An array of one number may state the sample step; other arrays of one number are ignored. `kind` is the format of
-    the file, for the line with the assumptions, or empty. `most` is the largest size of all columns together, in bytes.
+    An array of one number may state the time step; other arrays of one number are ignored. `kind` is the name of the
+    file format for the line with the assumptions, or empty. `most` is the maximum size of all columns together, in
+    bytes.
 
     Raises
     ------
     InputError
-        No column, or too many columns; on reading, columns that are too large or of different lengths.
+        There is no column, or there are too many columns. Later, when the table reads values, columns are too large or
+        have different lengths.
     """
     sized = [(a, *_columns(a.shape)) for a in arrays]
     places = [_Place(a, n, i, k) for a, n, k in sized if n > 1 for i in range(k)]
@@ -69,14 +71,14 @@ def table_of(
         if a.shape in ((), (1,), (1, 1)) and stated_step(a.name, 1.0, a.unit):
             stated = stated_step(a.name, float(np.asarray(read(a.name)).reshape(-1)[0]), a.unit)
         step = step or stated
-        left += [] if stated or "@" in a.name else [a.name]  # no attributes
+        left += [] if stated or "@" in a.name else [a.name]  # names with @ are attributes
     assumed = (*([kind] if kind else []), *([f"left out {', '.join(left)[:80]}"] if left else []))
     return Table(str(path), columns, "", assumed, Arrays(path, places, read, most), None, step)
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Column `i` of an array with `k` columns and `n` rows."""
+    """Position of a table column in an array: column `i` of an array with `k` columns and `n` rows."""
 
     array: Named
     n: int
@@ -92,7 +94,7 @@ class _Place:
 
 
 class Arrays:
-    """The cells of a file of arrays, a `Source`; arguments as in `table_of`."""
+    """Cells of a file of arrays, for the protocol `Source`; `table_of` explains the arguments."""
 
     def __init__(
         self, path: str | Path, places: Sequence[_Place], read: Callable[[str], np.ndarray], most: int
@@ -116,7 +118,7 @@ class Arrays:
         return (found if found.shape[0] == p.n else found.T).reshape(p.n, p.k)[:, p.i]
 
     def numbers(self, order: Sequence[int]) -> Array:
-        """Return the columns `order`, shape (n, len(order))."""
+        """Return the columns with the indices `order`, shape (n, len(order))."""
         lengths = {self._places[j].n for j in order}
         if len(lengths) > 1:
             names = ", ".join(f"{self._places[j].array.name} ({self._places[j].n})" for j in order)
@@ -124,7 +126,7 @@ class Arrays:
         return np.column_stack([self._values(j).astype(np.float64) for j in order])
 
     def digits(self, k: int) -> Array:
-        """Return the spacing of floating-point numbers at each value of column `k`."""
+        """Return, for each value of column `k`, the distance to the next floating-point number."""
         column = self._values(k)
         kind = np.float32 if column.dtype == np.float32 else np.float64
         counts: Array = np.spacing(np.abs(column).astype(kind)).astype(np.float64)
@@ -142,13 +144,13 @@ class Arrays:
         return since
 
     def stamps(self, k: int) -> Stamps:
-        """Return the times of column `k`, seconds since a stamp in nanoseconds."""
+        """Return the times of column `k` in s, relative to its first time stamp."""
         t = self._values(k).astype(np.float64)
         return Stamps(t, np.full(len(t), 1e-9), self._places[k].array.first)
 
 
 def _columns(shape: tuple[int, ...]) -> tuple[int, int]:
-    """Return rows and columns of an array; an array with up to three long rows is transposed."""
+    """Return the numbers of rows and columns of an array. An array of up to three long rows counts as transposed."""
     if len(shape) == 2 and shape[0] < LEAST_ROWS <= shape[1]:
         return shape[1], shape[0]
     if len(shape) in (1, 2):
@@ -160,18 +162,18 @@ NAME = "data frame"
 
 
 class DataFrame(Protocol):
-    """Protocol of a data frame of pandas or polars, or a table of pyarrow."""
+    """Common interface of a data frame of pandas or polars, and of a table of pyarrow."""
 
     @property
     def columns(self) -> Any:
-        """Names of the columns, or the columns."""
+        """Names of the columns, or the columns themselves for a table of pyarrow."""
 
     def __getitem__(self, key: Any, /) -> Any:
-        """Return a column."""
+        """Return the column with the name `key`."""
 
 
 Frame: TypeAlias = DataFrame | Mapping[str, ArrayLike] | NDArray[Any]
-"""Data with columns. The columns of an array (n, 3) without names are time, input and output."""
+"""Data in columns. The columns of an array (n, 3) are time, input and output."""
 
 
 Columns: TypeAlias = DataFrame | Mapping[str, ArrayLike]
@@ -179,19 +181,21 @@ Columns: TypeAlias = DataFrame | Mapping[str, ArrayLike]
 
 
 def is_frame(given: object) -> bool:
-    """Return whether `given` has columns."""
+    """Return whether `given` is a data frame, a mapping of arrays, or an array of columns."""
     return isinstance(given, (Mapping, np.ndarray)) or hasattr(given, "column_names") or hasattr(given, "columns")
 
 
 def frame(given: Any, most: int) -> Table:
-    """Read the columns of numbers and times; a pandas index other than row numbers is a column.
+    """Return a table of the columns with numbers or times. An index of pandas also becomes a column.
 
-    `given` is a data frame, a mapping of str to array, or an array; `most` is the largest size of a column in bytes.
+    An index of row numbers is ignored.
+
+    `given` is a data frame, a mapping of str to array, or an array. `most` is the maximum size of a column in bytes.
 
     Raises
     ------
     InputError
-        No columns of numbers.
+        There are no columns of numbers, or two columns have the same name.
     """
     arrays: list[Named] = []
     values: dict[str, np.ndarray] = {}
@@ -226,24 +230,24 @@ def _frame_columns(given: Any) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _array(column: Any) -> np.ndarray:
-    """Return a column as an array; times with a zone are taken in UTC."""
+    """Return a column as an array. Times with a time zone are converted to UTC."""
     if getattr(getattr(column, "dtype", None), "tz", None) is not None:
         column = column.dt.tz_convert(None) if hasattr(column, "dt") else column.tz_convert(None)
     try:
         return np.asarray(column)
     except (TypeError, ValueError):
-        return np.empty(0, dtype=object)  # ragged: no numbers
+        return np.empty(0, dtype=object)  # rows of different lengths are not numbers
 
 
-SECONDS = 120.0  # time limit of the parser
-MOST_TOLD = 2**24  # bytes of names, units of measure and headings in its result
+SECONDS = 120.0  # s: time limit of the parser
+MOST_TOLD = 2**24  # maximum number of bytes of names, units of measure and headings in the result of the parser
 _HDF5, _ZIP = b"\x89HDF\r\n\x1a\n", b"PK\x03\x04"
 _OLD = b"\xd0\xcf\x11\xe0"
 
 
 @dataclass(frozen=True)
 class Format:
-    """A file format: its name, the function of `formats` that parses it, and the package that it needs."""
+    """A file format with the function of the module `formats` that parses it and the package that it needs."""
 
     name: str
     parser: str
@@ -262,21 +266,21 @@ _XLSX, _NPZ = Format("xlsx", "xlsx", "openpyxl"), Format("npz", "numpy_files", "
 
 
 class _Damaged(ValueError):
-    """Message of the parser, or a note that the parser gives no message."""
+    """The parser cannot read the file. The message is from the parser, or describes how the parser ended."""
 
 
 def format_of(content: bytes, path: str | Path) -> Format | None:
-    """Return the format of a binary file by its first bytes; None for other files.
+    """Return the format of a binary file, recognised by its first bytes; None for other files.
 
     Raises
     ------
     InputError
-        The file is a zip archive but neither a workbook nor a numpy file, or it is a workbook of Excel 97.
+        The file is a workbook of Excel 97, or a zip archive that is neither a workbook nor a file of numpy.
     """
     if content.startswith(_ZIP):
         if b"xl/workbook" in content:
             return _XLSX
-        if b".npy" in content[-2000:]:  # its directory is at the end
+        if b".npy" in content[-2000:]:  # a zip archive has its directory at the end
             return _NPZ
         raise InputError(
             f"{path}: The file must be text, a workbook or a file of arrays. Got a zip archive: unpack it."
@@ -291,14 +295,15 @@ def format_of(content: bytes, path: str | Path) -> Format | None:
 
 
 def confined(content: bytes, form: Format, path: str | Path, decimal: str | None, most: int) -> Table:
-    """Read the content of a binary file; `path` is for messages, `most` is the largest size of a column in bytes.
+    """Return the table of a binary file, which a parser reads in a confined process.
 
-    `decimal` is the decimal sign of numbers in cells of text, None if it must be found.
+    `content` is the content of the file, and `path` its name for messages. `most` is the maximum size of a column in
+    bytes. `decimal` is the decimal sign of numbers that are stored as text; with None, the reader finds the sign.
 
     Raises
     ------
     InputError
-        The file is damaged, has no arrays of numbers, or has columns that are too large.
+        The file is damaged, contains no arrays of numbers, or has columns that are too large.
     MissingExtra
         The package for the format is not installed.
     """
@@ -312,7 +317,7 @@ def confined(content: bytes, form: Format, path: str | Path, decimal: str | None
 
     def read(name: str) -> np.ndarray:
         try:
-            if name not in values:  # all together are too large
+            if name not in values:  # all arrays together exceed the limit
                 values.update(_parsed(content, form, most, name)[2])
             found = values[name]
             if isinstance(found, str):
@@ -330,15 +335,17 @@ def confined(content: bytes, form: Format, path: str | Path, decimal: str | None
 def _parsed(
     content: bytes, form: Format, most: int, asked: str = ""
 ) -> tuple[list[str], list[Named], dict[str, np.ndarray | str]]:
-    """Return the remark, all arrays, and the values of all arrays or of the one asked for; after a failure the reason.
+    """Return the remarks of the parser, the descriptions of all arrays, and values by name.
 
-    Raises _Damaged if the parser refuses the file, crashes, does not end or gives an invalid result.
+    The values are those of the array `asked`, or of all arrays. An array whose values cannot be read has a text with
+    the reason instead of values. Raises _Damaged if the parser refuses the file, crashes, does not end in time, or
+    writes an invalid result.
     """
     program = str(Path(__file__).with_name("formats.py"))
     with tempfile.TemporaryDirectory(prefix="hystfmu-read-") as folder:
         source, result = Path(folder, "source"), Path(folder, "result")
         source.write_bytes(content)
-        with result.open("x+b") as out:  # read through this handle: whatever the parser puts in its place is not
+        with result.open("x+b") as out:  # the result is read through this handle, so the parser cannot replace the file
             parser = Child(
                 program, form.parser, *map(str, (source, result, most)), asked, box=Box.of(folder), told=False
             )
@@ -356,7 +363,7 @@ def _parsed(
 
 
 def _result(out: IO[bytes]) -> tuple[list[str], list[Named], dict[str, np.ndarray | str]]:
-    """Read the output of the parser, which may be truncated or manipulated."""
+    """Return the content of the result file of the parser, which may be truncated or manipulated."""
     try:
         told = json.loads(out.readline(MOST_TOLD))
         if "error" in told:

@@ -1,8 +1,9 @@
-"""Time of a table in s, from numbers with a unit of measure, epoch stamps, date and clock, or a stated step.
+"""Conversion of the time of a table to s.
 
-Date and clock: ``2026-11-22T10:15:00.125Z``, ``22.11.2026 10:15:00,125``, ``10:15:00 PM``. The date is used only if it
-changes. Day and month are distinguished by the separator, by a number above 12, or by AM and PM; ambiguous dates are
-refused.
+The time may be given as numbers with a unit of measure, as counts since 1970, as dates with times of day, or as a
+sampling rate. Examples of dates and times of day are ``2026-11-22T10:15:00.125Z``, ``22.11.2026 10:15:00,125`` and
+``10:15:00 PM``. The date is used only if it changes. Day and month are distinguished by the separator, by a number
+above 12, or by AM and PM. Ambiguous dates are refused.
 """
 
 from __future__ import annotations
@@ -30,12 +31,12 @@ def is_stamp(cell: str) -> bool:
 
 
 def stamps(cells: Sequence[str], place: Callable[[int], str]) -> Stamps:
-    """Convert a column of clocks; `place` names a row for a message.
+    """Convert a column of times of day, with or without dates, to `Stamps`; `place` returns the name of a row.
 
     Raises
     ------
     InputError
-        A cell is not a time, or dates are ambiguous.
+        A cell is not a time of day, or the dates are ambiguous.
     """
     found = _STAMP.findall("\n".join(cells))
     if len(found) != len(cells):
@@ -51,7 +52,8 @@ def stamps(cells: Sequence[str], place: Callable[[int], str]) -> Stamps:
         t -= np.array([_offset(zone) for zone in zones])
     day = _days(dates, any(halves), place) if len(set(dates)) > 1 else np.zeros(len(t))
     if not dates[0]:
-        day = np.cumsum(np.diff(t, prepend=t[0]) < -_DAY / 2).astype(np.float64)  # past midnight
+        # a time that is more than half a day less than the previous time is on the next day
+        day = np.cumsum(np.diff(t, prepend=t[0]) < -_DAY / 2).astype(np.float64)
     whole = _DAY * day + t
     return Stamps(
         whole - whole[0] + (np.array(s, dtype=np.float64) - float(s[0])),
@@ -61,14 +63,17 @@ def stamps(cells: Sequence[str], place: Callable[[int], str]) -> Stamps:
 
 
 def _offset(zone: str) -> float:
-    """Seconds by which a zone is ahead of UTC."""
+    """Return the time difference (s) between a time zone and UTC, positive east of Greenwich."""
     if zone[:1] not in ("+", "-"):
         return 0.0
     return float(f"{zone[0]}1") * (3600 * int(zone[1:3]) + 60 * int(zone[-2:]))
 
 
 def _days(dates: Sequence[str], american: bool, place: Callable[[int], str]) -> np.ndarray:
-    """Number the days."""
+    """Return the number of days (n,) from a fixed day to each date.
+
+    `american` states whether a time contains AM or PM; then the month precedes the day.
+    """
     different = dict.fromkeys(dates)
     parts = {d: [int(p) for p in re.split(r"[-/.]", d)] for d in different if d}
     if len(parts) < len(different):
@@ -94,19 +99,19 @@ def _days(dates: Sequence[str], american: bool, place: Callable[[int], str]) -> 
     return np.array([number[d] for d in dates], dtype=np.float64)
 
 
-_YEARS = (9e8, 4.2e9)  # s since 1970, of 1998 and of 2103: no other unit of measure has stamps of the size
-_DAYS = ((20e3, 80e3), (7.1e5, 7.7e5))  # days since 1900 and since the year 0, of the last and of this century
-_LEAST_STEP = 1e-6  # s: times of that size are no seconds if their steps are shorter
-_AGREE = 0.01  # relative difference of two statements of one step
-_EPOCH = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}  # counts in a second
+_YEARS = (9e8, 4.2e9)  # s since 1970 in the years 1998 and 2103; counts in other units are outside this range
+_DAYS = ((20e3, 80e3), (7.1e5, 7.7e5))  # days since 1900, and since the year 0, for dates of the last and this century
+_LEAST_STEP = 1e-6  # s: times of this size are not in seconds if their steps are shorter
+_AGREE = 0.01  # permitted relative difference between two stated values of one time step
+_EPOCH = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}  # counts per second
 
 
 @dataclass(frozen=True)
 class Clock:
-    """Times t (n,) of the rows in s, and a text `said` with the unit of measure and the assumptions.
+    """Times t (n,) of the rows of a table in s, and a text `said` with the unit of measure and the assumptions.
 
-    `digits` returns the value (s) of one count of the last digit of each time; None for times that are uniform by
-    construction.
+    The function `digits` returns the value (s) of one unit of the last digit of each time. It is None if the times
+    were computed from a sampling rate.
     """
 
     t: Array
@@ -115,14 +120,14 @@ class Clock:
 
 
 def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: Array) -> Clock:
-    """Return the times of `n` rows from column `k` with the given `numbers` (n,), if it contains numbers.
+    """Return the times of the `n` rows of a table, whose time column `k` contains the `numbers` (n,) or time stamps.
 
-    Without a time column, `k` is None. If a sample `rate` (Hz) is given, the time column is not used.
+    If there is no time column, `k` is None. If a sampling `rate` (Hz) is given, the time column is not used.
 
     Raises
     ------
     InputError
-        The column is not a time, or the unit of measure does not fit the stamps.
+        The column does not contain times, or the size of its numbers contradicts its unit of measure.
     """
     rows: Array = np.arange(n, dtype=np.float64)
     if rate is not None:
@@ -146,7 +151,10 @@ def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: A
 
 
 def _scale(table: Table, column: Column, first: float, step: float) -> tuple[str, float, str]:
-    """Find the unit of measure of times: text for the user, counts per second, and the origin of stamps."""
+    """Return a text with the unit of measure of a time column, its counts per second, and a text with its first date.
+
+    The values `first` and `step` are the first time and the time step, in the unit of the column.
+    """
     sized = next((u for u, per in _EPOCH.items() if _YEARS[0] * per <= first < _YEARS[1] * per), "")
     counts, seconds = TIME[column.unit or sized or "s"]
     counts = counts / seconds

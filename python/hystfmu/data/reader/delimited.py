@@ -1,6 +1,6 @@
-"""Text files of rows and columns as a `Table`: limited decompression, encodings, line ends, columns, numbers.
+"""Reader of text files with rows and columns: decompression, encoding, line ends, columns and numbers.
 
-An error names line and column of the first cell that is not a number.
+An error message names the line and the column of the first cell that is not a number.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ from hystfmu.data.reader.table import Column, Stamps, Table, is_unit, spelling, 
 _NO_ROW = re.compile(r"^[ \t]*(?:$|#|%|//|!)", re.MULTILINE)
 _EDGES = re.compile(r"^[ \t]+|[ \t]+$", re.MULTILINE)
 _BLANKS = re.compile(r"[ \t]+")
-_CELL = "\x1f"  # no text file has this character here
+_CELL = "\x1f"  # separator of cells; `text_of` refuses files with this character
 
 
 class Rows:
     """The rows of numbers of a text file, a `Source`; `titles` name its columns, for messages.
 
-    `decimal` is the decimal sign; None finds it.
+    `decimal` is the decimal sign; with None, the reader finds the sign.
 
     Raises
     ------
@@ -86,7 +86,7 @@ class Rows:
         return "\n".join(rows)
 
     def _sign(self) -> str | None:
-        """Return the decimal sign of the file; None if it must be found for each column."""
+        """Return the decimal sign of the whole file; None if the sign must be found for each column."""
         if self.separator == COMMA:
             return POINT
         sign = decimal_sign(self._body)
@@ -105,7 +105,7 @@ class Rows:
         return [line.split(self.separator)[k].strip() for line in self._body.split("\n")]
 
     def digits(self, k: int) -> Array:
-        """Return the value of one count in the last printed digit of column `k`."""
+        """Return, for each number in column `k`, the value of one unit of its last printed digit."""
         sign = self.decimal or POINT
         mantissas = (plain(c, sign).lower().partition("e")[::2] for c in self.words(k))
         return np.array([10.0 ** (int(e or 0) - len(m.partition(".")[2])) for m, e in mantissas])
@@ -122,16 +122,16 @@ class Rows:
         return np.array([float(v - exact[0]) for v in exact])
 
     def stamps(self, k: int) -> Stamps:
-        """Return the times of column `k`, clocks."""
+        """Return the times of column `k`, which contains times of day."""
         return stamps(self.words(k), partial(line_of, str(self._path), self.lines))
 
     def numbers(self, order: Sequence[int]) -> Array:
-        """Return the columns `order` as numbers, shape (n, len(order)).
+        """Return the numbers of the columns with the indices `order`, shape (n, len(order)).
 
         Raises
         ------
         InputError
-            One line with file, line, column and value.
+            A cell is not a number. The message names the file, the line, the column and the cell.
         """
         self._check_widths()
         body = self._body
@@ -169,7 +169,7 @@ class Rows:
             )
 
     def _converted(self, k: int) -> Array:
-        """Convert a column that contains commas and points."""
+        """Return the numbers of a column that contains commas and points."""
         cells = self.words(k)
         sign = self.decimal or column_sign("\n".join(cells))
         if sign is None:
@@ -207,16 +207,16 @@ def _number(text: str) -> float | None:
 GZIP = b"\x1f\x8b"
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _MARKS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
-_LOOK = 1000  # bytes that tell UTF-16 without a mark
+_LOOK = 1000  # number of first bytes that are examined to recognise UTF-16 without a byte order mark
 
 
 def content_of(path: str | Path, most: int) -> tuple[bytes, list[str]]:
-    """Read a file, unpack gzip, and return the bytes and a remark.
+    """Return the content of a file, decompressed if it is a gzip file, and remarks about the compression.
 
     Raises
     ------
     InputError
-        The file cannot be read, is damaged, or has more than `most` bytes, also after unpacking.
+        The file cannot be read, is damaged, or has more than `most` bytes before or after decompression.
     """
     content = read_bytes(path, most)
     if not content.startswith(GZIP):
@@ -238,10 +238,10 @@ def content_of(path: str | Path, most: int) -> tuple[bytes, list[str]]:
 
 
 def text_of(content: bytes, path: str | Path) -> tuple[str, list[str]]:
-    """Decode a text file; in the result, lines end with a line feed.
+    """Return the text of a file, with a line feed at the end of each line, and remarks about the encoding.
 
-    Text is UTF-8 or UTF-16, with or without a byte order mark. Other text is assumed to be cp1252, the encoding of
-    Windows.
+    The encoding is UTF-8 or UTF-16, with or without a byte order mark. Other text is assumed to be in cp1252, an
+    encoding of Windows.
 
     Raises
     ------
@@ -279,14 +279,15 @@ def _shown(name: str) -> str:
 
 
 def delimited(content: bytes, path: str | Path, decimal: str | None, packed: list[str]) -> Table:
-    """Read the content of a text file, unpacked; `path` is for messages, `packed` names its compression.
+    """Return the table of a text file.
 
-    `decimal` is the decimal sign; None finds it.
+    `content` is the content of the file after decompression, and `path` its name for messages. `packed` contains
+    remarks about the compression. `decimal` is the decimal sign; with None, the reader finds the sign.
 
     Raises
     ------
     InputError
-        One line with file, line, rule and value.
+        The file is not a table of numbers. The message names the file, the line, the rule and the value.
     """
     text, encoding = text_of(content, path)
     assumed = [*packed, *encoding]

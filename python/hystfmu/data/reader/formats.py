@@ -1,7 +1,7 @@
-"""Parsers of binary files, run in a confined process by the path of this file.
+"""Parsers of binary files. This file is run as a program in a confined process.
 
-The packages for these formats are native code, which an untrusted file can crash. The process returns one line of JSON
-for all arrays, then a line and npy data for each array. It loads no part of the package but `base`.
+The packages for these formats are native code, and an untrusted file can crash them. The process writes one line of
+JSON with all arrays, followed by one line and npy data for each array. Of HystFMU, the process imports only `base`.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ _SECONDS = {"D": 86400.0, "h": 3600.0, "m": 60.0, "s": 1.0, "ms": 1e-3, "us": 1e
 
 
 class Found(NamedTuple):
-    """An array in a file, not read yet: `read` returns its values, of `nbytes`; the file states the `unit`.
+    """Description of an array in a file: `read` returns its values, whose size is `nbytes`.
 
-    An array of dates and clocks has its `first` stamp, and its values are seconds since this stamp.
+    For an array of times, `first` is the first time stamp, and the values are seconds since this stamp.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Found(NamedTuple):
 
 
 def number(name: str, value: float, unit: str = "") -> Found:
-    """Return a single number of a file, e.g. its sample rate, as an array of shape ()."""
+    """Return the description of a single number in a file, e.g. of a sampling rate, as an array of shape ()."""
     return Found(name, (), 8, lambda: np.float64(value), unit)
 
 
@@ -51,10 +51,11 @@ def since_first(times: np.ndarray) -> tuple[np.ndarray, str]:
 
 
 def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Sequence[str]) -> None:
-    """Parse a file and write its result.
+    """Parse a file and write the result to another file.
 
-    `arrays` returns the arrays of a file from its path, and a remark. It may raise any exception. `words` are source,
-    result (an existing file), maximum number of bytes of all values, and the name of one array, or none for all arrays.
+    The function `arrays` returns, for the path of a file, the descriptions of its arrays, and remarks. It may raise any
+    exception. `words` contains the path of the file, the path of the existing result file, the maximum number of bytes
+    of all values, and the name of the requested array. An empty name requests all arrays.
     """
     source, result, most, asked = [*words, ""][:4]
     with open(result, "r+b") as out:
@@ -69,7 +70,7 @@ def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Seq
 
 
 def _write(out: IO[bytes], found: Sequence[Found], said: list[str], most: int, asked: str) -> None:
-    """Write the list of all arrays, and the values within the size limit."""
+    """Write the descriptions of all arrays, and those values that the size limit permits."""
     _line(out, {"said": said, "arrays": [[a.name, list(map(int, a.shape)), a.unit, a.first] for a in found]})
     for a in found:
         if asked not in ("", a.name) or len(a.shape) > 2 or a.nbytes > most:
@@ -77,7 +78,7 @@ def _write(out: IO[bytes], found: Sequence[Found], said: list[str], most: int, a
         most -= a.nbytes
         try:
             values = np.asarray(a.read())
-        except Exception as e:  # as above
+        except Exception as e:  # any class: the file is untrusted, see above
             _line(out, {"name": a.name, "error": _text(e)})
         else:
             _line(out, {"name": a.name})
@@ -93,16 +94,16 @@ def _text(e: Exception) -> str:
 
 
 Told = tuple[list[Found], list[str]]
-INDEX = "__index_level_0__"  # an index of pandas without a name
+INDEX = "__index_level_0__"  # name of a pandas index that has no name
 PARQUET = b"PAR1"
 MOST_DEPTH = 8
 MATLAB_BLOCK = 512  # bytes before the signature in a MAT file of version 7.3
 UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
-LEAST_ROWS = 4  # with two numbers or times
+LEAST_ROWS = 4  # minimum number of rows with two numbers or times in a sheet
 
 
 def arrow(source: str) -> Told:
-    """Return the columns of numbers and times of a parquet or feather file, by pyarrow."""
+    """Return the columns of numbers and times in a parquet or feather file, read with pyarrow."""
     import pyarrow as pa
 
     pa.set_cpu_count(1)
@@ -121,12 +122,12 @@ def arrow(source: str) -> Told:
 
 
 def _arrow_column(pa: Any, field: Any, column: Any) -> list[Found]:
-    """Return a column if it contains numbers or times."""
+    """Return a list with the description of a column, which is empty if the column has neither numbers nor times."""
     kind, name = field.type, field.name
     told = field.metadata or {}
     unit = next((told[k].decode("utf-8", "replace") for k in (b"unit", b"units") if k in told), "")
     if name == INDEX:
-        if pa.types.is_integer(kind):  # it numbers rows
+        if pa.types.is_integer(kind):  # an index of integers contains row numbers
             return []
         name = "index"
     if pa.types.is_timestamp(kind) or pa.types.is_time(kind) or pa.types.is_date64(kind):
@@ -146,7 +147,7 @@ def _arrow_column(pa: Any, field: Any, column: Any) -> list[Found]:
 
 
 def hdf5(source: str) -> Told:
-    """Return the arrays of real numbers in an HDF5 file, without links, and the single numbers in its attributes."""
+    """Return the arrays of real numbers in an HDF5 file, and the single numbers in its attributes, without links."""
     import h5py
 
     file = h5py.File(source, "r")
@@ -154,9 +155,9 @@ def hdf5(source: str) -> Told:
 
 
 def _hdf5_arrays(h5py: Any, file: Any, turn: int) -> list[Found]:
-    """Collect the datasets of the file; links to other files are not followed.
+    """Return the descriptions of all arrays in an HDF5 file. Links to other files are not followed.
 
-    MATLAB stores columns first: `turn` is -1.
+    `turn` is -1 for files of MATLAB, which store matrices by columns, and otherwise 1.
     """
     found: list[Found] = []
 
@@ -187,7 +188,7 @@ def _hdf5_values(item: Any, turn: int) -> np.ndarray:
 
 
 def _hdf5_attributes(item: Any, prefix: str) -> list[Found]:
-    """Return single numbers, such as a sample step."""
+    """Return the single numbers, such as a time step, in the attributes of an item."""
     found = []
     for key in item.attrs:
         value = np.asarray(item.attrs[key])
@@ -205,12 +206,12 @@ def _hdf5_unit(array: Any) -> str:
 
 
 def numpy_files(source: str) -> Told:
-    """Return the arrays of numbers or times of an npy or npz file; the array of an npy file has no name.
+    """Return the arrays of numbers or times in an npy or npz file. The array of an npy file has no name.
 
     Raises
     ------
     ValueError
-        The arrays contain objects.
+        An array contains Python objects.
     """
     loaded = np.load(source, allow_pickle=False)
     if isinstance(loaded, np.ndarray):
@@ -219,7 +220,7 @@ def numpy_files(source: str) -> Told:
     for name in loaded.files:
         try:
             found += _numpy_array(name, loaded[name])
-        except ValueError as e:  # pickled
+        except ValueError as e:  # the array contains pickled objects
             fault = e
     if fault is not None and not found:
         raise fault
@@ -238,7 +239,10 @@ def _numpy_array(name: str, array: np.ndarray) -> list[Found]:
 
 
 def tdms(source: str) -> Told:
-    """Return the channels of a LabVIEW file, by npTDMS; names include the group if there are several groups."""
+    """Return the channels of a TDMS file of LabVIEW, read with npTDMS.
+
+    The name of a channel includes its group if there are several groups.
+    """
     from nptdms import TdmsFile
 
     file = TdmsFile.open(source)
@@ -265,16 +269,18 @@ def _tdms_channel(name: str, channel: Any) -> list[Found]:
 
 
 def xlsx(source: str) -> Told:
-    """Return the first sheet with rows of numbers as text lines with tabs (bytes), and its name (openpyxl).
+    """Return the first sheet with rows of numbers in an Excel workbook, read with openpyxl, and the name of this sheet.
+
+    The sheet is returned as bytes of text, with tabs between the cells.
 
     Raises
     ------
     ValueError
-        No sheet has rows of numbers.
+        No sheet contains rows of numbers.
     """
     from openpyxl import load_workbook
 
-    with open(source, "rb") as file:  # the name tells no format
+    with open(source, "rb") as file:  # opened here, because openpyxl refuses names without a known extension
         book = load_workbook(io.BytesIO(file.read()), read_only=True, data_only=True)
     sheets = book.worksheets
     for sheet in sheets:
@@ -291,7 +297,7 @@ def xlsx(source: str) -> Told:
 
 
 def _cell(value: Any) -> str:
-    """Write a cell; openpyxl rounds clocks to milliseconds."""
+    """Return the text of a cell. Times of day have milliseconds, because openpyxl rounds them."""
     if value is None:
         return ""
     if isinstance(value, datetime.datetime):

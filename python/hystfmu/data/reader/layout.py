@@ -1,7 +1,8 @@
-"""Layout of a text file: cells and their decimal sign, separator, headings and units of measure, first row of numbers.
+"""Layout of a text file: decimal sign, separator, headings, units of measure, and first row of numbers.
 
-The layout is read from the first lines. A row of numbers has at least one number. The headings are the line of text
-above the first row. Lines above the headings are the preamble. No other line is skipped: an error states its number.
+The layout is found from the first lines. A row of numbers contains at least one number. The headings are the line of
+text above the first row of numbers. Lines above the headings are the preamble. No other line is ignored: if another
+line is not a row of numbers, an error states its line number.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data.reader.clock import is_stamp
 from hystfmu.data.reader.table import Kind, is_unit
 
-SEPARATORS: tuple[str | None, ...] = ("\t", ";", ",", None)  # None: blanks
+SEPARATORS: tuple[str | None, ...] = ("\t", ";", ",", None)  # None means one or more blanks
 COMMENTS = ("#", "%", "//", "!")
 _DIGITS = r"\d+(?:[.,]\d*)?|[.,]\d+"
 _THOUSANDS = r"\d{1,3}(?:\.\d{3})+,\d*|\d{1,3}(?:,\d{3})+(?:\.\d*)?|\d{1,3}(?:\.\d{3}){2,}"
@@ -26,7 +27,7 @@ _BLANKS = re.compile(r'"[^"]*"|\S+')
 
 
 def split(line: str, separator: str | None) -> list[str]:
-    """Return the cells of a line, without quotes and outer blanks.
+    """Return the cells of a line, without quotes and without blanks at their ends.
 
     Raises
     ------
@@ -41,7 +42,7 @@ def split(line: str, separator: str | None) -> list[str]:
 
 
 def is_number(cell: str) -> bool:
-    """Return whether a cell is written as a number, in any notation."""
+    """Return whether a cell contains a number, with a decimal point or a decimal comma."""
     return _NUMBER.fullmatch(cell) is not None
 
 
@@ -51,7 +52,7 @@ def is_comment(line: str) -> bool:
 
 
 def shown(separator: str | None) -> str:
-    """Name a separator for a message."""
+    """Return the name of a separator for a message."""
     return {"\t": "tabs", None: "blanks"}.get(separator, f"{separator!r}")
 
 
@@ -59,9 +60,10 @@ POINT, COMMA = ".", ","
 
 
 def _evidence(sign: str) -> re.Pattern[str]:
-    """Pattern of a number whose `sign` cannot be a thousands separator.
+    """Return a pattern for numbers in which `sign` must be the decimal sign, not a thousands separator.
 
-    The number has not three digits after the sign, or it has no digit, a zero or four digits before the sign.
+    In such a number, the digits after the sign are not exactly three, or an exponent follows them, or there is no
+    digit, a zero or at least four digits before the sign.
     """
     s = re.escape(sign)
     before = rf"(?<![\d.,'])(?:0\d*|\d{{4,}}|(?<![\w]))?{s}\d"
@@ -71,7 +73,7 @@ def _evidence(sign: str) -> re.Pattern[str]:
 
 
 _DECIMAL = {sign: _evidence(sign) for sign in (POINT, COMMA)}
-_PARTED = {  # thousands are parted: twice, or before the other sign
+_PARTED = {  # patterns of numbers with thousands separators: the separator occurs twice, or before the other sign
     sign: re.compile(
         rf"(?<![\d.,])\d{{1,3}}{re.escape(sign)}\d{{3}}(?:{re.escape(sign)}\d{{3}}(?!\d)|{re.escape(other)}\d)"
     )
@@ -81,21 +83,22 @@ _SIGNED = {sign: re.compile(rf"\d{re.escape(sign)}\d") for sign in (POINT, COMMA
 
 
 def decimal_sign(text: str) -> str | None:
-    """Find the decimal sign of the numbers in a text.
+    """Return the decimal sign of the numbers in a text.
 
-    None if a comma may be a thousands separator or the decimal sign, or if point and comma are decimal signs.
+    The result is None if a comma may be a decimal sign or a thousands separator, or if both comma and point are decimal
+    signs.
     """
     if COMMA not in text or not (_SIGNED[COMMA].search(text) or _DECIMAL[COMMA].search(text)):
         return POINT
     if POINT not in text and _DECIMAL[COMMA].search(text):
-        return COMMA  # a cell such as 1,234,567 beside it is no number
+        return COMMA  # then a cell such as 1,234,567 is not a number
     comma = bool(_DECIMAL[COMMA].search(text)) or bool(_PARTED[POINT].search(text))
     point = bool(_DECIMAL[POINT].search(text)) or bool(_PARTED[COMMA].search(text))
     return None if comma == point else COMMA if comma else POINT
 
 
 def column_sign(text: str) -> str | None:
-    """Find the decimal sign of a column if other columns use point and comma; None if it is not clear."""
+    """Return the decimal sign of one column in a file with point and comma; None if the sign is ambiguous."""
     sign = decimal_sign(text)
     if sign == POINT and POINT in text and not (_DECIMAL[POINT].search(text) or _PARTED[COMMA].search(text)):
         return None
@@ -103,7 +106,7 @@ def column_sign(text: str) -> str | None:
 
 
 def plain(cell: str, sign: str) -> str:
-    """Return a number with a decimal point and without thousands separators."""
+    """Return the text of a number with a decimal point and without thousands separators."""
     other = COMMA if sign == POINT else POINT
     whole, mark, rest = cell.partition(sign)
     if other in whole and re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(other)}\d{{3}})+", whole):
@@ -111,14 +114,14 @@ def plain(cell: str, sign: str) -> str:
     return f"{whole}.{rest}" if mark else whole
 
 
-LOOK = 400  # lines that are looked at, comments and empty lines not counted
-LAST = 7  # of them: the lines at the end, that show how a row looks
-LEAST_SHARE = 0.3  # of numbers in the cells of a row; the others are text, e.g. a date
+LOOK = 400  # number of first lines that are examined, without comments and empty lines
+LAST = 7  # number of last rows among these lines from which separator, width and kinds of columns are found
+LEAST_SHARE = 0.3  # minimum fraction of cells of a row with numbers; other cells contain text, e.g. a date
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line with its number, from 1, and the position of its first character in the text."""
+    """A line of the file with its number, counted from 1, and the position of its first character in the text."""
 
     number: int
     start: int
@@ -129,11 +132,11 @@ class Line:
 class Layout:
     """Layout of a file.
 
-    Rows have `width` cells, including an empty one after a trailing separator; a separator None means blanks. `labels`
-    and `units` are headings and units of measure, or empty; `named` is the line of the headings, or 0. `preamble`
-    counts the lines above the headings that are neither empty nor comments. `kinds` are the kinds of cells in the last
-    rows. `header` has text and cells of the lines above the headings, of comments, and of cells to the left of the
-    first rows.
+    A row has `width` cells, including an empty cell after a trailing separator. The separator None means blanks.
+    `labels` and `units` are headings and units of measure, or empty lists. `named` is the line number of the headings,
+    or 0. `preamble` is the number of lines above the headings that are neither empty nor comments. `kinds` contains the
+    kind of content of each column. `header` contains texts that may state a time step or units of measure, with their
+    cells: the lines above the headings, the comments, and the cells to the left of the numbers in the first rows.
     """
 
     separator: str | None
@@ -149,12 +152,12 @@ class Layout:
 
 
 def layout_of(text: str, path: str | Path) -> Layout:
-    """Find the layout of a file.
+    """Return the layout of a text file.
 
     Raises
     ------
     InputError
-        The file has no rows of numbers, the first row may be headings, or the headings do not fit the rows.
+        The file has no rows of numbers, the first row may be a row of headings, or the headings do not fit the rows.
     """
     lines, comments = _first_lines(text)
     if not lines:
@@ -190,7 +193,7 @@ def layout_of(text: str, path: str | Path) -> Layout:
 
 
 def _kinds(rows: list[list[str]], width: int) -> tuple[Kind, ...]:
-    """Find the kind of each column from the last rows."""
+    """Return the kind of content of each column, found from the last rows."""
 
     def kind(cells: list[str]) -> Kind:
         if not any(cells):
@@ -211,7 +214,7 @@ def _refuse_width(path: str | Path, head: Line, row: Line, names: int, width: in
 
 
 def _first_lines(text: str) -> tuple[list[Line], list[Line]]:
-    """Return the first lines that are not empty, and the comments among them."""
+    """Return the first lines that are neither empty nor comments, and the comments between them."""
     lines: list[Line] = []
     comments: list[Line] = []
     at, number = 0, 0
@@ -233,13 +236,16 @@ def _cells(line: str, separator: str | None) -> list[str]:
 
 
 def _is_row(cells: list[str]) -> bool:
-    """True if cells look like data: the first is a number, and more than half of the nonempty cells are numbers."""
+    """Return whether cells may be a row of data.
+
+    The first cell of such a row is a number, and more than half of its nonempty cells are numbers.
+    """
     filled = [c for c in cells if c]
     return is_number(cells[0]) and 2 * sum(map(is_number, filled)) > len(filled)
 
 
 def _separator(lines: list[Line]) -> tuple[str | None, int]:
-    """Find the number of cells in a row, and the separator that gives the most numbers at the end of the lines."""
+    """Return the separator for which the last rows contain the largest fraction of numbers, and the width of a row."""
     best: tuple[bool, float] = (False, -1.0)
     found: tuple[str | None, int] = (",", 1)
     for separator in SEPARATORS:
@@ -258,11 +264,9 @@ def _separator(lines: list[Line]) -> tuple[str | None, int]:
 
 
 def _first_row(rows: list[list[str]], width: int, lead: int) -> int:
-    """Search backwards from the last row with numbers to the first.
+    """Return the index of the first row of numbers, or the number of rows if there is no such row.
 
-    Return the index of the first row, or the number of rows if there is no row with numbers.
-
-    The first `lead` cells of a row contain no numbers.
+    The search goes backwards from the last row with numbers. The first `lead` cells of a row contain no numbers.
     """
     k = max((i + 1 for i, r in enumerate(rows) if any(map(is_number, r))), default=0)
     if not k:
@@ -278,14 +282,17 @@ def _first_row(rows: list[list[str]], width: int, lead: int) -> int:
         a and not is_number(a) and is_number(b) for a, b in zip(top, below, strict=True)
     )
     if mixed and not is_number(top[0]) and not (k and len(rows[k - 1]) == width):
-        k += 1  # headings some of which are numbers: Time, 1, 2
+        k += 1  # this row contains headings, some of which are numbers: Time, 1, 2
     return k
 
 
 def _headings(
     lines: list[Line], comments: list[Line], separator: str | None, width: int, trailing: bool
 ) -> tuple[list[str], list[str], int]:
-    """Find headings and units of measure above the rows, in plain lines or in comments: labels, units, line."""
+    """Return the headings, the units of measure, and the line number of the headings.
+
+    They are found in the lines above the rows or in the comments.
+    """
 
     def fitted(line: Line) -> list[str] | None:
         text = line.text.lstrip().lstrip("#%/!").strip() if line in comments else line.text
@@ -304,16 +311,16 @@ def _headings(
 
 
 def _fitted(text: str, separator: str | None, width: int, trailing: bool) -> list[str] | None:
-    """Return the cells of a line of headings if they fit the rows, else None."""
+    """Return the cells of a line of headings if their number fits the rows, otherwise None."""
     cells = _cells(text, separator)
-    if separator is None and len(cells) != width:  # names with blanks: two or more apart, or before brackets
+    if separator is None and len(cells) != width:  # headings with blanks: split them at two blanks or after brackets
         for pattern in (r"\s{2,}|\t", r"\s+(?![\[(])", r"\s*[,;]\s*"):
             cells = [c for c in re.split(pattern, text.strip()) if c]
             if len(cells) == width:
                 break
     cells = [c.strip() for c in cells]
     if len(cells) == width + 1 and (not cells[-1] or cells[-1].lower() == "comment"):
-        cells.pop()  # LabVIEW: a comment that no row has
+        cells.pop()  # LabVIEW adds a heading for comments, for which the rows have no cell
     if len(cells) == width - 1 and trailing:
         cells.append("")
     return cells if len(cells) == width and any(c and not is_number(c) for c in cells) else None

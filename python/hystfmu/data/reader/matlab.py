@@ -1,9 +1,10 @@
-"""MAT files of version 5: numeric arrays, also in structs and cells, unpacked within a limit.
+"""Reader of MAT files of version 5: numeric arrays, also inside structs and cells, with a limited decompressed size.
 
-A struct with a name for its values, as in recordings of dSPACE and Simulink, gives a column with this name.
+In recordings of dSPACE and Simulink, a struct contains a signal and its name. The signal becomes a column with this
+name.
 
-The parser is implemented here, because the parser of scipy loads slowly and is native code, which an untrusted file can
-crash. The format is defined in MathWorks, MAT-File Format, level 5.
+This module contains its own parser, because the parser of scipy loads slowly and is native code that an untrusted file
+can crash. The format is defined in MathWorks, MAT-File Format, level 5.
 """
 
 from __future__ import annotations
@@ -22,26 +23,26 @@ from hystfmu.data.reader.arrays import Named, table_of
 from hystfmu.data.reader.table import Table, stated_step
 
 HEADER, TAG = 128, 8
-MATRIX, COMPRESSED = 14, 15  # types of elements
+MATRIX, COMPRESSED = 14, 15  # types of data elements
 STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
-NUMERIC = {6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8"}  # classes
+NUMERIC = {6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8"}  # by class
 CELL, STRUCT, CHAR = 1, 2, 4
 MOST_DEPTH, LEAST_COLUMNS = 8, 2
 OTHERS = {1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse", 16: "function", 17: "opaque"}
 
 
 class _Damaged(ValueError):
-    """The bytes are not a MAT file."""
+    """The content is not a valid MAT file."""
 
 
 @dataclass(frozen=True)
 class _Array:
-    """An array in a file: its class, and the stored elements of its values."""
+    """An array in a MAT file, with its class and the stored elements that contain its values."""
 
     name: str
     kind: int
     shape: tuple[int, ...]
-    parts: list[tuple[int, memoryview]]  # real and imaginary
+    parts: list[tuple[int, memoryview]]  # real and imaginary part
     order: str
     unit: str = ""
 
@@ -60,27 +61,27 @@ class _Array:
         if count != given:
             raise _Damaged(f"{given} values for {count} in {self.name!r}")
         values = np.frombuffer(content, self.order + STORED[stored], count).reshape(self.shape, order="F")
-        with np.errstate(invalid="ignore"):  # MATLAB stores whole numbers small, never the other way round
+        with np.errstate(invalid="ignore"):  # MATLAB may store integers in a smaller type than the class of the array
             return values.astype(NUMERIC[self.kind])
 
 
 def is_matlab(content: bytes) -> bool:
-    """Return whether the bytes are a MAT file of version 5."""
+    """Return whether the content of a file is a MAT file of version 5."""
     return content[:6] == b"MATLAB" and content[126:128] in (b"IM", b"MI")
 
 
 def matlab(content: bytes, path: str | Path, most: int) -> Table:
-    """Read the numeric arrays of a MAT file.
+    """Return a table of the numeric arrays in a MAT file.
 
     Raises
     ------
     InputError
-        The file is damaged, unpacks to more than `most` bytes, or has no numeric arrays.
+        The file is damaged, has more than `most` bytes after decompression, or contains no numeric arrays.
     """
     try:
         whole = list(_arrays(content, path, most))
         found = {a.name: a for a in whole if a.kind in NUMERIC}
-        if sum(math.prod(a.shape) > 1 for a in found.values()) < LEAST_COLUMNS:  # else structs hold something else
+        if sum(math.prod(a.shape) > 1 for a in found.values()) < LEAST_COLUMNS:  # enough arrays: ignore structs
             for a in (a for outer in whole if outer.kind not in NUMERIC for a in _leaves(outer)):
                 found[a.name if a.name not in found else f"{a.name} #{len(found)}"] = a
     except _Damaged as e:
@@ -105,7 +106,7 @@ def matlab(content: bytes, path: str | Path, most: int) -> Table:
 
 
 def _arrays(content: bytes, path: str | Path, most: int) -> Iterator[_Array]:
-    """Yield the arrays of a file that have a name; packed arrays are unpacked."""
+    """Yield the arrays of a file that have a name, decompressed if needed."""
     order = "<" if content[126:128] == b"IM" else ">"
     size = HEADER
     for stored, element in _elements(memoryview(content)[HEADER:], order):
@@ -120,7 +121,7 @@ def _arrays(content: bytes, path: str | Path, most: int) -> Iterator[_Array]:
 
 
 def _unpacked(element: memoryview, most: int) -> bytes:
-    """Return the content of a compressed element, at most `most` + 1 bytes."""
+    """Return the decompressed content of an element, at most `most` + 1 bytes."""
     unpacker = zlib.decompressobj()
     try:
         found = unpacker.decompress(element, max(most, 0) + 1)
@@ -132,11 +133,11 @@ def _unpacked(element: memoryview, most: int) -> bytes:
 
 
 def _elements(content: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
-    """Yield type and content of consecutive elements."""
+    """Yield type and content of consecutive data elements."""
     at = 0
     while at + TAG <= len(content):
         stored, length = struct.unpack_from(f"{order}II", content, at)
-        if stored >> 16:  # a small element holds its up to four bytes in the tag
+        if stored >> 16:  # a small element contains its data, at most four bytes, in the tag
             stored, length = stored & 0xFFFF, stored >> 16
             if length > TAG // 2:
                 raise _Damaged(f"a small element of {length} bytes")
@@ -150,17 +151,20 @@ def _elements(content: memoryview, order: str) -> Iterator[tuple[int, memoryview
 
 
 def _even(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the shape without dimensions of length 1 before the last dimension: Simulink logs 1 x 1 x n."""
+    """Return the shape of an array without dimensions of length 1 before the last dimension.
+
+    Simulink stores signals with the shape 1 x 1 x n.
+    """
     return shape if len(shape) < 3 else tuple(n for n in shape if n != 1) or (1,)
 
 
 def _array(matrix: memoryview, order: str, inner: bool = False) -> _Array | None:
-    """Read class, shape, name and elements of an array; None for an internal array without name.
+    """Return an array with its class, shape, name and elements; None for an internal array without name.
 
-    `order` is the byte order. Parts of a struct or a cell are `inner` arrays, which have no names.
+    `order` is the byte order. With `inner`, the array is part of a struct or of a cell array, and has no name.
     """
     if inner and not len(matrix):
-        return None  # an empty one
+        return None  # an empty array
     elements = _elements(matrix, order)
     kind = _integers(elements, order)[0] & 0xFF
     if kind not in NUMERIC and kind not in OTHERS:
@@ -176,7 +180,7 @@ def _array(matrix: memoryview, order: str, inner: bool = False) -> _Array | None
 
 
 def _leaves(array: _Array, depth: int = 0) -> Iterator[_Array]:
-    """Yield the arrays of numbers in a struct or a cell, named by their fields; yield other arrays unchanged."""
+    """Yield the arrays inside a struct or a cell array, named after their fields; yield another array unchanged."""
     if array.kind not in (CELL, STRUCT):
         yield array
         return
@@ -198,7 +202,10 @@ def _leaves(array: _Array, depth: int = 0) -> Iterator[_Array]:
 
 
 def _members(array: _Array) -> Iterator[dict[str, _Array]]:
-    """Yield the elements of a struct or of a cell, each as a set of fields; the field of a cell has no name."""
+    """Yield the elements of a struct array or of a cell array, each as a dictionary of its fields.
+
+    The field of a cell has an empty name.
+    """
     parts = array.parts
     names = [""]
     if array.kind == STRUCT:
@@ -219,7 +226,7 @@ def _members(array: _Array) -> Iterator[dict[str, _Array]]:
 
 
 def _text(array: _Array) -> str:
-    """Return a char array as text."""
+    """Return the text of a char array."""
     if not array.parts or array.parts[0][0] not in (1, 2, 4, 16, 17):
         return ""
     stored, content = array.parts[0]
@@ -228,7 +235,7 @@ def _text(array: _Array) -> str:
 
 
 def _integers(elements: Iterator[tuple[int, memoryview]], order: str) -> tuple[int, ...]:
-    """Return the next element of integers: flags or a shape."""
+    """Return the integers of the next data element, which contains flags or a shape."""
     stored, content = next(elements, (0, b""))
     if stored not in (5, 6) or not len(content) or len(content) % 4:
         raise _Damaged("an array without class or shape")

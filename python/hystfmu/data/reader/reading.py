@@ -1,4 +1,4 @@
-"""`read`: a file of measured data as a `Dataset`."""
+"""The function `read`, which converts a file of measured data to a `Dataset`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from hystfmu.data.reversals import resample as resampled
 from hystfmu.data.reversals import unevenness
 
 MOST_BYTES = 256 * 2**20
-MOST_TITLE = 80  # characters of a heading that a model keeps
+MOST_TITLE = 80  # maximum number of characters of a heading that a model stores
 
 
 @checked
@@ -54,66 +54,68 @@ def read(
     decimal: Literal[".", ","] | None = None,
     most: int = MOST_BYTES,
 ) -> Dataset:
-    """Read a measurement from a file or from a data frame.
+    """Read measured data from files or from data frames.
 
-    A text file is in UTF-8, UTF-16 or cp1252. It has commas, semicolons, tabs or blanks between the columns, and a
-    decimal point or a decimal comma. It may have quotes, comments, a line of units of measure, and lines above the
-    names, such as headers of LabVIEW and of oscilloscopes. gzip may pack the text file. Further formats are npy, npz,
-    and MAT files with arrays and structs of dSPACE and Simulink. The extra ``files`` adds HDF5, MAT of version 7.3,
-    xlsx, parquet, feather and TDMS.
+    A text file is encoded in UTF-8, UTF-16 or cp1252. Its columns are separated by commas, semicolons, tabs or blanks,
+    and its numbers have a decimal point or a decimal comma. It may contain quotes, comments, a line of units of
+    measure, and lines above the headings, such as headers of LabVIEW and of oscilloscopes. It may be compressed with
+    gzip. Further formats are npy, npz, and MAT files with arrays and structs of dSPACE and Simulink. The extra
+    ``files`` adds HDF5, MAT of version 7.3, xlsx, parquet, feather and TDMS.
 
-    The time is a number, a date and clock, or a count since 1970, whose unit of measure follows from its size. Without
-    a time column, the file may state its sample rate. `Dataset.read_as` states all assumptions in one line. Ambiguous
-    data are refused.
+    A time may be a number, a date with a time of day, or a count since 1970. The size of such a count determines its
+    unit of measure. A file without a time column may state its sampling rate. `Dataset.read_as` states all assumptions
+    in one line. Ambiguous data are refused.
 
     Parameters
     ----------
     path : str, Path, data frame, dict or array, or sequence of them
-        The file, or the columns: a data frame of pandas, polars or pyarrow, a dict of arrays, or an array (n, 3) of
-        time, input and output. Each of several files is a record with its own memory.
+        A file, or data in columns: a data frame of pandas, polars or pyarrow, a dict of arrays, or an array (n, 3) of
+        time, input and output. If several files are given, each file is a record, and a model starts each record from
+        rest.
     time : str or int
-        Heading of the time column with or without its unit of measure, ``"Zeit [ms]"`` or ``"Zeit"``, or its number
-        from 1. If empty, the column is recognised by its name, such as t, u, y, or by its unit of measure.
+        Time column, given by its heading with or without the unit of measure (``"Zeit [ms]"`` or ``"Zeit"``), or by its
+        number, counted from 1. If it is not given, the column is recognised by its name, such as t, u or y, or by its
+        unit of measure.
     input : str or int
         Input column, given like `time`.
     output : str or int, optional
         Output column, given like `time`.
 
-        If None, no output is read.
+        If it is None, no output is read.
     rate : float, optional
-        Sample rate (Hz), instead of a time column.
+        Sampling rate (Hz), which replaces a time column.
     train : slice, (first, end) or "first:end", optional
-        Data rows whose errors a fit minimises, first:end. The model runs from row 0 in any case.
+        Training rows first:end, whose errors a fit minimises. The model always runs from row 0.
 
         Rows are counted from 0, and the end is excluded. The rows of several
         records are numbered consecutively.
     resample : float or "median", optional
-        New rate (Hz) for a record with uneven steps, or "median" for 1 / median step.
+        New sampling rate (Hz) for a record with unequal time steps, or "median" for the median step.
 
-        Without this option, an uneven
+        Without this option, such a
         record is resampled, with a remark, only if at most 2 % of the samples were lost and time stamps deviate by at
-        most 0.3 steps. Other uneven records are refused.
+        most 0.3 steps. Other records with unequal steps are refused.
     lag : int in [0, inf)
-        Delay of the output sensor in rows: y of row k + lag belongs to u of row k.
+        Delay of the output sensor in rows. The output of row k + lag then belongs to the input of row k.
     record : str or int, optional
-        Column that numbers the records: a new record starts where its value changes.
+        Column that numbers the records. A new record starts where the value in this column changes.
     covariates : sequence of str or int
-        Columns of further inputs, such as load or temperature, given like `input`. The reader does not recognise these
-        columns by name.
+        Columns of further measured inputs, such as load or temperature, given like `input`. The reader does not
+        recognise these columns by their names.
     decimal : {".", ","}, optional
-        Decimal sign, for ambiguous numbers such as 1,234.
+        Decimal sign, which is needed for ambiguous numbers such as 1,234.
     most : int
-        Largest size of the file in bytes, also after decompression.
+        Maximum size of the file in bytes, before and after decompression.
 
     Returns
     -------
     Dataset
-        Time converted to s; input and output in the units of measure of the file.
+        Data with the time in s, and with input and output in the units of measure of the file.
 
     Raises
     ------
     InputError
-        One line with file, line, column, rule and value.
+        The data cannot be read. The message is one line with the file, the line, the column, the rule and the value.
 
     Examples
     --------
@@ -148,12 +150,12 @@ def read(
 
 
 def dataset_of(given: object, output: bool = True) -> Dataset:
-    """Return a data set unchanged, or read a data frame or a dict of columns; with `output` there must be an output.
+    """Return a data set unchanged, or convert a data frame or a dict of columns; with `output`, an output must exist.
 
     Raises
     ------
     InputError
-        What `read` refuses.
+        `read` refuses the data.
     """
     if isinstance(given, Dataset):
         return given
@@ -172,7 +174,7 @@ def dataset_of(given: object, output: bool = True) -> Dataset:
 
 
 def _several(path: object) -> list[Any]:
-    """Return the files or data frames as a list."""
+    """Return one or several files or data frames as a list."""
     paths = list(path) if isinstance(path, (list, tuple)) else [path]
     if not paths:
         raise InputError("The files to read must be at least one. Got none.")
@@ -187,7 +189,7 @@ def _several(path: object) -> list[Any]:
 
 @dataclass(frozen=True)
 class _Piece:
-    """One record of a file: row numbers, columns in the order of `Roles.order`, and times of all rows."""
+    """One record of a file: its rows, its columns in the order of `Roles.order`, and the times of its rows."""
 
     table: Table
     roles: Roles
@@ -197,7 +199,7 @@ class _Piece:
 
 
 def _records(table: Table, roles: Roles, n: int) -> list[slice]:
-    """Return the rows of each record: consecutive rows with the same word in the record column."""
+    """Return the rows of each record. A record consists of consecutive rows with the same text in the record column."""
     if roles.record is None:
         return [slice(0, n)]
     words = table.source.words(roles.record)
@@ -212,7 +214,7 @@ def _records(table: Table, roles: Roles, n: int) -> list[slice]:
 
 
 def _place(table: Table, rows: slice = slice(0, None)) -> Callable[[int], str]:
-    """Return the function that names a row of a record for a message."""
+    """Return a function that returns the name of a row of a record for messages."""
     if table.lines is None:
         return lambda k: row_of(table.path, rows.start + k)
     lines = table.lines[rows]
@@ -225,7 +227,7 @@ def _dataset(
     resample: float | Literal["median"] | None,
     lag: int,
 ) -> Dataset:
-    """Make a data set of one record."""
+    """Return the data set of one record."""
     table, roles, numbers = piece.table, piece.roles, piece.numbers
     n, place = len(numbers), _place(table, piece.rows)
     for i, k in reversed(list(enumerate(roles.order))):
@@ -260,12 +262,12 @@ def _dataset(
 
 
 def _title(table: Table, k: int) -> str:
-    """Return the name of a column as a single printable line."""
+    """Return the name of a column as one printable line of limited length."""
     return "".join(c for c in " ".join(table.columns[k].name.split()) if c.isprintable())[:MOST_TITLE]
 
 
 def _covariates(piece: _Piece) -> Covariates:
-    """Return the further inputs of a record, each named after its heading."""
+    """Return the covariates of a record, each named after the heading of its column."""
     table, roles = piece.table, piece.roles
     columns = [table.columns[k] for k in roles.covariates]
     names = [identifier(c.name, f"column_{k + 1}") for k, c in zip(roles.covariates, columns, strict=True)]
@@ -279,17 +281,17 @@ def _covariates(piece: _Piece) -> Covariates:
 
 
 def table_in(path: str | Path | Frame, decimal: str | None, most: int) -> Table:
-    """Read a file of any supported format, or a data frame, as a table.
+    """Return the table of a file in any supported format, or of a data frame.
 
     Raises
     ------
     InputError
-        One line with file, line, rule and value.
+        The data cannot be read. The message is one line with the file, the line, the rule and the value.
     """
     if not isinstance(path, (str, os.PathLike)):
         return frame(path, most)
     content, packed = content_of(path, most)
-    if form := format_of(content, path):  # first: a MAT file of version 7.3 is HDF5 behind a header of MATLAB
+    if form := format_of(content, path):  # tested first: a MAT file of version 7.3 is HDF5 after a MATLAB header
         return confined(content, form, path, decimal, most)
     if is_matlab(content):
         return matlab(content, path, most)
@@ -297,7 +299,7 @@ def table_in(path: str | Path | Frame, decimal: str | None, most: int) -> Table:
 
 
 def _line(table: Table, roles: Roles, said: str, lag: int) -> str:
-    """Return one line with the assumptions, the least certain assumptions first."""
+    """Return one line with the assumptions of the reader. It begins with the least certain assumptions."""
     parts = [said if roles.time is None else f"time {_label(table, roles.time, False)} {said}"]
     parts.append(f"input {_label(table, roles.input)}")
     parts.append("no output" if roles.output is None else f"output {_label(table, roles.output)}")

@@ -1,4 +1,4 @@
-"""Roles of columns (time, input, output): the user states them, or they follow from name or unit of measure."""
+"""Roles of columns (time, input, output), stated by the user or recognised by names and units of measure."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data.columns import identifier
 from hystfmu.data.reader.table import DRIVES, LENGTHS, TIME, Column, Table
 
-NAMES = {  # in small letters, best first
+NAMES = {  # lower-case names for each role, the most typical name first
     "time": (
         ("t",),
         ("time", "zeit", "temps", "tiempo", "tempo", "x_value", "timestamp", "time stamp", "elapsed time"),
@@ -24,7 +24,7 @@ NAMES = {  # in small letters, best first
     "output": (("y",), ("output", "response", "y_out", "ausgang", "sensor", "measured")),
 }
 UNITS = {"time": tuple(TIME), "input": DRIVES, "output": LENGTHS}
-QUANTITIES = {  # a sensor has them the other way round: see `chosen`
+QUANTITIES = {  # units of an actuator; for a sensor, input and output are exchanged, see `chosen`
     "time": (),
     "input": ("voltage", "spannung", "current", "strom", "tension", "field"),
     "output": (
@@ -41,15 +41,18 @@ QUANTITIES = {  # a sensor has them the other way round: see `chosen`
     ),
 }
 
-_MATRIX = re.compile(r"|.*\(:,\d+\)")  # columns without names
+_MATRIX = re.compile(r"|.*\(:,\d+\)")  # columns of an array without names
 _NUMBERED = re.compile(
     rf"{_MATRIX.pattern}|(?:ch|chan|channel|kanal|ai|c)?[ _]?\d+|(?:ch|channel|kanal) ?[a-h]", re.IGNORECASE
-)  # tells no role
+)  # names that do not indicate a role
 
 
 @dataclass(frozen=True)
 class Roles:
-    """Numbers of the chosen columns, from 0, or None, and whether the columns were chosen by their order."""
+    """Indices of the chosen columns, counted from 0. None means that there is no column with this role.
+
+    `by_order` states whether input and output were distinguished only by the order of the columns.
+    """
 
     time: int | None
     input: int
@@ -60,7 +63,7 @@ class Roles:
 
     @property
     def order(self) -> list[int]:
-        """Columns of the signals to read: input, output and covariates, if they exist."""
+        """Indices of the columns of input, output and covariates, if they exist."""
         return [k for k in (self.input, self.output, *self.covariates) if k is not None]
 
 
@@ -73,15 +76,16 @@ def chosen(
     rate: float | None,
     covariates: Sequence[str | int] = (),
 ) -> Roles:
-    """Choose the columns by their headings with or without unit of measure, or by their numbers from 1.
+    """Return the columns of time, input, output, records and covariates.
 
-    If time, input or output is empty, the column is recognised by name, then by unit of measure. If output or record is
-    None, no such column is read. With a sample `rate` (Hz) no time column is needed.
+    A column is given by its heading, with or without the unit of measure, or by its number, counted from 1. If the
+    column of time, input or output is not given, it is recognised by its name, or otherwise by its unit of measure. If
+    `output` or `record` is None, there is no such column. If a sampling `rate` (Hz) is given, no time column is needed.
 
     Raises
     ------
     InputError
-        There is no such column, several columns are possible, or one column is given for two covariates.
+        A column does not exist, several columns are possible for one role, or one column is given for two roles.
     """
     marked = None if record is None else _named(table, record, "record")
     given = {"time": time if rate is None else None, "input": input, "output": output}
@@ -99,7 +103,7 @@ def chosen(
             )
         taken.add(k)
     if rate is not None and time == "" and (clock := _recognised(table, "time", taken)) is not None:
-        taken.add(clock)  # not the input
+        taken.add(clock)  # the time column is not the input
     if rate is None and time == "":
         place = _recognised(table, "time", taken)
         left = _free(table, taken)
@@ -124,7 +128,7 @@ def chosen(
             taken.add(place)
     missing = [role for role in ("input", "output") if given[role] == "" and role not in found]
     left, known = _free(table, taken), {"input", "output"} & found.keys()
-    if known and len(missing) == len(left) == 1:  # the only one that is neither time nor the other
+    if known and len(missing) == len(left) == 1:  # only one column remains for the role that is still missing
         found[missing[0]] = left[0]
         taken.add(left[0])
     unknown = [k for k in _free(table, taken) if table.columns[k].label]
@@ -146,7 +150,7 @@ def chosen(
 
 
 def _pair(table: Table, taken: Collection[int | None]) -> tuple[int, int] | None:
-    """Return the two remaining columns if only their order distinguishes input and output."""
+    """Return the two remaining columns if their names and units do not distinguish input and output; otherwise None."""
     left = _free(table, taken)
     if len(left) != 2 or not all(_NUMBERED.fullmatch(table.columns[k].name) for k in left):
         return None
@@ -155,7 +159,7 @@ def _pair(table: Table, taken: Collection[int | None]) -> tuple[int, int] | None
 
 
 def _named(table: Table, key: str | int | None, role: str) -> int:
-    """Find a column by heading or number."""
+    """Return the index of the column with the heading or the number `key`."""
     text = re.sub(r"\s+", " ", str(key)).strip().replace("\u03bc", "\u00b5")
     columns = list(enumerate(table.columns))
     for part in ("label", "name"):
@@ -168,7 +172,7 @@ def _named(table: Table, key: str | int | None, role: str) -> int:
         if same:
             return same[0]
     written = [k for k, c in columns if text == identifier(c.name, f"column_{k + 1}")]
-    if role == "covariate" and len(written) == 1:  # as a model names it
+    if role == "covariate" and len(written) == 1:  # `key` may be the name that a model gives to the covariate
         return written[0]
     if re.fullmatch(r"\d{1,6}", text):
         if not 1 <= int(text) <= len(columns):
@@ -183,7 +187,7 @@ def _named(table: Table, key: str | int | None, role: str) -> int:
 
 
 def _recognised(table: Table, role: str, taken: Collection[int | None]) -> int | None:
-    """Find the column of a role by its name, then by its unit of measure; None if there is no such column."""
+    """Return the column of a role, recognised by its name or else by its unit of measure; None if there is none."""
     fitting = ("number", "text", "clock") if role == "time" else ("number",)
     free = [(k, c) for k, c in enumerate(table.columns) if k not in taken and c.kind in fitting]
     tests = [[k for k, c in free if _last(c) in names] for names in NAMES[role]]

@@ -1,8 +1,8 @@
-"""Common result of all file readers: named columns whose numbers are converted on demand; their headings.
+"""Tables: the common result of all file readers. Cells are converted to numbers only when they are needed.
 
-A heading has a name and a unit of measure: ``Zeit [ms]``, ``u (V)``, ``t / ms``, ``Weg in µm``, ``time_ms``. A line
-above the rows may state the sample rate or interval: ``Abtastrate [Hz];2000``, ``# fs = 2 kHz``, ``Sample
-Interval,4e-07,s`` of an oscilloscope, ``Delta_X`` of LabVIEW.
+A heading contains a name and a unit of measure, as in ``Zeit [ms]``, ``u (V)``, ``t / ms``, ``Weg in µm`` or
+``time_ms``. A line above the rows may state the sampling rate or the time step. Examples are ``Abtastrate [Hz];2000``,
+``# fs = 2 kHz``, ``Sample Interval,4e-07,s`` of an oscilloscope, and ``Delta_X`` of LabVIEW.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple, Protocol
 from hystfmu.base.arrays import Array
 from hystfmu.base.printable import printable
 
-TIME = {  # unit of time: counts of it in a second, or seconds in a count
+TIME = {  # for each unit of time: counts per second, seconds per count; one of both numbers is 1
     "s": (1.0, 1.0),
     "ms": (1e3, 1.0),
     "us": (1e6, 1.0),
@@ -28,7 +28,7 @@ DRIVES = ("V", "mV", "kV", "A", "mA", "A/m", "kA/m", "Oe", "V/m", "kV/mm", "kV/c
 LENGTHS = ("m", "mm", "um", "nm", "pm", "cm")
 MORE = ("N", "mN", "kN", "Pa", "MPa", "T", "mT", "rad", "mrad", "urad", "deg", "K", "degC", "%", "Hz", "kHz", "C", "1")
 KNOWN = frozenset((*TIME, *DRIVES, *LENGTHS, *MORE))
-_WORDS = {  # other spellings, in small letters
+_WORDS = {  # other spellings, in lower case
     **dict.fromkeys(("sec", "secs", "second", "seconds", "sek", "sekunde", "sekunden", "seconde", "secondes"), "s"),
     **dict.fromkeys(("msec", "millisecond", "milliseconds", "millisekunden"), "ms"),
     **dict.fromkeys(("usec", "microsecond", "microseconds", "mikrosekunden"), "us"),
@@ -48,11 +48,11 @@ _WORDS = {  # other spellings, in small letters
 }
 _BRACKETS = re.compile(r"(.*?)[\s,_]*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 _BEHIND = re.compile(r"(.*?\S)(\s*/\s*|\s+in\s+|\s*,\s*|_|\s+)([^\s/,_]+)")
-_TIMES = ("t", "time", "zeit")  # names before a unit of measure of one letter, t_s
+_TIMES = ("t", "time", "zeit")  # names that may precede a unit of one letter, as in t_s
 
 
 def spelling(unit: str) -> str:
-    """Return the notation of this package for a unit of measure, ``um`` for ``µm``; other units unchanged."""
+    """Return a unit of measure in the spelling of this package, e.g. ``um`` for ``µm``. Other units stay unchanged."""
     unit = unit.strip().replace("\u00b5", "u").replace("\u03bc", "u").replace("°C", "degC").replace("²", "2")
     if unit in KNOWN:
         return unit
@@ -60,7 +60,7 @@ def spelling(unit: str) -> str:
 
 
 def is_unit(text: str) -> bool:
-    """Return whether a cell of a heading is a unit of measure, with or without brackets."""
+    """Return whether a text is a known unit of measure, with or without brackets."""
     bare = text.strip()
     if bare[:1] + bare[-1:] in ("[]", "()"):
         bare = bare[1:-1]
@@ -68,7 +68,7 @@ def is_unit(text: str) -> bool:
 
 
 def split_name(label: str) -> tuple[str, str]:
-    """Split a heading into the name and the unit of measure after it.
+    """Return the name and the unit of measure of a heading.
 
     Text in square brackets is always a unit of measure. Text in round brackets, or after a slash, ``in`` or a comma, is
     a unit of measure only if it is known. Text after an underscore or a blank is a unit of measure if it is known and
@@ -78,7 +78,7 @@ def split_name(label: str) -> tuple[str, str]:
         unit = m[2] if m[2] is not None else m[3]
         if m[2] is not None or spelling(unit) in KNOWN:
             return m[1].strip(), spelling(unit)
-    if label.startswith("in ") and is_unit(label[3:]):  # the time of an oscilloscope, "in s"
+    if label.startswith("in ") and is_unit(label[3:]):  # heading "in s" of the time column of an oscilloscope
         return label, spelling(label[3:])
     if (m := _BEHIND.fullmatch(label)) and spelling(m[3]) in KNOWN and m[3] != "1":
         name, unit = m[1].strip(), m[3]
@@ -103,9 +103,10 @@ _LINE = re.compile(
 
 
 def stated_step(name: str, value: float, unit: str = "") -> float:
-    """Return the sample step (s) that a named number states; 0 if the number is not a sample step or rate.
+    """Return the time step (s) that a number in a file states; 0 if the number is neither a time step nor a rate.
 
-    The name is e.g. ``fs``, ``Sample Interval``, ``run/dt``; the unit of measure is by default Hz or s.
+    The name is for example ``fs``, ``Sample Interval`` or ``run/dt``. If the unit is empty, a rate is in Hz and a step
+    in s.
     """
     name, behind = split_name(re.split(r"[/@]", name)[-1])
     key, unit = _key(name), unit or behind
@@ -121,13 +122,13 @@ def stated_step(name: str, value: float, unit: str = "") -> float:
 
 
 def step_in(lines: Iterable[str], comma: bool) -> float:
-    """Return the first sample step (s) that a line above the rows states; 0 if no line states a step.
+    """Return the first time step (s) that a line above the rows states; 0 if no line states a step.
 
-    `comma` states whether numbers have a decimal comma.
+    `comma` states whether the numbers have a decimal comma.
     """
     for line in lines:
         if m := _LINE.match(line):
-            if comma and re.fullmatch(r"\d{1,3}\.\d{3}", m["number"]):  # 2.000 is 2 or 2000
+            if comma and re.fullmatch(r"\d{1,3}\.\d{3}", m["number"]):  # 2.000 may mean 2 or 2000
                 continue
             number = m["number"].replace(",", ".") if comma else m["number"].partition(",")[0]
             behind = m["behind"] or ""
@@ -139,9 +140,9 @@ def step_in(lines: Iterable[str], comma: bool) -> float:
 
 
 def units_in(rows: Iterable[list[str]], columns: int) -> list[str]:
-    """Return the units of measure of `columns` columns of numbers, from the cells of the lines above the rows.
+    """Return the units of measure of `columns` columns of numbers, which a line above the rows may state.
 
-    The first unit belongs to the time if it is a unit of time. The result is empty if the units are unknown.
+    `rows` contains the cells of these lines. A unit that no line states is empty.
     """
     found = [""] * columns
     for name, *cells in rows:
@@ -161,11 +162,15 @@ def _key(name: str) -> str:
 
 
 Kind = Literal["number", "clock", "text", "empty"]
-"""Content of the cells of a column; a clock is a time of day, with or without a date."""
+"""Content of the cells of a column. A "clock" is a time of day, with or without a date."""
 
 
 class Stamps(NamedTuple):
-    """Times t (n,) in s since the first row, value (n,) in s of one count of the last digit, the first stamp."""
+    """Time stamps of the rows of a file.
+
+    They consist of times t (n,) in s since the first row, the value (n,) in s of one unit of the last printed digit of
+    each time, and the text of the first stamp.
+    """
 
     t: Array
     digits: Array
@@ -173,29 +178,32 @@ class Stamps(NamedTuple):
 
 
 class Source(Protocol):
-    """Cells of a file. Columns `k` are counted from 0. All errors are InputError with line and column."""
+    """Interface to the cells of a file. The index `k` of a column is counted from 0.
+
+    All methods raise InputError for invalid cells; the message names the line and the column.
+    """
 
     def numbers(self, order: Sequence[int]) -> Array:
-        """Return the numbers of some columns, shape (n, len(order))."""
+        """Return the numbers of the columns with the indices `order`, shape (n, len(order))."""
 
     def words(self, k: int) -> list[str]:
-        """Return the cells as text."""
+        """Return the cells of column `k` as text."""
 
     def digits(self, k: int) -> Array:
-        """Return the value (n,) of one count of the last printed digit of a column."""
+        """Return, for each number in column `k`, the value (n,) of one unit of its last printed digit."""
 
     def since(self, k: int) -> Array:
-        """Return a column minus its first value, without rounding errors of large numbers."""
+        """Return column `k` minus its first value, without the rounding errors of large numbers."""
 
     def stamps(self, k: int) -> Stamps:
-        """Return the times of a column of clocks."""
+        """Return the times of column `k`, which contains times of day."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """Heading of a column: label as the file writes it, ``Zeit [ms]``, or empty; name; unit; kind of cells.
+    """Heading of a column, e.g. ``Zeit [ms]``, with its name, unit of measure, and kind of cells.
 
-    The name is the label without its unit of measure. The unit is in the spelling of the package, or empty.
+    The name is the label without the unit of measure. The unit has the spelling of this package, or is empty.
     """
 
     label: str
@@ -204,23 +212,23 @@ class Column:
     kind: Kind = "number"
 
     def __post_init__(self) -> None:
-        for key in ("label", "name", "unit"):  # a heading goes on to terminals, models and FMUs
+        for key in ("label", "name", "unit"):  # terminals, models and FMUs contain the heading, so it must be printable
             object.__setattr__(self, key, printable(getattr(self, key)))
 
     @classmethod
     def of(cls, label: str, unit: str = "", kind: Kind = "number") -> Column:
-        """Split a label into name and unit of measure; a `unit` that is stated elsewhere has priority."""
+        """Return the column for a label with name and unit of measure. The argument `unit` has priority."""
         name, found = split_name(label)
         return cls(label, name, unit or found, kind)
 
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of a file with their headings, in the order of the file; `source` has the cells.
+    """Columns of a file in their order, with headings; `source` gives access to the cells.
 
-    `named_in` is the location of the headings, for messages; `assumed` are findings and assumptions of the reader, each
-    in a few words. `lines` are the lines of the rows as an editor counts lines; None for files without lines. `step` is
-    the sample step (s) that the file states outside its columns, or 0.
+    `named_in` is the location of the headings, for messages. `assumed` contains the assumptions of the reader. `lines`
+    contains the line number of each row, or is None for files that do not consist of lines. `step` is the time step (s)
+    that the file states outside its columns, or 0.
     """
 
     path: str
@@ -233,9 +241,9 @@ class Table:
 
     @property
     def where(self) -> str:
-        """Begin of a message about the headings."""
+        """First part of an error message about the headings: the file, and the location of the headings."""
         return f"{self.path}: {self.named_in}: " if self.named_in else f"{self.path}: "
 
     def title(self, k: int) -> str:
-        """Name a column for a message: by its name, or by its number from 1."""
+        """Return the name of a column for a message; without a name, its number counted from 1."""
         return repr(self.columns[k].name) if self.columns[k].name else f"number {k + 1}"
