@@ -1,4 +1,4 @@
-"""Run a study file, and write table and report. An interrupted study resumes."""
+"""Run a study file, and write its table and report. An interrupted study can be resumed."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from hystfmu.studies.task import OUTSIDE, Task, fingerprint, identity, row_of
 if TYPE_CHECKING:
     import pandas
 
-_LIMIT_OF = {"timeout": "timeout", "memory": "memory", "killed": "memory"}  # native code without memory crashes
+_LIMIT_OF = {"timeout": "timeout", "memory": "memory", "killed": "memory"}  # native code crashes if it has no memory
 
 
 def with_limits(row: dict[str, Any], spec: StudySpec) -> dict[str, Any]:
-    """Return a row for storage. A failed row also states the limits of its run."""
+    """Return a row for storage. The row of a failed run also contains the limits of time and memory."""
     return row if row["status"] == "ok" else row | {"limits": {"timeout": spec.timeout, "memory": spec.memory}}
 
 
 def is_final(row: dict[str, Any], spec: StudySpec, retry: bool) -> bool:
-    """Return whether a stored row is valid for the present limits. With `retry`, failed rows are not valid."""
+    """Return whether a stored row needs no new run under the present limits. With `retry`, failed rows run again."""
     if row["status"] == "ok":
         return True
     limit = _LIMIT_OF.get(row["status"], "")
@@ -77,11 +77,11 @@ class Outcome:
         return f"Outcome({len(self.rows)} rows, {len(self.failed)} failed, {str(self.table)!r})"
 
     def _repr_html_(self) -> str:
-        """Return HTML for a notebook: the answer, percentiles, failed runs, and paths of table and report."""
+        """Return HTML for a notebook: result, percentiles, failed runs, and paths of the table and the report."""
         return outcome_html(self.summary, self.failed, [self.table, self.report])
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return a data frame with a row for each run: variation, case, parameters, metrics, status, reason.
+        """Return a data frame with one row for each run: variation, case, parameters, metrics, status and reason.
 
         Raises
         ------
@@ -238,10 +238,11 @@ def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first:
 
 
 class _Missing:
-    """Iterate over the tasks without a row. Each task occurs once, although a sampler may propose a variation twice.
+    """Iterator over the tasks without a row. Each task occurs once, even if a sampler proposes a variation twice.
 
     Each task is created on demand, while other tasks run. At the end, `all` contains every task, and `there` is the
-    number of tasks with a row. The tasks of the variations in `leave_out` do not run; `left_out` contains these tasks.
+    number of tasks that already had a row. Tasks of the variations in `leave_out` do not run. They are stored in
+    `left_out`.
     """
 
     def __init__(self, tasks: Iterator[Task], known: Mapping[str, object]) -> None:
