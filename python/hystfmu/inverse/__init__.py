@@ -1,24 +1,25 @@
 """Inverse models. An inverse computes the input for which the output of a model follows a wanted output.
 
-exact    inverts block by block from output to input; every block of the chain needs an inverse
-         (Prandtl-Ishlinskii with a linear term, Zhao-Tan, constraint factor, dead zones, scaling).
-implicit runs the model inside the block `implicit_inverse`, which finds the input by bounded root finding in the core.
-         The model must consist of static functions of one input and operators with memory. It may also have creep,
-         whose lags before a step are known.
+There are four methods:
+
+exact    replaces each block by its inverse, in the order from output to input. Every block of the chain must have an
+         inverse (Prandtl-Ishlinskii with a linear term, Zhao-Tan, constraint factor, dead zones, scaling).
+implicit runs the model inside the block `implicit_inverse`, which finds the input by bounded root finding in the C
+         core. The model may contain static functions of one input, operators with memory, and creep. It must not
+         contain other dynamics.
 learned  trains a network on the response of the model with input and output exchanged. The inputs of the network are
-         the inverse operator of Zhao & Tan and a few plays. `hystfmu.inverse.learned` gives the recipe.
+         the outputs of the inverse operator of Zhao & Tan and of a few plays (see `hystfmu.inverse.learned`).
+adaptive is the exact inverse of a Prandtl-Ishlinskii operator, whose weights are estimated from the measured output
+         during operation. This inverse has further ports (see `hystfmu.inverse.adaptive`).
 
-adaptive is the exact inverse of a Prandtl-Ishlinskii operator. It learns the weights from the measured output while it
-         runs. It has other ports, see `hystfmu.inverse.adaptive`.
+The method applies to the hysteresis of the model. Linear dynamics and a delay after the hysteresis are inverted by a
+feed-forward that uses future samples of the wanted output (`hystfmu.inverse.dynamic`). The output of the cascade of
+inverse and model then lags the wanted output by a number of steps, ``fit["lag_steps"]``.
 
-Linear dynamics and a delay after the hysteresis are inverted by a feed-forward that looks ahead
-(`hystfmu.inverse.dynamic`). The output of the cascade then lags the wanted output by ``lag_steps`` of `fit`. The method
-is the method for the hysteresis.
-
-An inverse is a Model with ports u and y. Every inverse except the adaptive inverse states its accuracy in `fit`: the
-errors of the cascade inverse -> model, in percent of the span of the wanted output, for the worst held-out signal
-within 90 % of the input range. For a model with dynamics, the signals are smooth, up to a tenth of the natural
-frequency, and the lag is removed.
+An inverse is a Model with ports u and y. The `fit` of every inverse except the adaptive inverse contains its accuracy:
+the errors of the cascade for the worst held-out signal, in percent of the span of the wanted output. The held-out
+signals use 90 % of the input range. For a model with dynamics, they are smooth, their frequencies are at most a tenth
+of the natural frequency, and the lag is removed before the errors are computed.
 """
 
 from __future__ import annotations
@@ -42,8 +43,8 @@ from hystfmu.model import M, Model, beside, with_starts
 __all__ = ["inverse"]
 
 METHODS = ("exact", "implicit", "learned", "adaptive")
-BACK = 1e-6  # of the range of the output: smaller steps against the direction are rounding
-POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an inverse is of no use
+BACK = 1e-6  # output steps against the direction below this share of the output range count as rounding errors
+POOR = 5.0  # RMS error of the cascade (% of the span) above which an inverse is not useful
 ENDS = (np.linspace(-1.0, 1.0, 200), np.linspace(1.0, -1.0, 200))
 ANALYTIC = ("exact", "implicit")  # a learned inverse exists for every model; it is fitted on request
 SHARE = 0.9  # fraction of the input range that the wanted outputs of the cascade test use
@@ -56,20 +57,20 @@ def inverse(
     progress: Progress = silent,
     **options: Any,
 ) -> M:
-    """Invert a model: the input `u` of the inverse is the wanted output, and its output `y` is the input to apply.
+    """Return the inverse of a model. Its input `u` is the wanted output, and its output `y` is the input to apply.
 
     Parameters
     ----------
     model : Model
-        Model with one input and one output, and optional covariates, which are also inputs of the inverse.
+        Model with one input and one output. It may also have covariates, which are then inputs of the inverse, too.
     method, seed, progress, options
-        See `hystfmu.Model.inverse`, whose default is the method "auto".
+        See `hystfmu.Model.inverse`. The default method there is "auto".
 
     Returns
     -------
     Model
-        Inverse model. `fit` contains ``cascade_rms_percent`` and ``cascade_max_percent`` if the model states the range
-        of its input (provenance ``span_u``), and a warning if the errors are large.
+        Inverse model. If the provenance of the model contains the range of the input (``span_u``), `fit` contains
+        ``cascade_rms_percent`` and ``cascade_max_percent``, and a warning if the errors are large.
 
     Raises
     ------
@@ -84,9 +85,10 @@ def inverse(
         for each in ANALYTIC:
             with suppress(InputError):
                 return _with_cascade(model, invert(model, each, seed))
-        method = "learned" if len(model.graph.inputs) == 1 else "implicit"  # no network with covariates
+        method = "learned" if len(model.graph.inputs) == 1 else "implicit"  # learned inverses accept no covariates
     made = invert(model, method, seed, progress, **options)
-    return _warned(made if method == "adaptive" else _with_cascade(model, made))  # other ports: a plant shows its worth
+    # the adaptive inverse needs the measured output of a plant, so the cascade test does not apply
+    return _warned(made if method == "adaptive" else _with_cascade(model, made))
 
 
 def invert(
@@ -96,7 +98,7 @@ def invert(
     progress: Progress = silent,
     **options: Any,
 ) -> M:
-    """Invert a model without the cascade test; parameters and errors as for `inverse`."""
+    """Return the inverse of a model without the cascade test. Parameters and errors are those of `inverse`."""
     if method == "adaptive":
         return adaptive_inverse(model, **options)
     if method not in METHODS:
@@ -148,7 +150,7 @@ def _warned(made: M) -> M:
 
 
 def _cascade(model: Model, made: Model) -> dict[str, float]:
-    """Compute the worst errors of the cascade inverse -> model over the held-out signals."""
+    """Return the largest errors of the cascade of inverse and model over the held-out signals."""
     from hystfmu.data.signals import held_out
     from hystfmu.model.accuracy import errors
 
@@ -168,10 +170,13 @@ def _cascade(model: Model, made: Model) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Inverses:
-    """Answers to the questions of `auto` about the inverses of models."""
+    """Functions by which the kind `auto` finds out whether a model has a useful inverse."""
 
     def kind(self, model: Model) -> str:
-        """Return the first of `ANALYTIC` for the model, else ``learned``, or a text if the output is not monotone."""
+        """Return the first method of `ANALYTIC` that can invert the model, or ``learned`` if there is none.
+
+        For a model with a non-monotone output, return the text ``none: not monotone``.
+        """
         if _folded(model):
             return "none: not monotone"
         for method in ANALYTIC:
@@ -183,7 +188,7 @@ class Inverses:
         return "learned"
 
     def fault(self, model: Model) -> str:
-        """Return the reason why no inverse of `ANALYTIC` is useful; empty if one of them is useful."""
+        """Return the reason why no method of `ANALYTIC` gives a useful inverse, or an empty text if one does."""
         if _folded(model):
             return "the output is not monotone in the input: a wanted output has several inputs"
         reason = ""
@@ -201,15 +206,15 @@ class Inverses:
 
 
 def _at_rest(model: Model, u: Array) -> Array:
-    """Return the output along u (n,) with covariates at their start values."""
+    """Return the output of a model for the input u (n,), with covariates at their start values."""
     return np.asarray(model.predict(with_starts(model.graph, u)))
 
 
 def _folded(model: Model) -> bool:
-    """Return whether the output of a static model reverses while the input rises or falls over its range.
+    """Return whether the output of a static model changes direction while the input rises or falls over its range.
 
-    If the output reverses, several inputs give the same output. Models with creep or lags are not tested: their output
-    may continue in its direction after a reversal of the input, and the inverse uses the present slope.
+    In this case several inputs give the same output. Models with dynamics, creep or lags are not tested, because their
+    output can continue in the old direction after a reversal of the input.
     """
     if split(model) is not None:
         return False

@@ -1,12 +1,13 @@
-"""Adaptive inverse of a Prandtl-Ishlinskii model, with or without dynamics, that learns its weights while it runs.
+"""Adaptive inverse of a Prandtl-Ishlinskii model, with or without dynamics, which estimates its weights while it runs.
 
-The model gives the start values of the block `adaptive_inverse`: weights, thresholds, dynamics, delay. The RMS error e
-of the model defines two limits. The normal error of prediction is sigma = e / 2, because errors of neighbouring samples
-are similar. An error of 1.5 e for six samples indicates a sudden change. After a sudden change the assumed standard
-deviation of a weight is 22 % of the larger of two values: the weight, and half the mean weight.
+The block `adaptive_inverse` starts with the weights, thresholds, dynamics and delay of the model. The RMS error e of
+the model determines two parameters of the block. The assumed standard deviation of the prediction error is sigma = e/2;
+it is smaller than e because errors of neighbouring samples are similar. A prediction error above 1.5 e during six
+samples counts as a sudden change of the plant. After a sudden change, the assumed standard deviation of a weight is
+22 % of the larger of two values: the weight, and half of the mean weight.
 
-Without feedback the default options are suitable. If a feedback adds to the wanted output, use ``f_h`` = 30 Hz and
-``T`` = 100 s, so that the feedback corrects slow errors and drifts (see scenarios/adaptive_pid).
+The default options are suitable for operation without feedback. If a feedback controller adds to the wanted output, use
+``f_h`` = 30 Hz and ``T`` = 100 s. The controller then corrects slow errors and drift (see scenarios/adaptive_pid).
 """
 
 from __future__ import annotations
@@ -24,25 +25,27 @@ from hystfmu.inverse.ports import at_start, chain, line
 from hystfmu.model import M, Model
 
 KEY = "adaptive_inverse"
-FROM_MODEL = {"w0", "r", "w", "u0"}  # parameters of the block that are no options
-SPREAD = 0.22  # standard deviation of a weight after a change, of itself
-LEAST_ERROR = 1e-3  # error of prediction, of the output at the last threshold, that a perfect fit is taken to have
+FROM_MODEL = {"w0", "r", "w", "u0"}  # parameters of the block that come from the model and are not options
+SPREAD = 0.22  # relative standard deviation of a weight after a sudden change
+LEAST_ERROR = 1e-3  # smallest assumed error of the model, relative to the output at the last threshold
 
 
 def adaptive_inverse(model: M, **options: Any) -> M:
-    """Make the adaptive inverse of a model: a Prandtl-Ishlinskii operator, optionally with scaling, delay and dynamics.
+    """Return the adaptive inverse of a Prandtl-Ishlinskii model, which may have scalings, a delay and dynamics.
 
-    Inputs: ``v`` is the wanted output before dynamics and delay (from feed-forward and feedback), ``y_d`` is the
-    reference, and ``y`` is the measured output. Outputs: ``u``, the present weights ``theta``, ``gate`` and
-    ``changes``.
+    The inverse has three inputs. ``v`` is the wanted output before dynamics and delay, that is, the sum of feed-forward
+    and feedback. ``y_d`` is the reference, and ``y`` is the measured output. The outputs are the input ``u`` of the
+    plant, the present weights ``theta``, the flag ``gate`` (1 if the weights were updated), and the number ``changes``
+    of sudden changes.
 
     Parameters
     ----------
     model : Model
-        Static model, or one with second-order dynamics without zeros.
+        Static model, or model with second-order dynamics without zeros.
     **options
-        Parameters of the block `adaptive_inverse` to replace. ``f_n`` (Hz) and ``zeta`` state the dynamics after a
-        static model. ``delay`` states further known steps of delay in the loop.
+        Values that replace parameters of the block `adaptive_inverse`. ``f_n`` (Hz) and ``zeta`` are the natural
+        frequency and the damping of dynamics that follow a static model. ``delay`` is the number of further known steps
+        of delay in the loop.
 
     Raises
     ------
@@ -108,7 +111,7 @@ def adaptive_inverse(model: M, **options: Any) -> M:
             Output("changes", "adaptive.changes", text="sudden changes so far"),
         ],
     )
-    graph.executor()  # the core refuses values that have no inverse
+    graph.executor()  # raises an InputError if the values have no inverse
     provenance = {"inverse": "adaptive", "of": model.provenance}
     step = None if parts is None else model.step
     text = f"adaptive inverse: {model.text}"
@@ -130,7 +133,7 @@ def _chain(front: Model) -> tuple[list[Node], Node, list[Node]]:
 
 
 def _line(scalings: list[Node]) -> tuple[float, float]:
-    """Return gain and offset of scalings in a row, which must have no limits."""
+    """Return the gain and the offset of scalings in series; a scaling with limits raises an InputError."""
     for n in scalings:
         limits = [abs(float(n.value(name)[0])) for name in ("lo", "hi")]
         if min(limits) < NO_LIMIT:
@@ -139,7 +142,7 @@ def _line(scalings: list[Node]) -> tuple[float, float]:
 
 
 def _second_order(found: list[Node]) -> tuple[float, dict[str, float]]:
-    """Return static gain, natural frequency and damping of at most one transfer function."""
+    """Return the static gain, and the natural frequency (Hz) and damping, of at most one transfer function."""
     if not found:
         return 1.0, {}
     b, a = found[0].value("b"), found[0].value("a")

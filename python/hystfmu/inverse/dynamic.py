@@ -1,21 +1,23 @@
 """Inverse of a model with linear dynamics after the hysteresis: y = e^(-s tau) G(s) H[u].
 
-G has no causal inverse, but it has an inverse that uses samples `p` steps ahead. Therefore the inverse lags: the output
-of the cascade inverse -> model is the wanted output of ``lag_steps`` = p + delay steps ago, exactly at low frequencies.
-If the inverse gets the reference ``lag_steps`` ahead (``lead`` of the block `reference`), the cascade has no lag.
+G(s) has no causal inverse, but it has an approximate inverse that uses samples up to `p` steps ahead. Therefore the
+cascade of inverse and model has a lag of ``lag_steps`` = p + delay steps. At low frequencies, the output of the cascade
+is the wanted output, delayed by the lag. The cascade has no lag if the inverse receives the reference ``lag_steps``
+steps early (parameter ``lead`` of the block `reference`).
 
-Feed-forward: 2 p + 1 weights f_i on the last samples of the wanted output, so that
+The feed-forward is a weighted sum of the last 2 p + 1 samples of the wanted output. The weights f_i satisfy
 
   sum_i f_i z^-i = z^-p / G(z),  z = e^theta,
 
-holds for the value and the first 2 p derivatives at theta = 0. For p = 1 and a second-order G the sum is r + 2 zeta /
-omega_n r' + r'' / omega_n^2 by central differences. G(z) is the discrete block, so it includes hold and Pade delay. The
-chosen method inverts the hysteresis; the output of the feed-forward is the input of this inverse.
+for the value and the first 2 p derivatives at theta = 0. For p = 1 and a second-order G, the sum is r + 2 zeta /
+omega_n r' + r'' / omega_n^2, computed with central differences. G(z) is the transfer function of the discrete block,
+which includes the hold and the Padé delay. The output of the feed-forward is the input of the inverse hysteresis, which
+is computed by the chosen method.
 
-Noise of the wanted output is amplified by 4 / (omega_n h)^2 at the highest frequency. So the wanted output must be
-computed, not measured. The error grows with frequency. `p` is the smallest number of steps with an error of at most
-`ACCURATE` at a tenth of the slowest natural frequency. A wanted output with kinks (a triangle) is tracked as far as G
-allows.
+At the highest frequency, the feed-forward amplifies noise of the wanted output by 4 / (omega_n h)^2. Therefore the
+wanted output must be computed, not measured. The error of the feed-forward increases with frequency. `p` is the
+smallest number of steps for which this error is at most `ACCURATE` at a tenth of the lowest natural frequency. A wanted
+output with kinks, such as a triangle, has high frequencies, so the cascade follows it with an error.
 """
 
 from __future__ import annotations
@@ -37,40 +39,40 @@ from hystfmu.inverse.ports import assembled, line, over_range
 from hystfmu.model import M, Model, with_starts
 
 ACCURATE, MOST_AHEAD = 1e-4, 8
-BAND = 0.1  # of the slowest natural frequency: where the feed-forward is accurate and the cascade is tested
-LEAST_SAMPLES = 20  # in a cycle of the test signals
+BAND = 0.1  # highest frequency of the accurate band and of the cascade test, relative to the lowest natural frequency
+LEAST_SAMPLES = 20  # minimum number of samples in a cycle of the test signals
 DYNAMICS, LINEAR = ("transfer_function", "delay"), ("transfer_function", "delay", "scaling")
 
 
 @dataclass(frozen=True)
 class Parts(Generic[M]):
-    """A model in two parts: `front`, its hysteresis, and the chain of linear blocks after the hysteresis."""
+    """A model in two parts: the hysteresis `front`, and the chain `tail` of linear blocks after it."""
 
     front: M
     tail: tuple[Node, ...]
 
     @property
     def delay(self) -> int:
-        """Whole steps of delay."""
+        """Number of steps by which the delay blocks of the tail delay a signal."""
         return sum(n.dims["n"] for n in self.tail if n.type == "delay")
 
     @property
     def readout(self) -> tuple[float, float]:
-        """Gain and offset of the scalings at the end."""
+        """Gain and offset of the scalings in the tail."""
         return line(self.tail)
 
     def fractions(self, h: float) -> list[tuple[Array, Array]]:
-        """Return numerator and denominator in z of each transfer function, with the step h (s) of its block."""
+        """Return the numerator and the denominator in z of each transfer function, discretised with the step h (s)."""
         return [discretised(n, h).fraction() for n in self.tail if n.type == "transfer_function"]
 
     def frequency(self) -> float:
-        """Return the slowest natural frequency (Hz)."""
+        """Return the lowest natural frequency of the tail (Hz)."""
         poles = [abs(p) for n in self.tail if n.type == "transfer_function" for p in np.roots(n.value("a"))]
         return float(min(poles, default=np.inf) / (2 * np.pi))
 
 
 def split(model: M) -> Parts[M] | None:
-    """Separate the linear dynamics at the end of a model; None without dynamics, or without blocks before them."""
+    """Separate the linear dynamics at the end of a model; return None if there are none or nothing precedes them."""
     g = model.graph
     drives = {b: a for a, b in g.wires}
     tail: list[Node] = []
@@ -93,11 +95,11 @@ def split(model: M) -> Parts[M] | None:
 
 
 def dynamic_inverse(model: M, parts: Parts[M], inverted: Callable[[M], M]) -> M:
-    """Put the feed-forward of the dynamics before the inverse of the hysteresis.
+    """Return the series connection of the feed-forward of the dynamics and the inverse of the hysteresis.
 
-    `parts` is the result of `split`. `inverted` returns the inverse of the model of the hysteresis. `fit` of the result
-    states ``lag_steps``, ``lag`` (s), and ``band`` (Hz), the frequency up to which the inverse is accurate. A
-    hysteresis without this kind of inverse, or dynamics without static gain, raise an InputError.
+    `parts` is the result of `split`. The function `inverted` returns the inverse of the hysteresis. `fit` of the result
+    contains ``lag_steps``, ``lag`` (s), and ``band`` (Hz), the frequency up to which the inverse is accurate. If the
+    hysteresis has no inverse of this kind, or the dynamics have no static gain, an InputError is raised.
     """
     if model.step is None:
         raise InputError(f"The model {model.key} must state its step for an inverse of its dynamics. Got none.")
@@ -118,10 +120,10 @@ def dynamic_inverse(model: M, parts: Parts[M], inverted: Callable[[M], M]) -> M:
 
 
 def feedforward(parts: Parts[M], h: float) -> tuple[int, Array]:
-    """Return the number of samples ahead and the weights of the last samples, newest first, for steps of h (s).
+    """Return the number p of steps ahead and the weights of the feed-forward, newest sample first, for the step h (s).
 
-    The transfer functions are inverted, without gains and delays. Dynamics without static gain, or dynamics that need
-    more than `MOST_AHEAD` samples, raise an InputError.
+    The feed-forward inverts the transfer functions, but not the scalings and delays. Dynamics without static gain, or
+    dynamics that need more than `MOST_AHEAD` steps, raise an InputError.
     """
     fractions = parts.fractions(h)
     theta = min(2 * np.pi * BAND * parts.frequency() * h, np.pi / 10)
@@ -150,13 +152,16 @@ def _exponential(k: float, n: int) -> Array:
 
 
 def _polynomial(p: Array, n: int) -> Array:
-    """Return the first n Taylor coefficients in theta of a polynomial in z = e^theta, highest power first."""
+    """Return the first n Taylor coefficients in theta of a polynomial in z = e^theta.
+
+    `p` contains the coefficients of the polynomial, the highest power of z first.
+    """
     degree = len(p) - 1
     return np.asarray(sum(c * _exponential(degree - i, n) for i, c in enumerate(p)))
 
 
 def _quotient(a: Array, b: Array) -> Array:
-    """Divide power series: the first len(a) coefficients of a / b."""
+    """Return the first len(a) coefficients of the quotient a / b of two power series."""
     out = np.zeros(len(a))
     for m in range(len(a)):
         out[m] = (a[m] - out[:m] @ b[m:0:-1]) / b[0] if b[0] else np.nan
@@ -164,11 +169,11 @@ def _quotient(a: Array, b: Array) -> Array:
 
 
 def wanted(model: Model, parts: Parts[M], share: float) -> list[Array]:
-    """Return wanted outputs up to `BAND` times the slowest natural frequency: decaying sines and two tones.
+    """Return wanted outputs for the cascade test: two decaying sines and a sum of two sines.
 
-    A ramp precedes each signal.
-
-    The signals use a share of the input range of the model. `parts` is the result of `split`.
+    Their frequencies are at most `BAND` times the lowest natural frequency. They use the share `share` of the range of
+    the model. In its first cycle, each signal increases smoothly from the output at rest to its full amplitude. `parts`
+    is the result of `split`.
     """
     from hystfmu.data.signals import decaying_sine, two_tones
 

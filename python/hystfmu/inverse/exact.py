@@ -1,7 +1,7 @@
-"""Exact inverse: from output to input, each block is replaced by the block that inverts it.
+"""Exact inverse: each block of a chain is replaced by its inverse block, in the order from output to input.
 
-Blocks that covariates drive are in parallel with the chain. Sums and products of the chain and these blocks are solved
-for the chain.
+A model with covariates also has blocks that depend only on covariates. Their outputs enter the chain in sums and
+products. The inverse solves these sums and products for the signal of the chain.
 """
 
 from __future__ import annotations
@@ -23,9 +23,10 @@ ENTERED = ("sum", "product")
 
 
 def exact_inverse(model: M) -> M:
-    """Invert a model whose blocks form one chain and have inverses; blocks that covariates drive may be in parallel.
+    """Return the inverse of a model whose blocks form one chain and have inverses.
 
-    Blocks that form no chain, or a block without an inverse, raise an InputError that names the block.
+    Blocks that depend only on covariates may be in parallel with the chain. If the blocks form no chain, or a block has
+    no inverse, an InputError is raised.
     """
     g = model.graph
     alone = driven_beside(g)
@@ -48,9 +49,9 @@ def exact_inverse(model: M) -> M:
 
 
 def _chain(model: Model, alone: set[str]) -> list[Node]:
-    """Return the nodes from input to output, without the parallel nodes `alone`.
+    """Return the nodes of the chain from input to output, without the nodes `alone` that depend only on covariates.
 
-    Each node has one invertible input and output.
+    A node without an inverse, or nodes that form no chain, raise an InputError.
     """
     graph = model.graph
     for n in graph.nodes:
@@ -67,7 +68,7 @@ def _chain(model: Model, alone: set[str]) -> list[Node]:
 
 
 def _instead(model: Model) -> str:
-    """Return the end of a sentence that names other methods for the model, which need the range of its input."""
+    """Return the end of an error message, which names other methods that can invert the model."""
     if "span_u" not in model.provenance:
         return "; other methods need the input range of the model, provenance.span_u = [min, max]"
     try:
@@ -94,7 +95,7 @@ def _invert_prandtl_ishlinskii(n: Node) -> Node:
 
 
 def _same_values(n: Node) -> Node:
-    """Return the inverse block with the same parameters; an inverse block has no option `memory`."""
+    """Return the inverse block with the same parameters; `memory`, which inverse blocks do not have, must be 0."""
     if "memory" in n.values and n.value("memory")[0] != 0:
         raise InputError(f"The 'memory' parameter of {n.name} must be 'dominant' for an inverse. Got 'last' instead.")
     values = {v.name: n.value(v.name) for v in n.block.parameters if v.name != "memory"}
@@ -104,9 +105,9 @@ def _same_values(n: Node) -> Node:
 
 
 def _invert_dead_zones(n: Node) -> Node:
-    """Invert an increasing piecewise linear curve through 0: the same type of block with other values."""
+    """Return the inverse of an increasing piecewise linear curve through 0, which is again a block `dead_zones`."""
     r, w = n.value("r"), n.value("w")
-    centre = float(n.value("w0")[0] + w[r == 0].sum())  # the slope at 0: a dead zone at 0 is the input itself
+    centre = float(n.value("w0")[0] + w[r == 0].sum())  # slope at 0; the output of a dead zone of width 0 is its input
     values: dict[str, Any] = {"w0": 1 / centre if centre else np.inf, "r": [], "w": []}
     for side in (-1.0, 1.0):
         slope, at, height = centre, 0.0, 0.0
@@ -133,13 +134,13 @@ def _invert_scaling(n: Node) -> Node:
     if gain[0] == 0:
         raise InputError(f"The 'gain' parameter of {n.name} must not be 0 for an inverse. Got 0.")
     ends = []
-    for limit in (lo[0], hi[0]):  # a limit of the forward block becomes one of the inverse, at its image
+    for limit in (lo[0], hi[0]):  # limits on the input of the block become limits on the input of the inverse
         ends.append(limit * gain[0] + offset[0] if abs(limit) < NO_LIMIT else np.copysign(NO_LIMIT, limit * gain[0]))
     values = {"gain": 1 / gain, "offset": -offset / gain, "lo": min(ends), "hi": max(ends)}
     return Node(n.name, n.type, {"n": 1}, values)
 
 
-# blocks whose inverse has other values, or conditions that the table does not state
+# blocks whose inverse has other parameter values, or conditions that the table of the block does not contain
 _INVERT: dict[str, Callable[[Node], Node]] = {
     "prandtl_ishlinskii": _invert_prandtl_ishlinskii,
     "dead_zones": _invert_dead_zones,
@@ -148,7 +149,7 @@ _INVERT: dict[str, Callable[[Node], Node]] = {
 
 
 def driven_beside(g: Graph) -> set[str]:
-    """Return the names of the blocks that do not depend on the first input; empty without covariates."""
+    """Return the names of the blocks that do not depend on the first input; a graph without covariates has none."""
     if len(g.inputs) == 1:
         return set()
     reached: set[str] = set()
@@ -160,15 +161,15 @@ def driven_beside(g: Graph) -> set[str]:
 
 
 def takes_beside(g: Graph, n: Node, alone: set[str]) -> bool:
-    """Return whether a block is a sum or product of the chain and of parallel signals."""
+    """Return whether a block is a sum or a product of the chain signal and outputs of the blocks `alone`."""
     return n.type in ENTERED and any(a.split(".")[0] in alone and b.split(".")[0] == n.name for a, b in g.wires)
 
 
 def inverted_beside(g: Graph, n: Node, alone: set[str]) -> tuple[Node, list[tuple[str, str]]] | None:
-    """Solve a sum or a product for the input that the chain drives; None for another block.
+    """Solve a sum or a product for the chain signal; return None for another block.
 
-    The result is the inverse block, whose first input is the output of `n`, and the wires into its further inputs.
-    A weight of 0, or a factor that may be 0, raises an InputError.
+    The result is the inverse block and the wires to its second and further inputs. Its first input is the output of
+    `n`. A weight of 0, or a factor that can be 0, raises an InputError.
     """
     if not takes_beside(g, n, alone):
         return None
@@ -196,7 +197,7 @@ def inverted_beside(g: Graph, n: Node, alone: set[str]) -> tuple[Node, list[tupl
 
 
 def _refuse_zero(g: Graph, end: str | None, n: Node) -> None:
-    """Raise unless a factor is a sum of limited covariates that keeps its sign."""
+    """Raise an InputError if a factor is not a sum of limited covariates, or if it can be 0."""
     factor = None if end is None else g.node(end.split(".")[0])
     drives = {b: a for a, b in g.wires}
     limited = None if factor is None else drives.get(f"{factor.name}.u")

@@ -1,14 +1,14 @@
-"""Implicit inverse: a block contains the model, and finds the input by root finding in every step.
+"""Implicit inverse: the block `implicit_inverse` contains the model and finds the input by root finding in every step.
 
-The states of creep before a step are known, so only the step is searched. A step of length h changes the lag q of the
-input v to q + s (v - q) with s = 1 - e^(-h/T). So the output of the creep block, w0 v + sum w q, is a function of v and
-of the states before the step:
+Creep is a sum of first-order lags, whose states q before the step are known. A step of length h with the input v
+changes a state to q + s (v - q), where s = 1 - e^(-h/T). Therefore the output of the creep block, w0 v + sum w q, is a
+function of v and of the states before the step:
 
   (w0 + sum w s) v + sum w (1 - s) q.
 
-The first term is static and stays in the model. A block before the inverse computes the second term with the same lags.
-This block has no direct feed-through. It reads the input of the last step, so its state is q when the search starts,
-and it holds this value during the search.
+The first term is a static function of v and stays in the searched model. A separate block with the same lags computes
+the second term before the search. This block has no direct feed-through: its input is the input v of the previous step,
+so its output is constant during the search.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from hystfmu.graph import Graph, Node, Output
 from hystfmu.inverse.ports import assembled, input_range
 from hystfmu.model import M, Model, with_starts
 
-FLAT = 1e-4  # step back after a reversal, relative to the input range, on which the output must move
+FLAT = 1e-4  # input step after a reversal, relative to the input range, in which the output must change
 CREEP = "creep"
 
 
 def implicit_inverse(model: M, lo: float | None = None, hi: float | None = None) -> M:
-    """Invert a static model, or a model with creep, by root finding.
+    """Return the implicit inverse of a static model or of a model with creep.
 
-    The model has one input and one output. Optional covariates of the model are also inputs of the inverse. With creep,
-    the inverse is exact for steps of ``model.step``. The limits of the input, in its unit of measure, are by default
-    the range of the data (provenance ``span_u``).
+    The model has one input and one output. It may also have covariates, which are then inputs of the inverse, too. With
+    creep, the inverse is exact for steps of ``model.step``. The root is searched between the inputs `lo` and `hi`. The
+    default is the range of the input in the data (provenance ``span_u``).
 
-    An InputError is raised for dynamics other than creep, for an output that is constant after a reversal, and if the
-    input range is not known.
+    An InputError is raised if the model contains dynamics other than creep, if its output is constant after a reversal,
+    or if the input range is not known.
     """
     if lo is None or hi is None:
         lo, hi = input_range(
@@ -53,10 +53,10 @@ def implicit_inverse(model: M, lo: float | None = None, hi: float | None = None)
 
 
 def _refuse_flat(model: Model, lo: float, hi: float) -> None:
-    """Raise InputError if the output is constant after a reversal, so that the model has no inverse.
+    """Raise an InputError if the output stays constant after a reversal of the input, so that there is no inverse.
 
-    An example is a sum of plays without linear term. Trap: an infinitesimal step is no test, because a Zhao-Tan branch
-    begins with slope 0 and has an inverse.
+    An example is a sum of plays without linear term. Trap: the slope directly after the reversal is not a suitable
+    test, because a Zhao-Tan branch begins with slope 0 but has an inverse.
     """
     middle = (lo + hi) / 2
     back = middle - FLAT * (hi - lo)
@@ -71,10 +71,10 @@ def _refuse_flat(model: Model, lo: float, hi: float) -> None:
 def known_states(model: Model) -> tuple[list[Node], Model]:
     """Separate the lags of creep from a model with one output.
 
-    The result is the blocks of the lags, which must precede an implicit inverse, and a changed model. The changed model
-    contains these blocks, and one static step instead of each creep block. It has the same outputs as the model if the
-    blocks of the lags step first. A model without a step, or lags that do not start in equilibrium, raise an
-    InputError.
+    The function returns the blocks of the lags and a changed model. The changed model contains these blocks, and a
+    static sum instead of each creep block. Its output equals the output of the model if the blocks of the lags are
+    evaluated first. Therefore they must precede the block of the implicit inverse. A model without a step, or lags that
+    do not start in equilibrium, raise an InputError.
     """
     states: list[Node] = []
     g = model.graph
@@ -91,7 +91,10 @@ def known_states(model: Model) -> tuple[list[Node], Model]:
 
 
 def _separated(g: Graph, node: Node, h: float) -> tuple[Graph, Node]:
-    """Replace a creep by one step; return the graph and the block of its lags, shifted to start at 0."""
+    """Replace a creep block by a static sum, and return the new graph and the block of the lags.
+
+    The input of the lags is shifted, so that they start with the value 0.
+    """
     lags, shift = g.unused(f"{node.name}_lags"), g.unused(f"{node.name}_shift")
     w, T, w0 = node.value("w"), node.value("T"), float(node.value("w0")[0])
     share = -np.expm1(-h / T)
@@ -109,7 +112,7 @@ def _separated(g: Graph, node: Node, h: float) -> tuple[Graph, Node]:
 
 
 def _first(g: Graph, node: Node) -> float:
-    """Return the input of a block at the start values of the graph."""
+    """Return the input of a block when all inputs of the graph have their start values."""
     source = g.inputs[0]
     if f"{node.name}.u" in source.to:
         return float(source.start)

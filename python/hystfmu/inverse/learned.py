@@ -2,18 +2,20 @@
 
 Recipe, after Zhao & Tan 2008, section III:
 
-1. Data. The training data are responses of the model to a full loop and to nested reversals of all amplitudes,
-   without noise.
-2. Inverse operator. Input and output are exchanged, so the network needs the memory of the inverse. Its inputs are
-   `zhao_tan_inverse` of the wanted output at three scales, because the branch depends on the scale, and a few plays.
-   The literal recipe is ``fit(exchanged, "zhao_tan_mlp", operator="zhao_tan_inverse")``.
-3. Target. A network that computes the input must represent fast changes of the input at reversals, where the output
-   hardly changes. Here the network corrects the wanted output, and the exact inverse of fitted plays computes the input
-   from the corrected output. So an error of the network is an error of the output.
-4. Choice. If the error of inverse and model in cascade exceeds `ENOUGH` on a validation split, a second inverse is
-   trained: a bank of plays and a network that compute the input directly. The inverse with the smaller error is used.
+1. Data. The training data are the responses of the model, without noise, to a full loop and to nested reversals of all
+   amplitudes.
+2. Inverse operator. The wanted output is the input of the network, so the network needs the memory of the inverse. Its
+   inputs are the outputs of three operators `zhao_tan_inverse` and of a few plays, which are driven by the wanted
+   output. Each operator has its own scaling, because the shape of its branches depends on the scale. The original
+   recipe of the paper is ``fit(exchanged, "zhao_tan_mlp", operator="zhao_tan_inverse")``.
+3. Target. A network that computes the input directly must represent fast changes of the input at reversals, where the
+   output hardly changes. Therefore the network computes a corrected wanted output. The exact inverse of a fitted
+   Prandtl-Ishlinskii model then computes the input. An error of the network thus has the size of an output error.
+4. Choice. The error of the cascade of inverse and model is computed for validation signals. If it exceeds `ENOUGH`, a
+   second inverse is trained, which computes the input directly by a bank of plays and a network. The inverse with the
+   smaller error is used.
 
-Trap: two threads take ten times as long for these small matrices as with one.
+Trap: for these small matrices, two threads take ten times as long as one thread.
 """
 
 from __future__ import annotations
@@ -32,23 +34,23 @@ from hystfmu.inverse.exact import exact_inverse
 from hystfmu.inverse.ports import assembled, over_range
 from hystfmu.model import M, Model
 
-REVERSALS = 200  # of the training signal
-SCALES = (0.5, 1.0, 2.0)  # ranges of the wanted output in front of the inverse operators
-PLAYS, LEAST_SLOPE = 40, 0.01  # of the fitted plays; the slope is relative to the mean slope of the response
+REVERSALS = 200  # number of reversals of the training signal
+SCALES = (0.5, 1.0, 2.0)  # spans of the scaled wanted outputs that drive the inverse operators
+PLAYS, LEAST_SLOPE = 40, 0.01  # number of fitted plays; least linear weight, relative to the mean slope of the response
 CORRECTED = {"N": 4, "hidden": 12, "iterations": 100}
 DIRECT = {"N": 24}
-NO_NOISE = {"decay": 1e-8}  # the response has none, so little weight decay is needed
-SHARE = 0.9  # fraction of the input range that the wanted outputs of the validation split use
-FIRST = 0.5  # of the time: the network that corrects the wanted output
-ENOUGH = 0.02  # of the span of the wanted output
-FALLING = 0.05  # share of the rows on which the output moves against the input, from which on a warning is due
+NO_NOISE = {"decay": 1e-8}  # the response has no noise, so little weight decay is needed
+SHARE = 0.9  # fraction of the input range that the validation signals use
+FIRST = 0.5  # share of the time for the network that corrects the wanted output
+ENOUGH = 0.02  # largest accepted error of the cascade, relative to the span of the wanted output
+FALLING = 0.05  # a warning is given if output and input move in opposite directions on a larger share of the rows
 
 
 def learned_inverse(model: M, seed: int, options: dict[str, Any], progress: Progress = silent) -> M:
-    """Train an inverse of a model that states its input range; `options` are options of ``play_bank_mlp``.
+    """Train an inverse of a model whose input range is known; `options` are options of the kind ``play_bank_mlp``.
 
-    The progress ends early if the first of two networks is good enough. An unknown input range, or options that
-    `hystfmu.identify.fit` refuses, raise an InputError.
+    If the first of the two networks is accurate enough, the reported progress does not reach 1. An unknown input range,
+    or options that `hystfmu.identify.fit` does not accept, raise an InputError.
     """
     from hystfmu.data.signals import training
 
@@ -70,7 +72,10 @@ def learned_inverse(model: M, seed: int, options: dict[str, Any], progress: Prog
 
 
 def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any], progress: Progress) -> Model:
-    """Fit plays, invert the plays, and train a network before this inverse that corrects the wanted output."""
+    """Return an inverse that consists of a network, which corrects the wanted output, and the inverse of plays.
+
+    The function fits the plays, inverts them, and then trains the network.
+    """
     from hystfmu.identify import errors, fit, options
     from hystfmu.identify.catalogue import resolve
     from hystfmu.identify.features.plays import thresholds
@@ -84,7 +89,7 @@ def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, 
     nodes.append(Node("input", "scaling", {"n": 1}))
     ends, into = ["input.y", x], ["input.u", *to]
     for i, scale in enumerate(SCALES, 1):
-        gain = scale / float(np.ptp(y))  # the operator rests at h = 0
+        gain = scale / float(np.ptp(y))  # the offset makes the operator start at its rest value h = 0
         nodes.append(Node(f"scale{i}", "scaling", {"n": 1}, {"gain": gain, "offset": -gain * float(y[0])}))
         nodes.append(Node(f"operator{i}", "zhao_tan_inverse"))
         wires.append((f"scale{i}.y", f"operator{i}.h"))
@@ -118,14 +123,14 @@ def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, 
 
 
 def _direct(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any], progress: Progress) -> Model:
-    """Fit the input itself: a bank of plays of the wanted output and a network."""
+    """Return an inverse that computes the input directly by a bank of plays of the wanted output and a network."""
     from hystfmu.identify import fit
 
     return fit(_record(model, y, u), "play_bank_mlp", seed, progress, **{**DIRECT, **NO_NOISE, **given})
 
 
 def _renamed(graph: Graph, prefix: str) -> tuple[list[Node], list[tuple[str, str]], list[str], str]:
-    """Return nodes, wires, endpoints of the input and of the output of a graph, with another name for each block."""
+    """Return nodes, wires, input endpoints and output endpoint of a graph; each block name begins with `prefix`."""
     nodes = [replace(n, name=f"{prefix}_{n.name}") for n in graph.nodes]
     wires = [(f"{prefix}_{a}", f"{prefix}_{b}") for a, b in graph.wires]
     return nodes, wires, [f"{prefix}_{end}" for end in graph.inputs[0].to], f"{prefix}_{graph.outputs[0].source}"
@@ -136,7 +141,7 @@ def _record(model: Model, u: Array, y: Array) -> Dataset:
 
 
 def _validation(model: Model, seed: int) -> list[Array]:
-    """Return wanted outputs with seed, decays, tones and minor loops other than in `signals.held_out`."""
+    """Return wanted outputs for the choice of the inverse; no signal is the same as in `signals.held_out`."""
     from hystfmu.data import signals
 
     inputs = (
@@ -149,13 +154,13 @@ def _validation(model: Model, seed: int) -> list[Array]:
 
 
 def _largest(model: Model, made: Model, wanted: list[Array]) -> float:
-    """Return the largest error of inverse and model in cascade, relative to the span of each wanted output."""
+    """Return the largest error of the cascade of inverse and model, relative to the span of the wanted output."""
     worst = [np.abs(model.predict(made.predict(r, model.step)) - r).max() / np.ptp(r) for r in wanted]
     return float(max(worst)) if np.isfinite(worst).all() else np.inf
 
 
 def _falls(u: Array, y: Array) -> list[str]:
-    """Return a warning if output and input move in opposite directions on many rows."""
+    """Return a warning if output and input move in opposite directions on more than a share `FALLING` of the rows."""
     share = float(np.mean(np.diff(u) * np.diff(y) * np.ptp(u) * (y[np.argmax(u)] - y[np.argmin(u)]) < 0))
     if share <= FALLING:
         return []

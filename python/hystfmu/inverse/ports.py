@@ -1,4 +1,4 @@
-"""Assembly of an inverse from blocks: chain, ports, start values, input range and provenance come from the model."""
+"""Assembly of an inverse model. Its ports, start values, input range and provenance come from the inverted model."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ from hystfmu.model import M, Model, with_starts
 
 
 def at_start(model: Model) -> float:
-    """Return the output of a model at the start values of its inputs."""
+    """Return the output of a model when all inputs have their start values."""
     return float(model.predict(with_starts(model.graph, np.full(2, model.graph.inputs[0].start)))[0])
 
 
 def over_range(model: Model, v: Array) -> Array:
-    """Scale the signal v (n,), in [-1, 1], to the input range of the model; a ramp from its start value precedes it."""
+    """Scale the signal v (n,) from [-1, 1] to the input range of the model.
+
+    A ramp from the start value of the input to the first value of the signal precedes the scaled signal.
+    """
     from hystfmu.data.signals import ramps
 
     lo, hi = input_range(model, "A learned inverse must have the input range of the model")
@@ -30,9 +33,9 @@ def over_range(model: Model, v: Array) -> Array:
 
 
 def input_range(model: Model, needed: str) -> tuple[float, float]:
-    """Return the least and the largest input that the model was identified on, in the unit of measure of u.
+    """Return the smallest and the largest input in the data of the model, in the unit of measure of u.
 
-    The provenance must state ``span_u``; otherwise an InputError is raised that begins with the rule `needed`.
+    If the provenance does not contain ``span_u``, an InputError is raised. `needed` is the first part of its message.
     """
     span = model.provenance.get("span_u")
     if not (isinstance(span, list) and len(span) == 2):
@@ -50,10 +53,11 @@ def assembled(
     beside: Sequence[Input] | None = None,
     start: float | None = None,
 ) -> M:
-    """Return the inverse of a model by the method `how`, from its blocks; the core refuses values without an inverse.
+    """Assemble the inverse of a model from its nodes and wires; `how` is the name of the method.
 
-    The wanted output drives the endpoints `to`; `source` gives the input to apply. The further inputs are those of the
-    model, or `beside`. The wanted output starts at the output of the model at rest, or at `start`.
+    The wanted output is connected to the endpoints `to`. The input to apply is the output `source`. The further inputs
+    are `beside`, by default the covariates of the model. The start value of the wanted output is `start`, by default
+    the output of the model at rest. Parameter values without an inverse raise an InputError.
     """
     first, last = model.graph.inputs[0], model.graph.outputs[0]
     at = at_start(model) if start is None else start
@@ -73,7 +77,7 @@ def assembled(
 
 
 def chain(g: Graph, beside: Collection[str] = ()) -> list[Node] | None:
-    """Return the blocks from the input to the output if they form one chain; blocks `beside` it do not count."""
+    """Return the blocks from input to output if all blocks except `beside` form one chain, otherwise None."""
     path = {a.split(".")[0]: b.split(".")[0] for a, b in g.wires if a.split(".")[0] not in beside}
     wires = sum(a.split(".")[0] not in beside for a, _ in g.wires)
     found = [g.node(g.inputs[0].to[0].split(".")[0])]
@@ -84,7 +88,7 @@ def chain(g: Graph, beside: Collection[str] = ()) -> list[Node] | None:
 
 
 def line(nodes: Sequence[Node]) -> tuple[float, float]:
-    """Return gain and offset of the scalings among nodes in a row."""
+    """Return the total gain and offset of the blocks `scaling` among nodes in series."""
     gain, offset = 1.0, 0.0
     for n in nodes:
         if n.type == "scaling":
@@ -94,5 +98,5 @@ def line(nodes: Sequence[Node]) -> tuple[float, float]:
 
 
 def _with(text: str, own: str) -> str:
-    what = own.rpartition(": ")[2]  # of the inverse of an inverse
+    what = own.rpartition(": ")[2]  # the inverse of an inverse has a text with such a prefix
     return f"{text}: {what}" if what else text

@@ -1,6 +1,7 @@
-"""Models: a graph of blocks with values, provenance and errors of the fit, stored as `*.model.toml`; their runs.
+"""Models and their simulation. A model is a graph of blocks with its provenance and the errors of its fit.
 
-The first input of a graph is the driving input u. All further inputs are covariates of the model, by name.
+A model file has the name `*.model.toml`. The first input of a graph is the driving input u. All further inputs are
+covariates, which are identified by their names.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from hystfmu.graph import Graph
 from hystfmu.graph.tables import GraphTable, graph_tables
 
 FORMAT = 1
-"""Version of the keys of a model file. A reader refuses newer versions, and states a remedy for older versions."""
-_TIME = re.compile(rb"^seconds = .*\n", re.MULTILINE)  # of a fit: no two take the same
+"""Version of the format of model files. Files with another version raise an error."""
+_TIME = re.compile(rb"^seconds = .*\n", re.MULTILINE)  # duration of the fit, which differs from run to run
 
 
 class _File(GraphTable):
@@ -41,9 +42,10 @@ class _File(GraphTable):
 @checked
 @dataclass(frozen=True)
 class Model:
-    """A model: blocks with values, the origin of the values, and errors of the fit.
+    """A model: a graph of blocks, the origin of its parameter values, and the errors of its fit.
 
-    A function that changes a model returns the class that it got. `hystfmu.Model` adds the verbs of the rooms above.
+    A function that changes a model returns an object of the same class. The subclass `hystfmu.Model` adds the methods
+    of the public interface.
 
     Parameters
     ----------
@@ -70,17 +72,19 @@ class Model:
     ) -> Array:
         """Simulate the model from its initial state, without use of measured outputs.
 
-        Row 0 is the output after initialisation with ``u[0]``; row k is the output of an FMU after set u_k,
-        doStep(t_{k-1}, h), get y.
+        Row 0 is the output after initialisation with ``u[0]``. Row k is the output of the exported FMU after its input
+        is set to u_k and ``doStep(t_{k-1}, h)`` is called.
 
         Parameters
         ----------
         u : array, shape (n,), Dataset or data frame
-            Input. A data set contains step and covariates; each of its records starts from the initial state.
+            Input. A data set also gives the step and the covariates, and each of its records starts from the initial
+            state.
         h : float, optional
-            Step (s) of an array. The default is the step of the model, or 1 s if the model has no step.
+            Time between the rows of an array (s). The default is the step of the model, or 1 s if the model has no
+            step.
         covariates : dict of str to array or float, optional
-            Further inputs of the model for an array, by name, shape (n,). A number is constant over all rows.
+            Covariates for an array `u`, by name, shape (n,). A number is a constant covariate.
 
         Returns
         -------
@@ -89,7 +93,7 @@ class Model:
         Raises
         ------
         InputError
-            A value is not finite, a covariate is missing or unknown, or the step is invalid for a block.
+            A value is not finite, a covariate is missing or unknown, or a block does not permit the step.
 
         Examples
         --------
@@ -109,23 +113,23 @@ class Model:
         return run_along(self.graph, dataset_of(u, output=False))
 
     def save(self, path: str | Path) -> None:
-        """Write ``*.model.toml`` to `path`, atomically."""
+        """Write the model to the file `path`, named ``*.model.toml``. If writing fails, an old file stays unchanged."""
         data: dict[str, Any] = {"format": FORMAT, "key": self.key, "text": self.text}
         if self.step is not None:
             data["step"] = float(self.step)
         tables = graph_tables(self.graph)
-        blocks = tables.pop("blocks")  # last, long as they are
+        blocks = tables.pop("blocks")  # written last, because this table is long
         data |= {**tables, "fit": self.fit, "provenance": self.provenance, "blocks": blocks}
         write_toml(path, data, f"HystFMU model '{self.key}': blocks in evaluation order.", _TIME)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read ``*.model.toml`` from `path`.
+        """Read a model from the file `path`.
 
         Raises
         ------
         InputError
-            One line with file, key, rule and value.
+            The file is not a valid model file. The message names the file, the key, the rule, and the invalid value.
         """
         table = load_toml(path)
         check_format(table, FORMAT, path, required=True)
@@ -141,24 +145,26 @@ M = TypeVar("M", bound=Model)
 
 
 def beside(graph: Graph) -> tuple[str, ...]:
-    """Return the names of the covariates of a graph: all inputs after the first."""
+    """Return the names of the covariates of a graph, which are all inputs after the first."""
     return tuple(i.name for i in graph.inputs[1:])
 
 
 def input_rows(graph: Graph, u: Array | Sequence[float], given: Mapping[str, ArrayLike] | None) -> Array:
-    """Return the input rows of a graph.
+    """Combine the driving input and the covariates into the array of inputs that a graph accepts.
 
     Parameters
     ----------
     graph : Graph
-    u : array, shape (n,), or (n, n_inputs) for all inputs
-        Driving input.
+        Graph of a model.
+    u : array, shape (n,) or (n, n_inputs)
+        Driving input, or all inputs as columns.
     given : dict of str to array or float, optional
-        Covariates by name, shape (n,); a number is held.
+        Covariates by name, shape (n,). A number is a constant covariate.
 
     Returns
     -------
-    array, shape (n,) for one input, else (n, n_inputs)
+    array
+        Shape (n,) for a graph with one input, otherwise (n, n_inputs).
 
     Raises
     ------
@@ -187,17 +193,17 @@ def input_rows(graph: Graph, u: Array | Sequence[float], given: Mapping[str, Arr
 
 
 def with_starts(graph: Graph, u: Array | Sequence[float]) -> Array:
-    """Return the input rows of a graph, (n,) or (n, n_inputs); covariates keep their start values."""
+    """Return the array of inputs of a graph, (n,) or (n, n_inputs), with all covariates at their start values."""
     return input_rows(graph, u, {i.name: i.start for i in graph.inputs[1:]})
 
 
 def rows_of(graph: Graph, data: Dataset) -> Array:
-    """Return the input rows of a graph on a record: u, and the covariates that the graph takes, by name.
+    """Return the array of inputs of a graph from a data set: the input u and the covariates of the graph.
 
     Raises
     ------
     InputError
-        The record lacks a covariate, or states it in another unit of measure.
+        The data have no covariate of this name, or its unit of measure differs from the unit in the graph.
     """
     columns = {name: (unit, values) for name, unit, values in data.covariates}
     where = data.path or data.name
@@ -217,5 +223,5 @@ def rows_of(graph: Graph, data: Dataset) -> Array:
 
 
 def run_along(graph: Graph, data: Dataset) -> Array:
-    """Run a graph on every record of the data from a fresh start, shape (n,) or (n, n_outputs)."""
+    """Return the output of a graph, (n,) or (n, n_outputs), for records that each start from the initial state."""
     return data.along(lambda rows: graph.run(rows, data.h), inputs=rows_of(graph, data))

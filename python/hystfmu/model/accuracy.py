@@ -1,11 +1,12 @@
-"""Accuracy of a model: errors on a record and on held-out signals; interval that contains the error of a new row.
+"""Accuracy of a model: its errors on a record and on held-out signals, and a 95 % prediction interval of its error.
 
-The interval is computed by hierarchical conformal prediction. Neighbouring errors are similar, so rows are not
-independent samples. Therefore errors on rows outside the fit are cut into K blocks. The blocks are assumed to be
-exchangeable with a new part of the same kind of signal. The half-width of the interval is the least size that contains
-a mean share of 95 % (K + 1)/K of the errors of the blocks. The factor (K + 1)/K treats the new block as a block with
-infinite errors (Lee, Barber & Willett 2023, arXiv:2306.06342). To test the interval, the same rule is applied without
-one block at a time. The share of the errors of this block inside the resulting interval is its coverage.
+The interval is computed by hierarchical conformal prediction. Rows are not independent samples, because errors of
+neighbouring rows are similar. Therefore the errors on rows that were not used in the fit are cut into K blocks. The
+blocks are assumed to be exchangeable with a new part of the same kind of signal. The half-width of the interval is the
+smallest number that at least a share of 95 % (K + 1)/K of the absolute errors does not exceed; each block has the same
+weight. The factor (K + 1)/K means that the new block is counted as a block with infinite errors (Lee, Barber & Willett
+2023, arXiv:2306.06342). The coverage tests the interval. For each block, an interval is computed from the other blocks.
+The coverage is the share of the errors of the block that lie inside this interval.
 """
 
 from __future__ import annotations
@@ -23,18 +24,18 @@ from hystfmu.model.coverage import clamped
 __all__ = ["Interval", "errors", "held_out_table", "interval", "rms", "width"]
 
 SHARE = 0.95
-LEAST_BLOCKS = 20  # the fewest that leave 19 when one is left out, which is what 95 % needs
-BLOCKS = 40  # at most
-ROWS = 4  # in a block, at least
+LEAST_BLOCKS = 20  # the coverage test omits one block, and an interval of 95 % needs at least 19 blocks
+BLOCKS = 40  # maximum number of blocks
+ROWS = 4  # minimum number of rows in a block
 
 
 def rms(e: Array) -> float:
-    """Return the root mean square of e (n,), in its unit of measure."""
+    """Return the root mean square of e (n,), in the unit of measure of e."""
     return float(np.sqrt(np.mean(e**2)))
 
 
 def errors(y: Array, measured: Array, span: float) -> dict[str, float]:
-    """Compute RMS and largest error, absolute and in percent of `span`.
+    """Compute the RMS error and the largest absolute error, in the unit of measure of y and in percent of `span`.
 
     Parameters
     ----------
@@ -56,24 +57,24 @@ def errors(y: Array, measured: Array, span: float) -> dict[str, float]:
 def held_out_table(
     model: Model, plant: Callable[[Array], Array], span: float, signals: dict[str, Array] | None = None
 ) -> dict[str, dict[str, float]]:
-    """Compute the errors of a model against a plant on every held-out signal.
+    """Compute the errors between a model and a plant for every held-out signal.
 
     Parameters
     ----------
     model : Model
-        Model; it runs free from a fresh start.
+        Model. It is simulated from its initial state, without use of measured outputs.
     plant : function
-        Returns the true output (n,) for an input (n,), from a fresh start.
+        Function that returns the true output (n,) for an input (n,) from the initial state of the plant.
     span : float
         100 % of full scale: the span of y in the training data.
     signals : dict of str to array, optional
-        Held-out signals; default `held_out()`.
+        Held-out signals by name. The default is `held_out()`.
 
     Returns
     -------
     dict of str to dict
-        For each signal the errors of `errors`, and `clamped_percent`, the share of rows at which the limits of a
-        network act (%).
+        Results of `errors` for each signal, and ``clamped_percent``, the percentage of rows at which the input of a
+        network is limited to its trained range.
     """
     h = 1.0 if model.step is None else model.step
     return {
@@ -87,17 +88,17 @@ def held_out_table(
 
 @dataclass(frozen=True)
 class Interval:
-    """An interval around the output of a model.
+    """A prediction interval around the output of a model, and its coverage test.
 
     Parameters
     ----------
     half_width : float
         Half of the width, in the unit of measure of y.
     coverage, lowest : float
-        Share of the errors of a block (%) inside the interval from the remaining blocks: mean over all blocks, and
-        least share of a block.
+        Mean coverage and smallest coverage of the blocks (%). The coverage of a block is the percentage of its errors
+        inside the interval that is computed from the other blocks.
     rows, blocks : int
-        Number of rows, and number of blocks.
+        Number of rows and number of blocks.
     """
 
     half_width: float
@@ -108,12 +109,12 @@ class Interval:
 
 
 def interval(e: Array) -> Interval | None:
-    """Return the interval that contains the error of a new row; None for fewer than 80 rows.
+    """Return the interval that contains the error of a new row with 95 % probability; None for fewer than 80 rows.
 
     Parameters
     ----------
     e : array, shape (n,)
-        Errors on rows that the fit has not seen.
+        Errors on rows that were not used in the fit.
     """
     count = min(BLOCKS, len(e) // ROWS)
     if count < LEAST_BLOCKS:
@@ -125,12 +126,12 @@ def interval(e: Array) -> Interval | None:
 
 
 def width(blocks: list[Array]) -> float:
-    """Return the size that a row of a new block exceeds with a probability of at most 5 %.
+    """Return the limit that the absolute error of a row of a new block exceeds with a probability of at most 5 %.
 
     Parameters
     ----------
     blocks : list of arrays, shape (n_k,)
-        Sizes of errors in at least 19 blocks, which are exchangeable with the new block.
+        Absolute errors in at least 19 blocks, which are assumed to be exchangeable with the new block.
     """
     size = np.concatenate(blocks)
     weight = np.concatenate([np.full(len(b), 1 / len(b)) for b in blocks])

@@ -1,13 +1,14 @@
-"""Coverage of inputs by the fitted rows: range of the input, and share of the input space of a network.
+"""Trained range of a model, and coverage of the input space of a network by the training rows.
 
-Outside its training rows a network has errors of 20 to 400 %. So its features are limited to their trained range (block
-``scaling`` with `lo` and `hi`). Rows at which the limits act are reported, because a limited output could look like a
-property of the device.
+Far from its training rows, a network has errors of 20 to 400 %. Therefore the inputs of the network (features) are
+limited to their trained ranges by a block ``scaling`` with `lo` and `hi`. The rows at which a limit acts are reported,
+because a limited output could look like a property of the device.
 
-The coverage is measured with a reference signal: random nested reversals over the same range at the same speed. It is
-the share of the states of this signal that have a near training row. Near means less than 10 % of the ranges of the
-features (RMS over the features). The coverage shows whether other signals stay within the trained states. A decaying
-sine covers the whole space of two features, but only a small part of the states of a bank of plays.
+The coverage shows whether other signals stay near the training rows. It is computed with a reference signal of random
+nested reversals, which has the range and the speed of the training input. The coverage is the share of the rows of the
+reference signal that have a training row at a distance of less than 10 %. The distance is the RMS of the feature
+differences, each relative to the range of its feature. For example, a decaying sine covers the whole space of two
+features, but only a small part of the states of a bank of plays.
 """
 
 from __future__ import annotations
@@ -26,13 +27,13 @@ from hystfmu.data.signals import ramps, training
 from hystfmu.graph import Graph, Node, Output
 from hystfmu.model import M, Model, rows_of
 
-KEY, COVARIATES = "trained_u", "trained_covariates"  # of the provenance
+KEY, COVARIATES = "trained_u", "trained_covariates"  # keys of the provenance
 PORT = "in_range"
-NEAR = 0.1  # RMS over the features, each relative to its range
-MOST_ROWS = 2000  # limit on reference and training rows: more are thinned evenly
-REVERSALS, SEED = 200, 4242  # reference signal
-STEPS = (0.002, 0.1)  # reference signal: least and largest step, in half ranges per row
-WARN = 1.0  # percent of limited rows above which a warning is given
+NEAR = 0.1  # largest distance: RMS of the feature differences, each relative to the range of its feature
+MOST_ROWS = 2000  # maximum number of reference rows and of training rows; a longer set is thinned evenly
+REVERSALS, SEED = 200, 4242  # number of reversals and random seed of the reference signal
+STEPS = (0.002, 0.1)  # smallest and largest step of the reference signal, in half ranges per row
+WARN = 1.0  # percentage of limited rows above which a warning is given
 
 
 def clamped(graph: Graph, u: Array, h: float) -> Array:
@@ -43,7 +44,7 @@ def clamped(graph: Graph, u: Array, h: float) -> Array:
     graph : Graph
         Graph of a model.
     u : array, shape (n,) or (n, n_inputs)
-        Input rows from a fresh start.
+        Input. The graph starts from its initial state.
     h : float
         Time between rows (s).
 
@@ -66,15 +67,15 @@ def coverage(graph: Graph, data: Dataset) -> float | None:
     graph : Graph
         Graph of a model.
     data : Dataset
-        Data of the identification.
+        Data to which the model is fitted.
 
     Returns
     -------
     float or None
-        Share of the states of the reference with a near training row (%); None without a network.
+        Percentage of the rows of the reference signal that have a near training row. None for a graph without network.
     """
     beside = {end for port in graph.inputs[1:] for end in port.to}
-    limiters = [n for n in _limiters(graph) if f"{n.name}.u[1]" not in beside]  # of covariates alone
+    limiters = [n for n in _limiters(graph) if f"{n.name}.u[1]" not in beside]  # not the limits of covariates
     if not limiters:
         return None
     node = limiters[-1]
@@ -95,7 +96,10 @@ def coverage(graph: Graph, data: Dataset) -> float | None:
 
 
 def near(seen: Array, asked: Array, distance: float, most: int) -> NDArray[np.bool_]:
-    """Return which points of `asked` (n, m) have a point of `seen` within a distance; more than `most` are thinned."""
+    """Return for each point of `asked` (n, m) whether a point of `seen` lies within a distance.
+
+    A set of more than `most` points is first thinned evenly.
+    """
     from scipy.spatial import cKDTree
 
     seen, asked = (v[:: -(-len(v) // most)] for v in (seen, asked))
@@ -103,13 +107,13 @@ def near(seen: Array, asked: Array, distance: float, most: int) -> NDArray[np.bo
 
 
 def _drawn(data: Dataset, n: int) -> Array:
-    """Draw n rows of covariates, each distributed evenly over its range in the training rows."""
+    """Return n rows of random covariates, uniformly distributed over their ranges in the training rows."""
     seen = data.covariates.values[data.train]
     return np.random.default_rng(SEED).uniform(seen.min(axis=0), seen.max(axis=0), (n, seen.shape[1]))
 
 
 def _limiters(graph: Graph) -> list[Node]:
-    """Return the blocks that limit their inputs, in evaluation order."""
+    """Return the `scaling` blocks with finite limits, in evaluation order."""
     nodes = [n for n in graph.nodes if n.type == "scaling"]
     return [n for n in nodes if (np.abs(np.concatenate([n.value("lo"), n.value("hi")])) < NO_LIMIT).all()]
 
@@ -122,7 +126,7 @@ def _inputs(graph: Graph, node: Node, u: Array, h: float) -> Array:
     whole = f"{node.name}.u"
     ends = [whole] if whole in source or whole in outside else [f"{whole}[{k + 1}]" for k in range(n)]
     inner = [end for end in ends if end in source]
-    if not inner:  # inputs of the graph itself
+    if not inner:  # all signals are inputs of the graph
         return np.column_stack([rows[:, outside[end]] for end in ends])
     outputs = [Output(f"limited_{k}", source[end]) for k, end in enumerate(inner)]
     found = Graph(graph.nodes, graph.wires, graph.inputs, outputs).run(u, h).reshape(len(u), -1)
@@ -133,7 +137,7 @@ def _inputs(graph: Graph, node: Node, u: Array, h: float) -> Array:
 
 
 def trained_range(data: Dataset) -> dict[str, Any]:
-    """Return the ranges of the input and of each covariate in the fitted rows, for the provenance."""
+    """Return the ranges of the input and of each covariate in the training rows, as entries of the provenance."""
 
     def ends(v: Array) -> list[float]:
         return [float(v[data.counted].min()), float(v[data.counted].max())]
@@ -143,20 +147,21 @@ def trained_range(data: Dataset) -> dict[str, Any]:
 
 
 def with_in_range(model: M) -> M:
-    """Add the output `in_range` to a model: 1 if the input lies within the range of the training rows, else 0.
+    """Add the output `in_range` to a model: 1 if the input lies within the range of the training rows, otherwise 0.
 
-    For an inverse, the range applies to its output, which is the input of the inverted model. Here the ends of the
-    range are also outside, because an implicit inverse stops at an end for every wanted output that it cannot reach.
+    For an inverse, the range limits the output of the inverse, which is the input of the inverted model. In this case
+    the two ends of the range count as outside, because an implicit inverse returns an end of the range if it cannot
+    reach the wanted output.
 
     Parameters
     ----------
     model : Model
-        Model whose provenance states ``trained_u``, or the inverse of one.
+        Model with ``trained_u`` in its provenance, or the inverse of such a model.
 
     Raises
     ------
     InputError
-        The model does not state the range, or has the output already.
+        The provenance does not contain the range, or the model already has this output.
     """
     g = model.graph
     if any(o.name == PORT for o in g.outputs):
@@ -187,7 +192,7 @@ def with_in_range(model: M) -> M:
 
 
 def span_of(model: Model) -> tuple[float, float] | None:
-    """Return the range of the first input in the record of a model; None without one."""
+    """Return the range of the first input in the data of a model; None if the provenance does not contain it."""
     span = model.provenance.get(KEY, model.provenance.get("span_u"))
     if isinstance(span, list) and len(span) == 2 and span[0] < span[1]:
         return float(span[0]), float(span[1])

@@ -1,4 +1,4 @@
-"""A model for the explorer of a page: block files, adjustable values, and states of its memory."""
+"""Data of a model for the explorer of an HTML page: block files, adjustable values, and states of the memory."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from hystfmu.model.coverage import COVARIATES, KEY, span_of
 from hystfmu.report.explorer import Driven, Explored, Memory, Slider
 
 TURNS = "HYST_TURNING_POINTS(depth)"  # size of a list of turning points in the table of a block
-PLAYS, WIDTHS = "play states", "r"  # text of the states of plays; name of their half-widths
-MOST_STATES = 6  # that are shown as numbers
-HUGE = 1e300  # "no limit" as a value, see limit.h
+PLAYS, WIDTHS = "play states", "r"  # description of the states of plays, and name of the parameter of half-widths
+MOST_STATES = 6  # maximum number of states that the explorer shows as numbers
+HUGE = 1e300  # smallest value that means "no limit", see limit.h
 
 
 def explored(model: Model, name: str, inverse: Model | None = None) -> Explored:
-    """Return a model for the explorer.
+    """Return the data that the explorer needs to run a model.
 
     Parameters
     ----------
     model : Model
-        Model with one output. Further inputs keep their start values until the reader changes them.
+        Model with one output. A covariate stays at its start value until the reader of the page changes it.
     name : str
         Name in the legend.
     inverse : Model, optional
@@ -32,7 +32,7 @@ def explored(model: Model, name: str, inverse: Model | None = None) -> Explored:
     Raises
     ------
     InputError
-        The model does not state the range of its input.
+        The provenance of the model does not contain the range of the input.
     """
     span = span_of(model)
     if span is None:
@@ -50,19 +50,22 @@ def explored_graph(
     span: tuple[float, float],
     beside: Mapping[str, Sequence[float]] | None = None,
 ) -> Explored:
-    """Return a graph for the explorer, as `explored` does for a model.
+    """Return the data that the explorer needs to run a graph.
 
     Parameters
     ----------
     graph : Graph
+        Graph with one output.
     name : str
+        Name in the legend.
     inverse : Graph or None
+        Inverse of the graph.
     h : float
         Step (s).
     span : (float, float)
         Range of the first input.
     beside : dict of str to (float, float), optional
-        Ranges of the further inputs. An input without a range moves by 1 to each side.
+        Ranges of the covariates. The slider of a covariate without a range covers its start value plus and minus 1.
     """
     sliders = [_covariate(p, (beside or {}).get(p.name)) for p in graph.ports if p.kind == "input"][1:]
     sliders += [_parameter(p) for p in graph.ports if p.is_parameter and _moves(p)]
@@ -86,7 +89,7 @@ def _covariate(p: Port, span: Sequence[float] | None) -> Slider:
 
 
 def _moves(p: Port) -> bool:
-    """Return whether a parameter can be scaled: its values are not all 0, and do not mean "no limit"."""
+    """Return whether a slider can scale a parameter: its values are real, not all 0, and do not mean "no limit"."""
     values = [abs(float(v)) for v in p.start]
     return p.var.type == "real" and max(values, default=0.0) > 0 and max(values) < HUGE
 
@@ -96,7 +99,7 @@ def _parameter(p: Port) -> Slider:
 
 
 def _memory(graph: Graph) -> Memory | None:
-    """Return the memory to show: turning points if there are any, else plays, else other states."""
+    """Return the memory that the explorer shows: turning points, otherwise plays, otherwise other states."""
     found: dict[str, Memory] = {}
     for k, node in enumerate(graph.nodes):
         place, named = 0, []

@@ -1,8 +1,8 @@
-"""Conversion of a `torch.nn` network to blocks: `from_torch(module)` returns a Model.
+"""Conversion of a `torch.nn` network to a graph of `mlp` blocks.
 
-Each `mlp` block contains Linear, activation, Linear. An identity matrix replaces a missing Linear exactly, and relu(a)
-- relu(-a) = a replaces a missing activation. float32 weights convert to float64 without loss; the model computes in
-float64.
+Each `mlp` block contains a linear layer, an activation, and a second linear layer. If a linear layer is missing, an
+identity matrix takes its place. If an activation is missing, the exact identity relu(a) - relu(-a) = a is used. The
+weights are converted from float32 to float64 without loss, and the model computes in float64.
 """
 
 from __future__ import annotations
@@ -53,26 +53,26 @@ def torch_graph(module: nn.Module) -> Graph:
 
 
 def torch_blocks(module: nn.Module, name: str = "net") -> tuple[list[Node], list[tuple[str, str]]]:
-    """Convert a network to nodes and wires, to be placed in a larger graph.
+    """Convert a network to nodes and wires that can be added to a larger graph.
 
     Parameters
     ----------
     module : torch.nn.Module
         Network as in `from_torch`.
     name : str
-        Prefix of the node names: name1, name2, ...
+        Prefix of the node names ``<name>1``, ``<name>2``, ...
 
     Returns
     -------
     nodes : list of Node
-        Blocks; the first has the input `u`, the last the output `y`.
+        Blocks. The input of the network is `u` of the first block; the output is `y` of the last block.
     wires : list of (str, str)
-        Wires between them.
+        Wires between the blocks.
 
     Raises
     ------
     InputError
-        Raised as by `from_torch`.
+        The network cannot be converted, for the same reasons as in `from_torch`.
     """
     layers = _layers(module)
     widths = [layer for layer in layers if isinstance(layer, _Affine)]
@@ -103,7 +103,7 @@ def torch_blocks(module: nn.Module, name: str = "net") -> tuple[list[Node], list
 
 
 def _layers(module: nn.Module) -> list[_Affine | str]:
-    """Return linear layers as arrays and activations as words, in order, validated."""
+    """Check the layers of a network, and return linear layers as arrays and activations as names, in order."""
     out: list[_Affine | str] = []
     width: int | None = None
     for path, layer in _flat(module, ""):
@@ -129,7 +129,7 @@ def _layers(module: nn.Module) -> list[_Affine | str]:
 
 
 def _flat(module: nn.Module, path: str) -> Iterator[tuple[str, Any]]:
-    """Yield the layers of nested Sequentials in order, with their paths as in torch: 0, 1.0, 1.1, .."""
+    """Yield the layers of nested Sequentials in order, each with its path in torch notation (0, 1.0, 1.1, ...)."""
     if type(module).__name__ != "Sequential":
         yield path, module
         return
@@ -138,7 +138,10 @@ def _flat(module: nn.Module, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def _affine(layers: list[_Affine | str], at: int, width: int) -> tuple[_Affine, int]:
-    """Return the Linear at this index, or an identity if there is no Linear, and the next index."""
+    """Return the linear layer at index `at` and the next index; if the layer is not linear, return an identity.
+
+    After an identity, the index stays the same.
+    """
     if at < len(layers) and isinstance(layer := layers[at], _Affine):
         return layer, at + 1
     return _Affine(np.eye(width), np.zeros(width)), at

@@ -1,17 +1,19 @@
-"""Checks of every fit: properties of a model that its data do not support.
+"""Checks after every fit, which find properties of a model that its data do not determine.
 
-- Another signal. The model runs free on steps to the ends of the trained range, and on nested reversals inside this
-  range. The signal has the speed of the data, and 200 rows a cycle. An output that overflows or grows without bound is
-  an error. An output that leaves the range of y by more than the span of y gives a warning: the model extrapolates,
+- Another signal. The model is simulated with steps to the ends of the trained range and with nested reversals inside
+  this range, at the speed of the data and at 200 rows per cycle. If the output overflows or grows without bound, the
+  fit fails. If the output leaves the range of y by more than the span of y, a warning is given: the model extrapolates,
   because the record has few reversals or does not excite the dynamics.
-- Poles. The data cannot determine a pole of a transfer function above pi/h, because its response settles within a step
-  of the data. Poles of a Padé approximant of a delay, whose zeros mirror the poles, are not checked.
-- Bounds. The data do not determine a parameter that is at a bound of its search.
+- Poles. The data cannot determine a pole of a transfer function with a magnitude above pi/h, because its response
+  settles within one step of the data. Poles of a Padé approximant of a delay are not checked; the zeros of such an
+  approximant mirror its poles.
+- Bounds. If the search stops with a parameter at its bound, the data do not determine this parameter.
 - Drift. The residuals are averaged over chunks of consecutive rows, because neighbouring residuals of a hysteresis
-  model are not independent. The slope of a straight line through the averages is the drift; their scatter gives its
-  standard error. Wide plays, which move rarely, absorb part of the drift, so the result is a lower bound. Creep is not
-  drift: creep follows the input, and models with lags represent creep.
-- Coverage. For a network, this is the share of the states of other signals that the training rows reach.
+  model are not independent. A straight line is fitted to the averages. The drift is the change of this line from the
+  first to the last row, and the scatter of the averages gives its standard error. The result is a lower bound, because
+  wide plays, which move rarely, absorb part of the drift. Creep is not drift: creep depends on the input, and models
+  with lags represent it.
+- Coverage. For a network, the coverage is the share of the states of other signals that are near the training rows.
 """
 
 from __future__ import annotations
@@ -27,27 +29,27 @@ from hystfmu.data.signals import nested_reversals
 from hystfmu.graph import Graph
 from hystfmu.model import with_starts
 
-HELD = 100  # rows of each step
+HELD = 100  # number of rows of each step
 REVERSALS, SEED = 80, 77
-LEAST_STEP, MOST_STEP = 0.01, 0.1  # of the reversals, in half ranges per row
-WILD = 100.0  # spans of y beyond its range: the output grows without bound
-WIDE = 1.0  # spans of y beyond its range that are warned of
-NEAR = 1e-3  # of the width of a search: distance from a bound
-POOR = 40.0  # % coverage
+LEAST_STEP, MOST_STEP = 0.01, 0.1  # limits of the speed of the reversals, in half ranges per row
+WILD = 100.0  # distance from the range of y, in spans, above which the output counts as unbounded
+WIDE = 1.0  # distance from the range of y, in spans, above which a warning is given
+NEAR = 1e-3  # distance from a bound, relative to the width of the search interval
+POOR = 40.0  # coverage (%) below which a warning is given
 STOPPED = "is a bound of the search"
-CHUNKS = 20  # whose means show a drift
-SURE = 5.0  # standard errors that a reported drift must exceed
-SAID = 0.5  # percent of the span: smaller drift is not reported
-MIRRORED = 1e-6  # relative distance of a pole from a mirrored zero
+CHUNKS = 20  # number of averages to which the line of the drift is fitted
+SURE = 5.0  # number of standard errors that a reported drift must exceed
+SAID = 0.5  # smallest drift that is reported (% of the span)
+MIRRORED = 1e-6  # largest relative distance between a pole and a mirrored zero
 
 Bounded = Mapping[str, tuple[float, float, float]]
-"""Parameters of a search by name: value, least and largest value tried."""
+"""Searched parameters by name, each with its value, its lower bound and its upper bound."""
 
 
 def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
-    """Return a warning if a fitted model of the kind `key` leaves the range of y on another signal.
+    """Return a warning if the output of a fitted model of the kind `key` leaves the range of y for another signal.
 
-    A model that is unstable there raises an InputError.
+    If the output diverges for this signal, the function raises an InputError.
     """
     u = data.u[data.counted]
     beyond = _beyond(graph, other_signal(u, float(data.u[0])), data.h, data.y[data.counted], data.span)
@@ -66,30 +68,33 @@ def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
 
 
 def leaves(graph: Graph, u: Array, data: Dataset) -> bool:
-    """Return whether a model on the input u (n,) leaves the range of y of the data by more than its span."""
+    """Return whether the output of a model for the input u (n,) leaves the range of y by more than the span of y."""
     return not _beyond(graph, u, data.h, data.y[data.counted], data.span) <= WIDE + _ringing(graph)
 
 
 def other_signal(u: Array, first: float) -> Array:
-    """Return steps from `first` to both ends of the range of u (n,), and nested reversals inside it, at two speeds."""
+    """Return a test signal: steps from `first` to both ends of the range of u (n,), then reversals at two speeds."""
     lo, hi = float(u.min()), float(u.max())
     half = (hi - lo) / 2
     moved = float(np.sqrt(np.mean(np.diff(u) ** 2)))
-    speed = float(np.clip(moved / half, LEAST_STEP, MOST_STEP)) if half else LEAST_STEP  # a part that holds one level
+    speed = float(np.clip(moved / half, LEAST_STEP, MOST_STEP)) if half else LEAST_STEP  # 0 if u is constant
     steps = np.repeat([first, hi, lo, (lo + hi) / 2], HELD)
     turns = [nested_reversals(REVERSALS, SEED + k, step) for k, step in enumerate((speed, LEAST_STEP))]
     return np.concatenate([steps, (lo + hi) / 2 + half * np.concatenate(turns)])
 
 
 def _beyond(graph: Graph, u: Array, h: float, measured: Array, span: float) -> float:
-    """Return the distance of the output from the range of y, in spans; covariates are at their means."""
+    """Return the largest distance of the output from the range of y, in spans; covariates have their start values."""
     y = graph.run(with_starts(graph, u), h)
     with np.errstate(over="ignore", invalid="ignore"):
         return float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / span
 
 
 def _ringing(graph: Graph) -> float:
-    """Return the overshoot of lightly damped modes for two full steps, in spans, which is not extrapolation."""
+    """Return the overshoot of all lightly damped modes after two full steps, in spans.
+
+    This overshoot is a property of the dynamics and not a sign of extrapolation.
+    """
     total = 0.0
     for n in graph.nodes:
         if n.block.name == "transfer_function":
@@ -100,7 +105,7 @@ def _ringing(graph: Graph) -> float:
 
 
 def warnings(graph: Graph, h: float, bounded: Bounded, covered: float | None) -> list[str]:
-    """Return a warning for each pole, parameter and coverage that the data do not support.
+    """Return warnings about poles and parameters that the data do not determine, and about a low coverage.
 
     `bounded` contains the parameters that were searched between bounds. `covered` is the coverage of the input space of
     a network (%).
@@ -133,7 +138,7 @@ def _at_bounds(bounded: Bounded) -> list[str]:
 
 
 def at_bounds(told: Iterable[str]) -> list[str]:
-    """Return the names of the parameters at a bound of their search, from the warnings of a fit."""
+    """Return the names of the parameters that are at a bound of their search according to the warnings of a fit."""
     return [line.partition(" = ")[0] for line in told if STOPPED in line]
 
 
@@ -147,17 +152,17 @@ def _unseen(covered: float | None) -> list[str]:
 
 
 def follows_late(graph: Graph) -> bool:
-    """Return whether the output of a model depends on past values of u only, by its own dynamics or delay."""
+    """Return whether the output of a model depends only on past values of u, because of dynamics or a delay."""
     return not any(graph.inputs[0].name in known for known in graph.dependencies().values())
 
 
 def drift(e: Array) -> tuple[float, float]:
-    """Estimate the drift from the first row to the last and its standard error.
+    """Estimate the drift from the first row to the last row, and the standard error of this drift.
 
     Parameters
     ----------
     e : array, shape (n,)
-        Measured minus model.
+        Residuals: measured output minus output of the model.
 
     Returns
     -------
@@ -174,7 +179,7 @@ def drift(e: Array) -> tuple[float, float]:
 
 
 def drifts(e: Array, span: float) -> list[str]:
-    """Return a warning if the output drifts, for residuals e (n,) and the span of y; else an empty list."""
+    """Return a warning if the residuals e (n,) drift; `span` is the span of y."""
     total, error = drift(e)
     percent = 100 * total / span
     if abs(percent) < SAID or abs(total) < SURE * error:

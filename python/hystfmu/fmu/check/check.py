@@ -205,8 +205,8 @@ def validate(
     seconds : float
         Time limit of each check (s).
     confined : bool
-        Whether the child processes run without network access and with write access to a private folder only, if the
-        system supports this.
+        Whether the child processes run without access to the network, and with write access to one private folder only.
+        On some operating systems this protection is not available.
     progress : function, optional
         Function that is called with the approximate fraction of completed checks, 0..1.
 
