@@ -247,13 +247,13 @@ def margin_table(
     paths : sequence of path
         Folders of scenarios, or of groups of them.
     case : str or sequence of str, optional
-        Compute only the cases with this name; then limits are not checked.
+        Name of a case whose margins are computed. With this option, limits are not checked.
     progress : function
         Called with the fraction done.
     at : str
-        Signal `unit.output` at which the loops are opened; by default the input of the plant.
+        Signal `unit.output` at which the loops are opened. By default, the loops are opened at the input of the plant.
     delays : bool
-        Whether to compute also the margins for each further delay: 0, 1/2, 1 and 2 steps.
+        Whether to compute the margins also for additional delays of 1/2, 1 and 2 steps.
     """
     plans = plan(read(paths, {}, None), case, {}, record=True)
     systems = [(p, s) for p in plans for s in p.systems]
