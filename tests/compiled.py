@@ -49,9 +49,9 @@ def objects(sources: Sequence[Path], flags: Sequence[str], compiler: str = "cc")
         return list(pool.map(lambda source: _object(source, flags, compiler), sources))
 
 
-def sanitized(program: Path, sources: Sequence[Path], *link: str) -> Path:
-    """A program with AddressSanitizer and UBSan; skips the test where the compiler has not got them."""
-    compiler = next((c for c in SANITIZERS if _has_sanitizers(c)), None)
+def sanitized(program: Path, sources: Sequence[Path], *link: str, compilers: Sequence[str] = tuple(SANITIZERS)) -> Path:
+    """Build a program with AddressSanitizer and UBSan by the first compiler that has both; without one, skip the test."""
+    compiler = next((c for c in compilers if _has_sanitizers(c)), None)
     if compiler is None:
         pytest.skip("no compiler with an AddressSanitizer / UBSan runtime")
     flags = SANITIZERS[compiler]
