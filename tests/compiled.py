@@ -50,7 +50,7 @@ def objects(sources: Sequence[Path], flags: Sequence[str], compiler: str = "cc")
 
 
 def sanitized(program: Path, sources: Sequence[Path], *link: str, compilers: Sequence[str] = tuple(SANITIZERS)) -> Path:
-    """Build a program with AddressSanitizer and UBSan by the first compiler that has both; without one, skip the test."""
+    """Build a program with AddressSanitizer and UBSan by the first compiler that has both, or skip the test."""
     compiler = next((c for c in compilers if _has_sanitizers(c)), None)
     if compiler is None:
         pytest.skip("no compiler with an AddressSanitizer / UBSan runtime")
