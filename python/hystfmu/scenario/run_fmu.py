@@ -92,17 +92,16 @@ def run_fmu(
     path : path
         The FMU.
     given : path, optional
-        Table of inputs with a column of time and a column for each driven input. A column has the name of its input
-        (`u`, or `u_1`, `u_2` for an array). Inputs without a column keep their start values.
+        CSV file with a time column and one column for each input to set. The heading of a column is the name of the
+        input: `u`, or `u_1` and `u_2` for an array. An input without a column keeps the start value.
     settings : mapping, optional
-        Values of parameters by name.
+        New values of parameters.
     step : float, optional
-        Step (s); by default the step in the file.
+        Communication step (s). The default is the step stated in the file.
     stop : float, optional
-        Stop time (s); by default the stop time in the file. Without it there, the run ends at the last time in the
-        table of inputs.
+        Stop time (s). The default is the stop time stated in the file, or else the last time in the table of inputs.
     out : path, optional
-        CSV file for all outputs.
+        CSV file to write, with all outputs.
     seconds, confined
         See `Run`.
 

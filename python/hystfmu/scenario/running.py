@@ -165,32 +165,33 @@ def run(
     scenarios : path, Scenario, or several
         A path names a scenario.toml, the folder with this file, or a folder of such folders.
     case : str or sequence of str, optional
-        Names of the cases to run; by default all cases run.
+        Name of a case to run. By default, all cases run.
     engine : {"fmpy", "native"}
-        "fmpy" simulates FMUs (the reference). "native" runs the whole loop in the C core. Both engines give the same
-        bits.
+        "fmpy" exports the units as FMUs and simulates them with fmpy. "native" runs the whole loop in the C core. The
+        results of both engines are bit-identical.
     set : mapping, optional
-        Values by ``unit.parameter``, for every case with this unit. A string ``"*1.2"`` is a factor. Then only the
-        limits are tested. A case that sets the parameter itself keeps its value, unless the value is a factor or `case`
-        names the case.
+        New values of parameters ``unit.parameter``, in every case with this unit. A string such as ``"*1.2"``
+        multiplies the old value. With new values, only the limits are tested, not the baseline. If a case itself sets
+        the parameter, the new value applies only if it is a factor or if `case` names the case.
     coupling : str, optional
-        Coupling scheme; it replaces the stated schemes.
+        Coupling scheme. It replaces the coupling scheme that the scenario states.
     seconds : float in (0, inf)
-        Time limit of a run with foreign FMUs (s). These FMUs run in a child process.
+        Time limit (s) of a simulation with foreign FMUs. Foreign FMUs run in a child process.
     confined : bool
-        Whether foreign FMUs run without network and with write access to a private folder only, if the system supports
-        this.
+        Whether foreign FMUs run without access to the network, and with write access to one private folder only. On
+        some operating systems this protection is not available.
     report : path, optional
-        Folder for report.html and report.json.
+        Folder into which report.html and report.json are written.
     record : bool
-        Whether to write the baseline of each scenario that meets all its limits. A guard uses the old baseline.
-        Therefore a larger value is recorded only after the old baseline is deleted.
+        Whether to write the baseline of each scenario that meets all its limits. If a scenario states a guard, the new
+        metrics must not exceed this multiple of the old baseline. To record larger values, delete the old baseline
+        first.
     confirm : function, optional
         With `record`, called once with the changes before any file is written.
     progress : function, optional
         Called with the fraction done, 0..1.
     out : path, optional
-        CSV file for all outputs of the one case that runs.
+        CSV file to write, with all outputs of the simulated case. Only one case may run.
 
     Returns
     -------

@@ -110,28 +110,33 @@ class Requirements:
     Attributes
     ----------
     error : float or None
-        Largest RMS error in percent of peak to peak of a reference.
+        Largest allowed RMS error, in percent of the peak-to-peak value of the reference.
     controller : str or None
-        Structure of the controller, which ``hystfmu design --help`` lists, or "none" for no feedback. The default is
-        the best structure.
+        Structure of the controller, or "none" for a loop without feedback. ``hystfmu design --help`` lists all
+        structures. By default, the command compares all structures and selects the best one.
     bandwidth : float or None
-        Required bandwidth: smallest allowed frequency at which the sensitivity reaches -3 dB (Hz).
+        Required bandwidth (Hz). The sensitivity must be below -3 dB up to this frequency.
     ms : float
-        Largest allowed peak of the sensitivity of the identified plant (dB). The default is 6.
+        Largest allowed peak of the sensitivity (dB) for the identified plant. The default is 6 dB.
     settling : float or None
-        Longest allowed settling time of a step, to within 2 % (s).
+        Longest allowed settling time (s) of a step response. It ends when the error stays within 2 % of the step.
     overshoot : float or None
-        Largest allowed overshoot of a step in percent. Without it, the shaping of jumps is for 10 %.
+        Largest allowed overshoot of a step response in percent of the step. By default, the overshoot has no limit, and
+        the filter of reference steps is designed for 10 %.
     reference : tuple of Wanted
-        References: sine, nested, triangle, step, staircase, each with or without :HZ, or a CSV file with t and r.
+        Reference of the loop: sine, nested, triangle, step or staircase, with or without a frequency :HZ, or a CSV file
+        with the columns t and r.
 
-        If empty, they are sine, nested reversals, triangle and a step at the rate of the record.
+        By default, the references are a sine, nested reversals, a triangle and a step. Their frequency is the mean
+        cycle frequency of the record.
     delay : int
-        Steps between a measurement and its command. The default is 1.
+        Delay of the loop in steps, from a measurement to the command computed from it. The default is 1.
     resonance : (float, float) or None
-        Frequency (Hz) and damping ratio of a known resonance. It replaces the resonance at an unknown frequency.
+        Frequency (Hz) and damping ratio of a resonance that is known from elsewhere. It replaces the assumed resonance
+        at an unknown frequency above the excited band.
     amplifier : Amplifier or None
-        Limits of the amplifier: slew, max, min, current, capacitance.
+        Limits of the amplifier. The names are slew (rate of u), min and max (of u), current (A) and capacitance of the
+        actuator (F).
     """
 
     error: float | None = None

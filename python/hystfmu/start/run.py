@@ -139,9 +139,9 @@ def start(
     asked : Requirements
         Requirements of the loop.
     key : str
-        Kind of model. ``"auto"`` selects a kind that has an inverse.
+        Kind of model. ``"auto"`` compares several kinds of model that have an inverse, and selects the best one.
     seed : int
-        Seed of the fit.
+        Seed of the random start values of the fit.
     source : sequence of str
         Arguments of a command line that read the data.
     told : function

@@ -136,19 +136,20 @@ def study(
     path : str or Path
         A file ``*.study.toml``.
     folder : str or Path, optional
-        Folder for the table and the report. A study that exists in it resumes.
+        Folder for the table and the report. If the folder already contains this study, the command continues it.
 
         The default is a folder with the name of the study file, in the current folder.
     workers : int in [1, 1024], optional
-        Number of local processes; by default one per core.
+        Number of local processes. The default is one process per processor core.
     on : str, optional
-        Scheduler of a Dask cluster, ``dask://HOST:PORT``, instead of local processes.
+        Run the study on a Dask cluster instead of local processes. The scheduler of the cluster is at
+        ``dask://HOST:PORT``.
     retry : {"failed"}, optional
-        Run failed rows again. A row that failed at a limit of time or memory always runs again if this limit is now
-        higher.
+        Run failed rows again. Without this option, a failed row runs again only if it exceeded a limit of time or
+        memory and this limit is now higher.
     confined : bool
-        Whether foreign FMUs run without network and with write access to a private folder only, if the system supports
-        this.
+        Whether foreign FMUs run without access to the network, and with write access to one private folder only. On
+        some operating systems this protection is not available.
     progress : function, optional
         Called with the number of finished rows, the number of all rows, and rows per second.
 

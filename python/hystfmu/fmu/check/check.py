@@ -206,8 +206,8 @@ def validate(
     seconds : float
         Time limit of each check (s).
     confined : bool
-        Whether foreign FMUs run without network and with write access to a private folder only, if the system supports
-        this.
+        Whether foreign FMUs run without access to the network, and with write access to one private folder only. On
+        some operating systems this protection is not available.
     progress : function, optional
         Called with the approximate fraction of the checks that is done, 0..1.
 

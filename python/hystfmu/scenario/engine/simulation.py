@@ -337,11 +337,12 @@ def chunks(system: System, run: Run, store: FmuStore | None = None) -> Iterator[
 
 
 def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = None, run: Run | None = None) -> Trace:
-    """Simulate a case from t = 0 to its end, and return all rows. FMUs are unpacked in `store` (default: temporary).
+    """Simulate the case `system` from t = 0 to the end, and return the trace of all outputs.
 
-    An InputError means that the run has more values than a trace may contain. `Stopped` means that a unit refused an
-    input or a step, the sweeps of an iterative coupling did not converge, or the child process died or exceeded a
-    limit.
+    `engine` is "fmpy" or "native". The settings `run` replace `engine`. FMUs are unpacked into `store`, by default into
+    a temporary folder. An InputError is raised if the run has more values than a trace may contain. `Stopped` is raised
+    if a unit refused an input or a step, the sweeps of an iterative coupling did not converge, or the child process
+    died or exceeded a limit.
     """
     return Trace.joined(chunks(system, run or Run(engine), store), system.n_steps + 1)
 

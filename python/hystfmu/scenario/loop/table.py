@@ -250,13 +250,13 @@ def margin_table(
     paths : sequence of path
         Folders of scenarios, or of groups of them.
     case : str or sequence of str, optional
-        Names of the cases to compute. If names are given, limits are not tested.
+        Name of a case whose margins are computed. With this option, limits are not checked.
     progress : function
         Function that is called with the completed fraction of the work, 0 to 1.
     at : str
-        Signal `unit.output` at which the loops are opened; by default the input of the plant.
+        Signal `unit.output` at which the loops are opened. By default, the loops are opened at the input of the plant.
     delays : bool
-        Whether to compute also the margins for additional delays of 0, 1/2, 1 and 2 steps.
+        Whether to compute the margins also for additional delays of 1/2, 1 and 2 steps.
     """
     plans = plan(read(paths, {}, None), case, {}, record=True)
     systems = [(p, s) for p in plans for s in p.systems]

@@ -193,11 +193,12 @@ def write_ssp(
     version : {"1.0", "2.0"}
         Version of the SSP standard.
     system_connectors : bool
-        Whether the system has an output for every recorded signal. libcosim and ecos reject connectors of the system.
+        Whether to add an output connector to the system for every recorded signal. The importers libcosim and ecos
+        reject connectors of the system.
     fmi : {2, 3}
-        FMI version of the units exported here.
+        FMI version of the FMUs in the archive.
     separate : bool
-        Whether every unit is a component.
+        Whether to write every unit as a separate component.
 
         If False, neighbours that can step as one graph are one component, so that every simulator keeps their order.
 
