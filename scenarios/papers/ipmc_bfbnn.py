@@ -1,4 +1,4 @@
-"""IPMC paper: basis-function network with and without the auxiliary function f, on a synthetic sensor.
+"""Table of the IPMC paper: basis-function network with and without the auxiliary function f, synthetic sensor.
 
 The measurements of the paper are not published. The sensor is `papers.ipmc_sensor`, scaled to 1 mV. Fig. 3 and table 1
 use the protocol of the paper: one decaying sine, here of 10 Hz, validated with another decay, without the first 0.098

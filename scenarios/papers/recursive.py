@@ -1,6 +1,6 @@
 """Recursive least squares in square-root form, with or without a dead zone.
 
-Without a dead zone, the update is P(k)^-1 = mu P(k-1)^-1 + h h'. With R'R = P^-1, one orthogonal transformation of R and
+Without a dead zone, the update is P(k)^-1 = mu P(k-1)^-1 + h h'. If R'R = P^-1, one orthogonal transformation of R and
 the new row h' computes the next R. P is never computed, because its differences lose half of the digits.
 
 With a dead zone (IPMC paper, eqs. 13 to 19, corrected), eqs. 15 to 17 are a weighted update
@@ -88,8 +88,8 @@ class Recursive:
     def update(self, phi: Array, y: float) -> float:
         """Update the parameters with one sample.
 
-        The regressor phi is h(k), shape (n,). The error before the update is e(k) = y - phi' theta(k-1). A value that
-        is not finite, another length, or a recursion that diverges raises an InputError.
+        The regressor phi is h(k), shape (n,). The error before the update is e(k) = y - phi' theta(k-1). An InputError
+        is raised if a value is not finite, if phi has another length, or if the recursion diverges.
         """
         h = np.asarray(phi, dtype=np.float64)
         if h.shape != (self.n,):

@@ -190,7 +190,7 @@ def _dataset(u: Array, name: str, y: Array | None = None, seed: int = 0) -> Data
 
 
 def _scan(progress: Progress) -> tuple[list[Row], dict[str, tuple[int, int]], tuple[float, float]]:
-    """Return rows that count the points of the scan at which a printed number is met, and the point of the tables.
+    """Return the rows of the scan, and the point (bias and decay) that the tables use. Each row counts met points.
 
     The kind `actuator` is fitted with one seed at each point, because its fit takes longer than that of both networks.
     """

@@ -23,7 +23,7 @@ def printed(eta: float, eps: float) -> float:
 def ultimate(eta: float, rho: float, eps: float, D: float) -> float:
     """Return the exact ultimate bound of |s|.
 
-    eta is in 1/s, eps is in the unit of measure of s, and rho and D are in that of ds/dt.
+    eta is in 1/s. eps has the unit of measure of s. rho and D have the unit of measure of ds/dt.
     """
     b = eta * eps + rho - D
     root = math.sqrt(b * b + 4 * eta * D * eps)

@@ -1,7 +1,7 @@
 """Models with both classes of memory, fitted to a static Bouc-Wen operator, which is not a sum of plays.
 
-y = c + a u + b z, dz/du = A - (beta sgn(du z) + gamma) |z|^n (Wen 1976), integrated along every ramp by the function
-RK45 of scipy, which differs from the integrator of the core.
+y = c + a u + b z, dz/du = A - (beta sgn(du z) + gamma) |z|^n (Wen 1976), integrated along every ramp by scipy's RK45.
+The core uses another integrator.
 """
 
 from __future__ import annotations

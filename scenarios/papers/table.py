@@ -78,7 +78,7 @@ class Report:
         return "\n".join([*parts, "", *(f"  {n}" for n in self.notes)])
 
     def answer(self) -> str:
-        """Return a sentence with the numbers of printed numbers, statements and targets that are met."""
+        """Return sentences that state how many printed numbers, statements and targets are met."""
         counts = []
         for met, what in (("printed_met", "printed figures and statements"), ("met", "targets")):
             # without rows of scans (values that are not printed) and of times (which depend on the load)

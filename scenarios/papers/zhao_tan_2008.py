@@ -337,7 +337,7 @@ def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], l
 
 
 def _beside(decay: float, size: int) -> list[Row]:
-    """Return rows of the cascade on other signals and with a linear term, and of the exact inverse of plays."""
+    """Return rows of the cascade for other signals, for an actuator with linear term, and for the inverse of plays."""
     asked = {
         "decaying sine": MARGIN * signals.decaying_sine(size / CYCLE, decay, CYCLE)[:size],
         "nested reversals": MARGIN * signals.held_out()["nested reversals"],

@@ -30,7 +30,7 @@ class Branch:
 
 @dataclass(frozen=True)
 class Crossings:
-    """Crossings inside the common range of two branches.
+    """Crossings of branches: their numbers, and the differences of the outputs.
 
     Parameters
     ----------

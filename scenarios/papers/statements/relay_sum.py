@@ -1,8 +1,8 @@
 """Preisach's sum of relays in a plain loop, compared with the block in Everett's form and with increments from an
 extremum.
 
-Equation 1 of the IPMC paper and of Yu & Alici 2005, and equation 2 of the IPMC paper: after an extremum u_p, the output
-changes by an increment.
+The equations are eq. 1 of the IPMC paper and of Yu & Alici 2005, and eq. 2 of the IPMC paper (increment of the output
+after an extremum u_p).
 """
 
 from __future__ import annotations
