@@ -1,4 +1,4 @@
-"""HystFMU: identify the hysteresis of smart-material actuators, invert it, export it as FMUs.
+"""HystFMU identifies models of hysteresis of smart-material actuators, inverts the models, and exports FMUs.
 
 >>> import hystfmu as hy
 >>> data = hy.synthetic.piezo(reversals=60, rate=1000.0)
@@ -6,7 +6,7 @@
 >>> model.inverse().export("inverse.fmu", fmi=3).name
 'inverse.fmu'
 
-Every name loads on first use, so that ``import hystfmu`` stays fast; ``dir(hystfmu)`` lists them.
+Every public name is imported on first use, so that ``import hystfmu`` is fast. ``dir(hystfmu)`` lists these names.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from hystfmu.studies import study as study
     from hystfmu.unit import Unit as Unit
 
-_HOME = {  # where each name lives; an empty name: the module itself
+_HOME = {  # module and name of each public object; an empty name means the module itself
     "Dataset": "data:Dataset",
     "Graph": "graph:Graph",
     "Input": "graph:Input",
@@ -84,7 +84,7 @@ __all__ = [
 ]
 
 
-if not TYPE_CHECKING:  # a type checker must find a misspelt name
+if not TYPE_CHECKING:  # with __getattr__, a type checker would accept misspelt names
 
     def __getattr__(name: str) -> Any:
         if name not in _HOME:

@@ -1,4 +1,4 @@
-"""Co-simulation unit in Python: the ports, calls and bits of an exported FMU, without an archive."""
+"""Co-simulation unit in Python, with the variables, calls and bit-identical results of an exported FMU."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from hystfmu.graph.graph import sample_time, samples_in
 
 @checked
 class Unit:
-    """One instance of a graph, stepped by a master.
+    """One instance of a graph, which a master simulates step by step.
 
     Parameters
     ----------
     graph : Graph
-        The graph to run, e.g. ``Model.load(path).graph``.
+        Graph of the unit, e.g. ``Model.load(path).graph``.
 
     Raises
     ------
     InputError
-        The core refuses the graph.
+        The C core refuses the graph.
 
     Examples
     --------
@@ -54,7 +54,7 @@ class Unit:
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """Names of the scalar variables, as in an FMI 2.0 description: `u`, `y`, `w_1`, ..."""
+        """Names of the scalar variables, as in the FMI 2.0 model description: `u`, `y`, `w_1`, ..."""
         return tuple(self._names)
 
     def _find(self, name: str) -> tuple[Port, int]:
@@ -63,19 +63,20 @@ class Unit:
         return self._names[name]
 
     def set(self, name: str, value: float) -> None:
-        """Set an input or a parameter; a fixed parameter only before `initialize`.
+        """Set an input or a parameter. A fixed parameter can be set only before `initialize`.
 
         Parameters
         ----------
         name : str
-            Scalar name, one of `variables`.
+            Name of the scalar variable, one of `variables`.
         value : float
             Value in the unit of measure of the variable.
 
         Raises
         ------
         InputError
-            Unknown variable, an output, a fixed parameter after `initialize`, a value out of range.
+            The variable is unknown or an output, the value is out of range, or a fixed parameter is set after
+            `initialize`.
         """
         port, reference = self._find(name)
         if port.kind == "output":
@@ -90,17 +91,17 @@ class Unit:
         Raises
         ------
         InputError
-            Unknown variable.
+            The variable is unknown.
         """
         return self._executor.get(self._find(name)[1])
 
     def initialize(self, t0: float = 0.0, **inputs: float) -> None:
-        """Initialise at `t0` (s) with the given inputs and evaluate the outputs at `t0`.
+        """Initialise the unit at the time `t0` (s) with the given inputs, and compute the outputs at this time.
 
         Raises
         ------
         InputError
-            Raised as by `set`.
+            `set` refuses an input.
         """
         for name, value in inputs.items():
             self.set(name, value)
@@ -109,44 +110,45 @@ class Unit:
         self._initialized = True
 
     def do_step(self, t: float, h: float) -> None:
-        """Advance from `t` by `h` (s) with the present inputs held to the end of the step.
+        """Simulate one step of the length `h` (s) from the time `t` (s). The present inputs are constant in the step.
 
-        A model with a sample time takes all samples of the step, as its FMU does.
+        If the model has a sample time, all samples within the step are computed, like in the FMU of the model.
 
         Raises
         ------
         InputError
-            The unit is not initialised; the step is not finite and positive, or no multiple of the sample time; the
-            core refuses the step.
+            The unit is not initialised, the step is not finite and positive, the step is not a multiple of the sample
+            time, or the C core refuses the step.
         """
         if not self._initialized:
             raise InputError("The unit must be initialized before a step. Got do_step() before initialize().")
         if not (np.isfinite(t) and np.isfinite(h) and h > 0):
             raise InputError(f"The step must be finite and greater than 0. Got t = {t}, h = {h} instead.")
         n = 1 if self._period is None else samples_in(self._period, t, h)
-        length = h if self._period is None else self._period  # without the rounding of the times
+        length = h if self._period is None else self._period  # the exact length, without rounding errors of the times
         for k in range(n):
             begin, rest = t + k * length, length if k + 1 < n else h - k * length
             self._executor.step(self._executor.end_of_step(self._start, begin, rest), length)
 
     def tangent(self, t: float, du: Array) -> Array:
-        """Tangent of the outputs at `t` (s) for the present inputs: exact, one-sided at kinks.
+        """Return the exact tangent of the outputs for the present inputs. At a kink, the tangent is one-sided.
 
         Parameters
         ----------
         t : float
-            End of the last step (s).
+            End time of the last step (s).
         du : array, shape (n_inputs,)
-            Seeds, in the order of the scalar inputs.
+            Direction (seeds), in the order of the scalar inputs.
 
         Returns
         -------
         array, shape (n_outputs,)
+            Tangent of the outputs.
 
         Raises
         ------
         InputError
-            `du` has another shape.
+            `du` has a wrong shape.
         """
         n_inputs, n = (sum(p.size for p in self.graph.ports if p.kind == kind) for kind in ("input", "output"))
         seeds = np.array(du, dtype=np.float64)
@@ -155,13 +157,13 @@ class Unit:
         return self._executor.tangent_between(t, seeds, n)
 
     def reset(self) -> None:
-        """Restore the parameters and inputs of the model; the unit must be initialised again."""
+        """Set all parameters and inputs to the values of the model. Afterwards, the unit must be initialised again."""
         self._executor.defaults()
         self._initialized = False
 
     @property
     def state(self) -> Array:
-        """Copy of all memory, shape (n,); assignment restores it."""
+        """Copy of the complete state, shape (n,). An assignment restores the state."""
         return self._executor.state
 
     @state.setter

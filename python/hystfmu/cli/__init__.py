@@ -1,4 +1,4 @@
-"""The command line.  Slow modules are imported inside the commands that need them, so that `hystfmu --help` is fast."""
+"""The command line. The commands import slow modules only when they run, so that `hystfmu --help` is fast."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ _GROUPS: dict[str, list[click.Command]] = {
     "Design": [design.design, scenarios.margins],
     "Check": [identify.check, fmus.validate, scenarios.compare, begin.reproduce],
 }
-_WORDS = "hystfmu.words"  # of the command line, in the context
+_WORDS = "hystfmu.words"  # key of the command-line arguments in the context
 
 
 class _Commands(click.Group):
-    """List commands by purpose; report errors and interrupts as one line on stderr.
+    """Group of all commands. It lists the commands by purpose, and prints errors and interrupts as one line on stderr.
 
-    The exit status of an `InputError` is 2, that of an interrupt 130.
+    The exit status is 2 after an `InputError` and 130 after an interrupt.
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands, each group under its title."""
+        """Write the names and short descriptions of the commands, each group under its title."""
         limit = formatter.width - 6 - max(map(len, self.commands))
         for title, group in _GROUPS.items():
             with formatter.section(title):
@@ -49,7 +49,7 @@ class _Commands(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
-            with extras("this command"):  # the last guard: most imports of optional packages name what needs them
+            with extras("this command"):  # for imports that do not state themselves which feature needs them
                 return super().invoke(ctx)
         except click.UsageError as e:  # click would print four lines
             words = e.ctx.command_path if e.ctx else "hystfmu"

@@ -1,4 +1,4 @@
-"""Commands to begin with, and those that show results: start, demo, blocks and reproduce."""
+"""Commands for the first steps and for published results: start, demo, blocks and reproduce."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ _BEGUN = "finished steps are kept; to go on with the others:"
 @click.option("--markdown", is_flag=True, hidden=True, help="Print the tables of a page.")
 @json_option
 def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
-    """List all blocks, or describe one block.
+    """List all blocks, or describe the block NAME.
 
-    The description contains ports, parameters, units of measure, equation and source.
+    The description of a block contains ports, parameters, units of measure, equation and literature source.
 
     \b
     Example: hystfmu blocks zhao_tan
@@ -52,20 +52,22 @@ def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
 @click.command(cls=Command)
 @click.argument("names", nargs=-1)
 @click.option(
-    "--papers", metavar="DIR", help="Folder of the papers. Default: scenarios/papers, in a checkout of the repository."
+    "--papers",
+    metavar="DIR",
+    help="Folder with the Python files of the papers. The default is scenarios/papers in a clone of the repository.",
 )
 @click.option("--data", metavar="DIR", help="Folder with the measured data sets.")
 @click.option(
     "--full",
     is_flag=True,
-    help="Run every variant of a paper: shen_ma_2017 takes 12 minutes (1 to 100 hidden neurons).",
+    help="Run every variant of a paper. For example, shen_ma_2017 fits networks with 1 to 100 neurons in 12 minutes.",
 )
 @click.option(
     "--report",
     "folder",
     type=OUTPUT_FOLDER,
     metavar="DIR",
-    help="Write a page per paper with tables and with its figures from our data.",
+    help="Write one page per paper into this folder, with the tables and the diagrams computed by HystFMU.",
 )
 @json_option
 def reproduce(
@@ -73,16 +75,17 @@ def reproduce(
 ) -> None:
     """Reproduce the result tables of the papers.
 
-    Each row states a quantity, its place in the paper and the printed figure. The row then states the result of a
-    literal replica and the result of HystFMU. The last column states whether the printed figure is met, or by which
-    factor it is missed. If a paper does not state its record, the command tries several records, and the row states on
-    how many of them the figure is met. A figure of a network is a median over seeds, with its range.
+    Each row of a table states a quantity, its place in the paper and the printed value. Two further columns contain the
+    result of a literal implementation of the paper and the result of HystFMU. The last column states whether the result
+    meets the printed value, or by which factor it misses the value. If a paper does not specify its measured record,
+    the command tries several records. The row then states for how many records the printed value is met. For networks,
+    the row states the median and the range of the results over several seeds.
 
-    The exit status is 1 if a stated target is missed. A missed figure without a target and a missed run time do not
-    change the exit status. The command skips a paper whose data or packages are missing, and lists it first. The exit
-    status is then 1, or 2 if no paper can run.
+    The exit status is 1 if a result misses a target that the table states. Other missed values and missed run times do
+    not change the exit status. If the data or the Python packages for a paper are missing, the command names this paper
+    and skips it. The exit status is then 1, or 2 if no paper can run.
 
-    The papers are Python files of the repository. This command imports them. Installed packages do not contain them.
+    The command imports Python files that are part of the repository. An installed package does not contain these files.
 
     \b
     Example: hystfmu reproduce zhao_tan_2008
@@ -92,7 +95,7 @@ def reproduce(
     from hystfmu.report.terminal import progress
 
     of = _papers(papers)
-    for name in names if data is None else ():  # without names, the table itself says that its data is missing
+    for name in names if data is None else ():  # without names, the list of skipped papers states the missing data
         if name in of.NEEDS_DATA:
             raise InputError(f"{name}: the measured data is not part of this package; name its folder with --data DIR")
     lacking = {name: why for name in names or of.PAPERS if (why := of.missing(name, data))}
@@ -100,7 +103,7 @@ def reproduce(
     if not able:
         raise InputError("; ".join(lacking.values()))
     if folder is not None:
-        refuse_existing(*(Path(folder) / f"{name}.html" for name in able))  # they state times
+        refuse_existing(*(Path(folder) / f"{name}.html" for name in able))  # every run writes other times into them
     for name, why in lacking.items():
         echo(f"skipped {name}: {why}", err=True)
     reports = []
@@ -120,7 +123,7 @@ def reproduce(
 
 
 def _papers(folder: str | None) -> ModuleType:
-    """Import the papers from `folder`, else from the current checkout, else from the checkout that runs."""
+    """Import the papers from `folder`, by default from the current clone or from the clone of the running program."""
     from hystfmu.base.errors import InputError
     from hystfmu.scenario.system.spec import here_or_shipped
 
@@ -142,8 +145,8 @@ def _papers(folder: str | None) -> ModuleType:
 def demo(out: str, full: bool) -> None:
     """Run the whole workflow on built-in data.
 
-    The command fits a model, inverts it, and exports FMUs and Modelica. It then runs a closed loop with its corners and
-    writes a report.
+    The command fits a model, inverts it, and exports FMUs and a Modelica package. It then simulates a closed loop for
+    the identified device and for worst-case devices, and writes a report.
 
     \b
     Example: hystfmu demo -o demo
@@ -175,7 +178,11 @@ def demo(out: str, full: bool) -> None:
     resonance="HZ[,ZETA]",
     amplifier="NAME=VALUE,...",
 )
-@click.option("--requirements", metavar="FILE", help="TOML file with the options from --error to --amplifier as keys.")
+@click.option(
+    "--requirements",
+    metavar="FILE",
+    help="TOML file with requirements. Its keys are the names of the options from --error to --amplifier.",
+)
 @json_option
 def start(
     data: tuple[str, ...],
@@ -189,12 +196,13 @@ def start(
 ) -> None:
     """Build a compensated loop from one record of a device.
 
-    The command reads DATA, selects and fits a model, and inverts the model. It tunes controllers that are stable on
-    every device that agrees with the record. It runs the loop with the best controller, and writes FMUs, a report and
-    verdict.json. A table lists each file with the command that makes it. If the record is not sufficient for feedback,
-    the loop consists of feed-forward and inverse. Then measure_next.csv contains an input for a better record.
+    The command reads DATA, selects and fits a model, and inverts the model. It tunes several controllers such that the
+    loop is stable for every device that agrees with the record. It simulates the loop with the best controller, and
+    writes FMUs, a report and verdict.json. The last table lists each file with the command that creates it. If the
+    record is not sufficient to design feedback, the loop consists of feed-forward and inverse. The file
+    measure_next.csv then contains an input signal with which you can measure a better record.
 
-    The exit status is 0 if the loop is approved, else 1. In either case the command writes model, FMU, report and
+    The exit status is 0 if the loop is approved, otherwise 1. In both cases the command writes model, FMU, report and
     verdict.
 
     \b
@@ -250,7 +258,7 @@ def start(
 
 
 def _contender(c: Contender) -> dict[str, Any]:
-    """Return the figures of a compared controller structure."""
+    """Return the results of a compared controller structure, with the keys of the JSON output."""
     t = c.tuned
     return {
         "structure": t.structure.name,
@@ -266,7 +274,7 @@ def _contender(c: Contender) -> dict[str, Any]:
 
 
 def _case(result: Result) -> dict[str, str]:
-    """Return a case of a started loop as a row of text."""
+    """Return the result of a case of the new loop as text, with the keys of the JSON output."""
     found = {v.metric: v for v in result.verdicts}
     rms, most = found.get("tracking"), found.get("worst")
     return {

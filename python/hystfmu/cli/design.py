@@ -1,4 +1,4 @@
-"""Commands that design a controller for the loop of a scenario, and write a scenario with it."""
+"""Commands that design a controller for the loop of a scenario. They write a new scenario with this controller."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from hystfmu.face.scenario import Scenario
     from hystfmu.scenario import Results
 
-STRUCTURES = {  # as in hystfmu.design.structures, whose import would slow down --help
-    "integral": "integral alone",
+STRUCTURES = {  # copy of hystfmu.design.structures, whose import would slow down --help
+    "integral": "integral controller without filters",
     "integral_roll_off": "integral with roll-off",
     "pi": "PI with roll-off",
     "notch": "notches and integral",
@@ -38,7 +38,7 @@ POSITIVE = click.FloatRange(0, min_open=True)
 
 @click.group(short_help="Design a controller for the loop of a scenario.")
 def design() -> None:
-    """Design a controller for the loop of a scenario, and write a scenario with it.
+    """Design a controller for the loop of a scenario, and write a new scenario with this controller.
 
     \b
     Example: hystfmu start data.csv -o mine
@@ -51,14 +51,14 @@ def design() -> None:
 @click.argument("scenario", type=FILE)
 @click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
 @of("redesign.repetitive:repetitive", period="")
-@click.option("--frequency", type=POSITIVE, metavar="HZ", help="Frequency of the reference, instead of --period.")
+@click.option("--frequency", type=POSITIVE, metavar="HZ", help="Frequency of the reference. It replaces --period.")
 @of("redesign.repetitive:repetitive", cutoff="", gain="")
 @click.option(
     "--off",
     "percent",
     type=click.FloatRange(0, 90),
     metavar="PERCENT",
-    help="Assumed error of the natural frequencies of the plant [default: 20, or less if 20 is unstable].",
+    help="Assumed error of the natural frequencies of the plant [default: 20, or less if the loop is unstable for 20].",
 )
 @json_option
 def repetitive(
@@ -72,13 +72,14 @@ def repetitive(
 ) -> None:
     """Add repetitive control to a loop.
 
-    SCENARIO is a folder with a stable loop, for example from 'hystfmu start'. The new block adds a correction to the
-    command of the controllers. The error decreases from period to period in every case with a periodic reference. This
-    holds for the slopes and delays in [margins] of the scenario and for shifted modes. The command refuses a cutoff or
-    gain for which it does not hold, and states the reachable value.
+    SCENARIO is a folder with a stable loop, for example from 'hystfmu start'. The repetitive control adds a correction
+    to the command of the existing controllers. In every case with a periodic reference, the error decreases from period
+    to period. This is also guaranteed in all corners, that is, for the incremental gains and delays in the table
+    [margins] of the scenario and for shifted natural frequencies. If it is not guaranteed for a given cutoff or gain,
+    the command ends with an error that states the largest possible value.
 
-    The new scenario contains the filter taps and the cases whose references have this period. Each of these cases runs
-    once. The exit status is 1 if a limit of a case or of the loop is missed.
+    The new scenario contains the filter coefficients, and only the cases whose references have this period. The command
+    simulates each of these cases once. The exit status is 1 if a case or the loop violates a limit.
 
     \b
     Example: hystfmu design repetitive mine/loop -o mine/repetitive
@@ -120,21 +121,22 @@ def repetitive(
 
 
 def _structure(name: str, text: str) -> None:
-    """Add the command of a structure."""
+    """Add the command that designs a controller of one structure."""
 
     @design.command(
         name=name,
         cls=Command,
         short_help=f"{text[0].upper()}{text[1:]}.",
-        help=f"""Replace the controllers of a loop by a tuned one: {text}.
+        help=f"""Replace the controllers of a loop by a tuned controller: {text}.
 
-        SCENARIO is a folder with a loop. One new unit replaces all units between the measured output and the command.
-        The new unit reads the same reference, measurement and feed-forward; the new scenario.toml states its gains. The
-        command finds the largest gain for which the sensitivity peak is below its limit. In the loops of all cases the
-        peak must also be below 12 dB, for the slopes and delays in [margins] of the scenario and for shifted modes.
+        SCENARIO is a folder with a closed loop. One new unit replaces all units between the measured output and the
+        command. The inputs of the new unit are the same reference, measurement and feed-forward. The new scenario.toml
+        states the gains of the controller. The command finds the largest gain for which the peak of the sensitivity is
+        below the limit. In addition, the peak must be below 12 dB in the loops of all cases, for the incremental gains
+        and delays in the table [margins] of the scenario and for shifted natural frequencies.
 
-        Each case runs once, except cases that change the old controllers. The exit status is 1 if a limit of a case or
-        of the loop is missed.
+        The command simulates each case once, except cases that change the old controllers. The exit status is 1 if a
+        case or the loop violates a limit.
 
         \b
         Example: hystfmu design {name} mine/loop -o mine/{name}
@@ -150,7 +152,7 @@ def _structure(name: str, text: str) -> None:
         default=5.0,
         show_default=True,
         metavar="PERCENT",
-        help="Assumed error of the natural frequencies, in addition to the cases of the scenario.",
+        help="Assumed error of the natural frequencies of the plant, in addition to the variations in the cases.",
     )
     @json_option
     def command(scenario: str, out: str, percent: float, as_json: bool, **how: Any) -> None:
@@ -194,7 +196,7 @@ def _tell(
     into: Path,
     as_json: bool,
 ) -> None:
-    """Print the design and the results of its cases, and end with the verdict."""
+    """Print the design and the results of the cases, and exit with status 0 if all limits are met, otherwise 1."""
     from hystfmu.report.terminal import table
 
     passed = results.passed and not broken
@@ -214,7 +216,7 @@ def _tell(
 
 
 def _folder(out: str, source: Path) -> Path:
-    """Return the folder to write into.
+    """Return the folder of the new scenario.
 
     Raises
     ------
@@ -231,10 +233,10 @@ def _folder(out: str, source: Path) -> Path:
 
 
 def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
-    """Write a scenario, and return the missed limits of its loop.
+    """Write a scenario, and return the violated limits of its loop as lines of text.
 
-    If all limits are met, the results become the baseline of the scenario. The scenario is first built in a temporary
-    folder. Therefore nothing is written if one of the files must not be replaced.
+    If all limits are met, the results become the baseline of the scenario. The scenario is first written to a temporary
+    folder. Therefore the target folder stays unchanged if one of its files must not be replaced.
     """
     from hystfmu.base.files import read_bytes, write_bytes
     from hystfmu.scenario import run
@@ -253,7 +255,7 @@ def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
 
 
 def _facts(result: Any, before: float) -> dict[str, Any]:
-    """Return a case as a row."""
+    """Return the first metric of a case before and after the design, with its limit and its verdict."""
     first = result.verdicts[0] if result.verdicts else None
     return {
         "case": result.case,

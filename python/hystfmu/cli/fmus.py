@@ -30,13 +30,13 @@ _EXPORT, _RUN_FMU = "face.model:Model.export", "scenario.run_fmu:run_fmu"
     _EXPORT,
     path=("-o X.fmu", {"type": OUTPUT_FILE}),
     fmi="",
-    name=("NAME", {"help": "Name of the FMU or the Modelica package [default: the name of the model file]."}),
+    name=("NAME", {"help": "Name of the FMU or of the Modelica package [default: the name of the model file]."}),
     platforms="",
     source="",
 )
 @of(
     "face.model:Model.export_modelica",
-    folder=("--modelica DIR", {"type": OUTPUT_FOLDER, "help": "Folder to write a Modelica package into."}),
+    folder=("--modelica DIR", {"type": OUTPUT_FOLDER, "help": "Write a Modelica package into this folder."}),
     sheet="",
 )
 @click.option(
@@ -45,18 +45,24 @@ _EXPORT, _RUN_FMU = "face.model:Model.export", "scenario.run_fmu:run_fmu"
     multiple=True,
     metavar="NAME=VALUE",
     callback=lambda context, option, given: assignments(given),
-    help="Size or value of BLOCK. Repeatable.",
+    help="Size or parameter value of BLOCK. Repeatable.",
 )
-@click.option("--step", type=float, metavar="SECONDS", help="Sample period of BLOCK, or of a model file without one.")
+@click.option(
+    "--step", type=float, metavar="SECONDS", help="Sample period of BLOCK, or of a model that has no sample period."
+)
 @click.option(
     "--in-range",
     is_flag=True,
-    help="Add an output in_range: 1 if the input lies within the input range of the training rows, else 0.",
+    help="Add the output in_range. It is 1 if the input lies in the input range of the training rows, else 0.",
 )
-@click.option("--controller", is_flag=True, help="Export the controller of SCENARIO, without the plant.")
-@click.option("--case", metavar="NAME", help="Case of SCENARIO [default: the first].")
+@click.option("--controller", is_flag=True, help="Export the controller of SCENARIO without the plant.")
+@click.option("--case", metavar="NAME", help="Case of SCENARIO to export [default: the first case].")
 @click.option(
-    "--c", "target", type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write the controller into as C, without FMI."
+    "--c",
+    "target",
+    type=OUTPUT_FOLDER,
+    metavar="DIR",
+    help="Write the controller as C source without FMI into this folder.",
 )
 def export(
     model: str,
@@ -72,20 +78,22 @@ def export(
 ) -> None:
     """Export a model, a block, or the controller of a loop.
 
-    A model becomes an FMU or a Modelica package. A block or a controller becomes an FMU.
+    The command exports a model as an FMU or as a Modelica package, and a block or a controller as an FMU.
 
-    The FMU supports Co-Simulation and Model Exchange.  No compiler is needed.
+    The FMU supports Co-Simulation and Model Exchange. The export needs no compiler.
 
-    The Modelica package contains a record of the parameter values, a block and an example. The package uses the HystFMU
-    library, which is installed with this program; the command prints the path of the library. If the output of the
-    model is in a unit of length, the package also contains an actuator. The actuator is piezoelectric, with pins and
-    flanges, if the input is in volts, and magnetostrictive if the input is in amperes. --sheet takes stroke (m),
-    blocking_force (N), resonance (Hz) and damping. For a piezo actuator it also takes capacitance (F, small signal) and
-    capacitance_ratio (mean over small signal). For a coil it takes inductance (H, mean) and resistance (ohm).
+    The Modelica package contains a Modelica record of the parameter values, a block and an example. The package needs
+    the Modelica library HystFMU, which is installed with this program. The command prints the path of this library. If
+    the output of the model is a length, the package also contains an actuator with electrical pins and mechanical
+    flanges. It is piezoelectric if the input is in volts, and magnetostrictive if the input is in amperes. The names
+    for --sheet are stroke (m), blocking_force (N), resonance (Hz) and damping. A piezoelectric actuator also has
+    capacitance (small-signal value, F) and capacitance_ratio (mean value divided by small-signal value). A coil has
+    inductance (mean value, H) and resistance (ohm).
 
-    --controller exports one unit with feed-forward, controller, inverse, known limits and anti-windup. The inputs of
-    this unit are the reference r and the measured output y; its output is the command u. The unit is called once per
-    sample. The input u_present is the command before the start; the first command of the unit then has no jump.
+    With --controller, the command exports one unit with feed-forward, controller, inverse, known limits and
+    anti-windup. The inputs of this unit are the reference r and the measured output y. The output is the command u. The
+    unit must be called once per sample. The input u_present is the command that is applied before the start. The unit
+    uses it to start without a jump of the command.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
@@ -167,7 +175,7 @@ def _wrote(path: Path, how: Mapping[str, Any]) -> None:
 
 
 def _controller(scenario: str, case: str | None, target: str | None, how: Mapping[str, Any]) -> None:
-    """Write the controller of a case, and print the units in it."""
+    """Write the controller of a case, and print the units that it contains."""
     from hystfmu.report.terminal import table
     from hystfmu.scenario import Cases
     from hystfmu.scenario.deploy import write_controller, write_target
@@ -190,7 +198,7 @@ def _controller(scenario: str, case: str | None, target: str | None, how: Mappin
 
 
 def _block(name: str, values: dict[str, Any]) -> Block:
-    """Return the block `name` with these sizes and values."""
+    """Return the block `name` with the given sizes and parameter values."""
     import hystfmu as hy
     from hystfmu.graph.node import block_type
 
@@ -200,8 +208,10 @@ def _block(name: str, values: dict[str, Any]) -> Block:
 
 @click.command(cls=Command)
 @click.argument("scenario", type=FILE)
-@click.option("-o", "--out", required=True, type=OUTPUT_FILE, metavar="X.ssp|X.fmu", help="Archive to write.")
-@click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: the first].")
+@click.option(
+    "-o", "--out", required=True, type=OUTPUT_FILE, metavar="X.ssp|X.fmu", help="SSP archive or FMU to write."
+)
+@click.option("--case", "name", metavar="NAME", help="Case of the scenario to export [default: the first case].")
 @of("scenario.ssp.write:write_ssp", version="--ssp", fmi="", system_connectors="--connectors", separate="")
 @click.option(
     "--tolerance",
@@ -209,21 +219,22 @@ def _block(name: str, values: dict[str, Any]) -> Block:
     default=0.1,
     show_default=True,
     metavar="PERCENT",
-    help="Largest accepted difference from the scenario, relative to the span of a recorded output.",
+    help="Largest accepted difference between archive and scenario, relative to the span of each recorded output.",
 )
 def ssp(
     scenario: str, out: str, name: str | None, fmi: Literal[2, 3], version: Any, tolerance: float, **how: Any
 ) -> None:
     """Export a scenario as an SSP archive or one FMU.
 
-    Other simulators run the archive. 'hystfmu simulate X.ssp' runs archives of other tools.
+    Other simulators can run the archive. 'hystfmu simulate X.ssp' runs archives of any origin.
 
-    Other simulators step all components at once, and each component reads the values of the previous step. Therefore
-    neighbouring units become one component, which keeps the order of the scenario. The last lines of the printed text
-    state the largest difference from the scenario for each recorded output. If a difference is above --tolerance, the
-    command writes the archive but its exit status is 1.
+    Other simulators step all components at the same time: the inputs of each component are the outputs of the previous
+    step. Therefore the command combines neighbouring units to one component, in which the units run in the order of the
+    scenario. For each recorded output, the command prints the largest difference between the archive and the scenario.
+    If a difference exceeds --tolerance, the command writes the archive, but the exit status is 1.
 
-    With -o X.fmu the whole loop becomes one FMU. This FMU steps all its units in the order of the scenario.
+    With -o X.fmu, the command exports the whole loop as one FMU. All units in this FMU run in the order of the
+    scenario.
 
     \b
     Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp
@@ -253,7 +264,7 @@ def ssp(
 
 
 class _Of(click.Option):
-    """An option for one kind of file. The help lists the option in the section of this kind.
+    """An option for one kind of file, .fmu or .ssp. The help lists the option in a separate section for this kind.
 
     Parameters
     ----------
@@ -306,12 +317,12 @@ def simulate(
 ) -> None:
     """Simulate an FMU or an SSP archive of any origin.
 
-    The FMU may have the version 1.0, 2.0 or 3.0 of FMI. If the FMU supports Co-Simulation, this interface is used;
-    otherwise Model Exchange runs with an adaptive integrator. Inputs are constant during a step. Continuous inputs are
-    interpolated between the rows of the table.
+    The FMU may have FMI version 1.0, 2.0 or 3.0. If the FMU supports Co-Simulation, the command uses this interface.
+    Otherwise the command uses Model Exchange with an adaptive integrator. Inputs are constant during a step. Between
+    two rows of the table, continuous inputs are interpolated.
 
-    If an archive contains a reference result for these settings, the command compares its result with the reference.
-    The exit status is 1 if the results differ.
+    If an archive contains a reference result for these settings, the command compares the simulated result with it. The
+    exit status is 1 if the two results differ.
 
     \b
     Example: hystfmu simulate loop.ssp -o out.csv
@@ -353,10 +364,12 @@ def simulate(
 def validate(fmu: str, as_json: bool, **how: Any) -> None:
     """Check an FMU of any origin, of FMI 1.0, 2.0 or 3.0.
 
-    The command checks the archive, applies the static checks of fmpy and fmutool, and runs the FMU in a child process.
+    The command checks the zip archive, applies the static checks of fmpy and fmutool, and runs the FMU in a child
+    process.
 
-    The runs check start values, repeatability, side effects of get and set, reset, saved states, two instances,
-    dependencies, directional derivatives, memory leaks and folders with spaces.  They execute the code in the FMU.
+    The runs execute the native code in the FMU. They check start values, repeatability, side effects of get and set,
+    reset, saved states, two instances, dependencies, directional derivatives, memory leaks, and folders with spaces in
+    their names.
 
     \b
     Example: hystfmu validate piezo.fmu

@@ -22,17 +22,19 @@ if TYPE_CHECKING:
     import hystfmu as hy
 
 _READ = "data.reader.reading:read"
-RESAMPLE = "New rate for a record with uneven steps; without a value, 1 / median step. A gap is an error."
+RESAMPLE = (
+    "Resample a record with uneven time steps to this rate. Without HZ, the rate is 1 / median step. A gap is an error."
+)
 
 
 @dataclass(frozen=True)
 class Columns:
-    """Options of a data file: its columns, sample rate and records, by the arguments of `hystfmu.read`."""
+    """Options for a data file, such as columns, sample rate and records, stored as arguments of `hystfmu.read`."""
 
     given: dict[str, Any]
 
     def words(self) -> list[str]:
-        """Return the given options, as words of a command line."""
+        """Return the given options as arguments of a command line."""
         words = [
             w for k, v in self.given.items() if v and k not in ("resample", "covariates") for w in (f"--{k}", f"{v}")
         ]
@@ -40,16 +42,16 @@ class Columns:
         return [*words, *(w for c in self.given.get("covariates", ()) for w in ("--covariate", c))]
 
     def read(self, path: str | Sequence[str], with_output: bool = True, covariates: Sequence[str] = ()) -> hy.Dataset:
-        """Read a data file, or several data files as several records.
+        """Read a data file, or several data files with one record each.
 
         Parameters
         ----------
         path : str or sequence of str
         with_output : bool
-            Whether the file must have an output column. If False, an output is read only if its column is recognised
-            without doubt.
+            Whether the file must have an output column. If False, the output is read only if the output column is
+            unambiguous.
         covariates : sequence of str
-            Covariates if the options name none.
+            Covariate columns to read if the option ``--covariate`` is not given.
 
         Raises
         ------
@@ -75,14 +77,14 @@ class Columns:
 
 
 def data_options(*without: str, refused: Sequence[str] = ()) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Return a decorator that adds the options of a data file; the command receives them as one argument, `columns`.
+    """Return a decorator that adds the options of a data file to a command. The command receives them as `columns`.
 
     Parameters
     ----------
     *without : str
-        Arguments of `hystfmu.read` without an option.
+        Arguments of `hystfmu.read` that do not become options.
     refused : sequence of str
-        Arguments that the command refuses with a reason; they are not in its help.
+        Arguments whose options end the command with an error. The help does not list these options.
     """
     every: dict[str, Any] = {"time": "COLUMN", "input": "COLUMN", "output": "COLUMN", "rate": "", "lag": "ROWS"}
     every |= {"record": "COLUMN", "covariates": "--covariate COLUMN", "decimal": ""}
@@ -128,13 +130,13 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     is_eager=True,
     expose_value=False,
     callback=_list_models,
-    help="List the kinds of model with the meaning of each option.",
+    help="List all kinds of model and their options, and exit.",
 )
 @of("face.fit:fit", key="--model KEY")
 @click.option(
     "--graph",
     metavar="G.graph.toml",
-    help="Fit the free parameters of this graph of blocks instead of a kind of model; its table [free] names them.",
+    help="Fit this graph of blocks instead of a kind of model. The table [free] of the file names the free parameters.",
 )
 @of("face.fit:fit", purpose="--for")
 @click.option(
@@ -142,7 +144,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     "out",
     type=OUTPUT_FILE,
     metavar="M.model.toml",
-    help="Model file to write; by default DATA.KIND.model.toml in the current folder.",
+    help="Model file to write. The default is DATA.KIND.model.toml in the current folder.",
 )
 @data_options()
 @of("face.fit:fit", options="--set", seed="")
@@ -151,7 +153,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     "folder",
     type=OUTPUT_FOLDER,
     metavar="DIR",
-    help="Write a page about the fit; without -o also into the current folder.",
+    help="Write a page about the fit into this folder. Without -o, the default is the current folder.",
 )
 @json_option
 def fit(
@@ -167,9 +169,10 @@ def fit(
 ) -> None:
     """Identify a model from measured data.
 
-    DATA is a text file with columns, which may be compressed by gzip. The extra 'files' adds further formats. The
-    command detects encoding, separator, decimal sign, preamble and units of measure, and prints all assumptions in one
-    line. Several files are several records; the model starts anew in each record.
+    DATA is a text file with columns. The file may be compressed with gzip. The optional dependencies 'files' add
+    further formats. The command detects encoding, separator, decimal sign, header lines and units of measure, and
+    prints all assumptions in one line. Each file is a separate record. The model starts from its initial state in each
+    record.
 
     \b
     Example: hystfmu fit piezo.csv --model zhao_tan_mlp -o piezo.model.toml
@@ -186,7 +189,7 @@ def fit(
     from hystfmu.identify.catalogue import method
     from hystfmu.report.terminal import progress, table
 
-    method(key)  # a misspelt kind is told before a missing file
+    method(key)  # report a misspelt kind before a missing file
     if graph is not None:
         if key != "auto":
             raise InputError(f"--graph and --model exclude each other. Got {graph} and {key}.")
@@ -251,7 +254,7 @@ def fit(
 
 
 def _refuse_other(path: str, data: hy.Dataset, key: str, seed: int) -> None:
-    """Raise an error before the fit if the file exists and contains no model of these rows and this kind."""
+    """Raise an error if the model file exists and contains a model of other data or of another kind."""
     from hystfmu.base.files import load_toml
 
     if may_replace(path):
@@ -267,7 +270,7 @@ def _refuse_other(path: str, data: hy.Dataset, key: str, seed: int) -> None:
 
 
 def _range(errors: Sequence[float]) -> str:
-    """Return the smallest and the largest error of the validation blocks as text; empty for a single block."""
+    """Return the smallest and the largest error of the validation blocks as text, or "" for a single block."""
     return f"{min(errors):.3g} to {max(errors):.3g}" if len(errors) > 1 else ""
 
 
@@ -280,18 +283,18 @@ def _range(errors: Sequence[float]) -> str:
     required=True,
     type=OUTPUT_FILE,
     metavar="OUT.csv",
-    help="CSV file to write, with columns t, u, y and covariates.",
+    help="CSV file to write. Its columns are t, u, y and the covariates.",
 )
 @data_options("train")
 @json_option
 def predict(model: str, data: str, out: str, columns: Columns, as_json: bool) -> None:
     """Simulate a model on the input column of a file.
 
-    The model runs free: it does not use measured outputs. If the file has a measured output, the command prints the
-    errors. Row 0 is the output after initialisation with the first input. Row k is the output of an FMU after setting
-    u_k and calling doStep(t_{k-1}, h). The command warns if rows lie outside the range that a network was trained on;
-    there the network clips its inputs. The command reads covariates from the columns with the names in the model;
-    --covariate names other columns, in the order of the model.
+    The simulation does not use measured outputs. If the file contains a measured output, the command prints the error
+    of the simulated output. Row 0 of the result is the output after initialisation with the first input. Row k is the
+    output after the input u_k and the step doStep(t_{k-1}, h) of an FMU. A network clips inputs that lie outside its
+    training range. The command prints a warning if this happens. The names of the covariate columns are stored in the
+    model. If the file has other names, --covariate states them in the order of the model.
 
     \b
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
@@ -338,10 +341,11 @@ def predict(model: str, data: str, out: str, columns: Columns, as_json: bool) ->
 def check(model: str, data: str, columns: Columns, factor: float, as_json: bool) -> None:
     """Test with a new record whether a device has drifted.
 
-    The model runs free on DATA. The command compares its error with the error that MODEL states for held-out rows or
-    training rows. Rows with inputs outside the trained range are ignored. For each of offset, gain, lag and loop, the
-    table shows the error that remains after a correction of this quantity alone. The exit status is 1 if the device has
-    drifted.
+    The command simulates the model with the input in DATA, without the measured output. It compares the error of the
+    model on DATA with the error stated in MODEL. This is the error on held-out rows if there were any, otherwise the
+    error on training rows. Rows with inputs outside the training range are ignored. The table has one row each for
+    offset, gain, lag and loop shape. Each row states the error that remains if only this property is corrected. The
+    exit status is 1 if the device has drifted.
 
     \b
     Example: hystfmu check piezo.model.toml today.csv
@@ -370,20 +374,23 @@ def check(model: str, data: str, columns: Columns, factor: float, as_json: bool)
 def inverse(model: str, out: str, options: dict[str, Any], **how: Any) -> None:
     """Compute the inverse of a model.
 
-    The input of the inverse is the wanted output of the model; its output is the model input that produces it.
+    The input of the inverse is the wanted output of the model. The output of the inverse is the input with which the
+    model produces this wanted output.
 
-    The learned inverse is trained with the response of the model to random nested reversals; input and output are
-    exchanged. A network of 12 neurons reads the inverse operator of Zhao & Tan and a few plays of the wanted output.
-    The network corrects the wanted output, and the exact inverse of fitted plays follows. Options of the learned
-    inverse are hidden, N (plays), starts, iterations, ... Options of the implicit inverse are lo and hi.
+    The learned inverse is trained with the response of the model to random nested reversals. For the training, input
+    and output are exchanged. The wanted output drives the inverse operator of Zhao & Tan and a few play operators.
+    Their outputs are the inputs of a network with 12 neurons. The network corrects the wanted output. An exact inverse
+    of fitted plays then computes the input from the corrected output. Some options of the learned inverse are hidden
+    (neurons), N (plays), starts and iterations.
 
-    A feed-forward from a few samples of the wanted output inverts linear dynamics and a delay behind the hysteresis.
-    The output of the model then lags the wanted output by whole steps; the command prints this lag.
+    If the model has linear dynamics or a delay behind the hysteresis, the inverse also contains a feed-forward filter
+    of a few samples of the wanted output. The output of the model then lags the wanted output by some steps. The
+    command prints this lag.
 
-    The adaptive inverse exists for Prandtl-Ishlinskii models. Its input v is the wanted output before dynamics and
-    delay (feed-forward plus feedback). Its other inputs are the reference y_d and the measured output y. Options are
-    f_n, zeta and delay of the dynamics after a static model, and the time constant T (s) of a drift. 'hystfmu blocks
-    adaptive_inverse' lists further options.
+    The adaptive inverse exists for Prandtl-Ishlinskii models. The input v is the wanted output of the hysteresis, in
+    front of dynamics and delay; it is the sum of feed-forward and feedback. The other inputs are the reference y_d and
+    the measured output y. The options f_n, zeta and delay describe the dynamics behind a static model. The option T is
+    the time constant of a drift in seconds. 'hystfmu blocks adaptive_inverse' lists further options.
 
     \b
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml

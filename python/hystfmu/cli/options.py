@@ -1,4 +1,4 @@
-"""Shared parts of the commands: checks of repeated options, exit status, file names, and `--json`."""
+"""Parts that all commands share: options, exit status, checks of repeated options, and types of paths."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ else:  # generic from click 8.4 on only
     _Text = click.ParamType
 
 FAILED, BAD_INPUT = 1, 2
-INTERRUPTED = 130  # as a shell tells of an interrupt: 128 and the number of the signal
+INTERRUPTED = 130  # convention of shells for an interrupt: 128 plus the number of the signal
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 
@@ -34,8 +34,8 @@ def _level(context: click.Context, option: click.Parameter, asked: bool) -> None
 
 _FORCE = "hystfmu.force"  # of the command that runs, in its context
 _HOW_MUCH = (
-    (("-v", "--verbose"), "Print also the details behind the tables, and the time of each step."),
-    (("-q", "--quiet"), "Print problems only; the exit status states the outcome."),
+    (("-v", "--verbose"), "Also print details that the tables omit, and the time of each step."),
+    (("-q", "--quiet"), "Print only problems. The exit status states the result."),
 )
 
 
@@ -44,15 +44,16 @@ def _force(context: click.Context, option: click.Parameter, asked: bool) -> None
 
 
 class Command(click.Command):
-    """A command that takes -v and -q, and states what remains after an interrupt.
+    """A command with the options -v and -q, and with a message for an interrupt.
 
-    The command refuses a repeated option of one value; click would silently take the last value. A command that writes
-    files has the option --force. Without --force it does not replace a file with different content.
+    If an option with one value is repeated, the command ends with an error; click alone would silently use the last
+    value. A command that writes files has the option --force. Without --force, the command does not replace a file that
+    has different content.
 
     Parameters
     ----------
     interrupted : str
-        Text that states what remains after an interrupt; the command to repeat follows.
+        Message for an interrupt. It states which results remain. The command line follows the message.
     """
 
     _given: Sequence[click.Parameter | Later]
@@ -64,13 +65,15 @@ class Command(click.Command):
 
     @property
     def params(self) -> list[click.Parameter]:
-        """Arguments and options. Those of a signature are made here, so that `hystfmu --help` reads no source."""
+        """Arguments and options; options from a signature are built at the first use, to keep `hystfmu --help` fast."""
         if not self._made:
             made = [p for given in self._given for p in (given.made() if isinstance(given, Later) else [given])]
             for names, text in _HOW_MUCH:
                 made.append(click.Option(names, is_flag=True, expose_value=False, callback=_level, help=text))
             if any(isinstance(p.type, (OutputFile, OutputFolder)) for p in made):
-                text = "Replace existing files with different content.  Without this option such a file is an error."
+                text = (
+                    "Replace existing files. Without this option, an existing file with different content is an error."
+                )
                 made.append(click.Option(["--force"], is_flag=True, expose_value=False, callback=_force, help=text))
             self._made = made
         return self._made
@@ -90,7 +93,7 @@ class Command(click.Command):
         Raises
         ------
         InputError
-            An option of one value is repeated.
+            An option with a single value is repeated.
         """
         _, _, given = self.make_parser(ctx).parse_args(args=list(args))
         for option in given:
@@ -101,28 +104,28 @@ class Command(click.Command):
 
 
 class File(_Text):
-    """A file or folder to read. A shell completes the path."""
+    """Type of a path to read. The shell completes such a path."""
 
     name = "file"
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Leave the completion of a path to the shell."""
+        """Return an item that makes the shell complete the path."""
         return [CompletionItem(incomplete, type="file")]
 
 
 class OutputFolder(File):
-    """A folder to write into."""
+    """Type of a folder into which a command writes files."""
 
     name = "folder"
 
 
 class OutputFile(File):
-    """A file to write; an invalid path is reported before the command runs.
+    """Type of a file to write. An invalid path is reported before the command starts its work.
 
     Parameters
     ----------
     folder : bool
-        Whether the folder of the file must exist. If False, the command makes the folder.
+        Whether the folder of the file must exist. If False, the command creates the folder.
     """
 
     def __init__(self, folder: bool = True) -> None:

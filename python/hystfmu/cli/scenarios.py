@@ -1,4 +1,4 @@
-"""Commands for scenarios: run, study, margins and compare; the scenarios in the current folder, or the shipped ones."""
+"""Commands for scenarios: run, study, margins and compare. They use scenarios of the user and shipped scenarios."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ RUN = "scenario.running:run"
 
 
 def found(paths: Sequence[str]) -> list[Path]:
-    """Return the paths of scenarios or studies; a shipped one has its name in the repository.
+    """Return the paths of scenarios or studies. A shipped scenario is named by its path in the repository.
 
-    If a shipped scenario or study is used, a line on stderr states its folder.
+    If a shipped scenario or study is used, the function prints its folder to stderr.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def everything() -> list[Path]:
 
 
 def refuse_shipped(paths: Sequence[Path]) -> None:
-    """Raise an error if a command would write into the folder of an installed scenario.
+    """Raise an error if one of the scenarios is part of the installed package, because a command must not write there.
 
     Raises
     ------
@@ -77,7 +77,7 @@ all_option = click.option(
     "--all",
     "all_of_them",
     is_flag=True,
-    help="Take every scenario in ./scenarios; if this folder does not exist, the scenarios of HystFMU.",
+    help="Use all scenarios in ./scenarios. If this folder does not exist, use all scenarios that HystFMU ships.",
 )
 
 
@@ -95,8 +95,13 @@ all_option = click.option(
     out=("-o --out OUT.csv", {"type": OUTPUT_FILE}),
     record="",
 )
-@click.option("--yes", is_flag=True, help="With --record: do not ask. Without this option, a terminal asks.")
-@click.option("--junit", type=OutputFile(folder=False), metavar="FILE", help="JUnit XML file to write the verdicts to.")
+@click.option("--yes", is_flag=True, help="With --record, write the baseline without asking for confirmation.")
+@click.option(
+    "--junit",
+    type=OutputFile(folder=False),
+    metavar="FILE",
+    help="Write the verdicts to this file in the JUnit XML format.",
+)
 @of(RUN, report=("DIR", {"type": OUTPUT_FOLDER}))
 @json_option
 def run(
@@ -111,10 +116,11 @@ def run(
 ) -> None:
     """Run scenarios and compare them with limits and baselines.
 
-    A scenario is a closed loop of FMUs, which fmpy simulates. If SCENARIOS is a folder of scenarios, all scenarios in
-    it run. A name such as scenarios/pid selects a shipped scenario if the current folder has no folder of this name.
+    A scenario is a closed loop of units with limits for the results. SCENARIOS are folders of scenarios, or folders
+    that contain such folders. If the folder scenarios/pid does not exist, the name scenarios/pid selects the scenario
+    that HystFMU ships.
 
-    'hystfmu simulate' runs an FMU or an SSP archive.
+    To simulate an FMU or an SSP archive, use 'hystfmu simulate'.
 
     \b
     Example: hystfmu run scenarios/sliding_mode --report out
@@ -135,7 +141,7 @@ def run(
     if record:
         refuse_shipped(paths)
     pages = () if report is None else (Path(report, name) for name in ("report.html", "report.json"))
-    refuse_existing(*pages, *([junit] if junit is not None else []))  # they state times
+    refuse_existing(*pages, *([junit] if junit is not None else []))  # every run writes other times into these files
 
     def agreed(told: list[Change]) -> bool:
         echo(changes(told), err=as_json)
@@ -170,11 +176,11 @@ def run(
 def study(study: str, as_json: bool, **how: Any) -> None:
     """Run a scenario with many parameter variations.
 
-    The command prints the share of the variations inside the limits, with the 95 % interval of this share. It writes a
-    table (results.parquet) and a report. The report shows distributions, effects of the parameters, and the commands
-    that repeat the worst cases.
+    The command prints the share of variations that meet all limits, with the 95 % confidence interval of this share. It
+    writes the table results.parquet and a report. The report shows the distributions of the metrics, the effects of the
+    parameters, and the commands that repeat the worst cases.
 
-    An interrupted study resumes where it stopped.
+    If a study was interrupted, the same command continues it.
 
     \b
     Example: hystfmu study scenarios/pid/draws.study.toml -o out
@@ -215,14 +221,14 @@ def study(study: str, as_json: bool, **how: Any) -> None:
 def margins(scenarios: tuple[str, ...], all_of_them: bool, delays: bool, as_json: bool, **how: Any) -> None:
     """Compute the margins of loops and check their limits.
 
-    The command opens the loop of each case at the input of its plant, and linearises the loop. Controllers, observers,
-    delays and the dynamics of the plant are exact. Hysteresis and inverse become the sector of slopes along the path of
-    the case. The margins hold for slope 1. If a loop has no inverse and the slope of its plant is never 1, the margins
-    hold for the largest slope of the plant. The command checks stability over the sector with 0, 1/2, 1 and 2 further
-    steps of delay.
+    For each case, the command opens the loop at the input of the plant and linearises it. The models of controllers,
+    observers, delays and plant dynamics are exact. Hysteresis and inverse in series are replaced by their incremental
+    gain. This gain varies along the path of the case; its range is the sector. The margins are computed for a gain of
+    1. If a loop has no inverse and the gain of the plant is never 1, they are computed for the largest gain. The
+    command also checks stability for the whole sector, with 0, 1/2, 1 and 2 additional steps of delay.
 
-    The exit status is 1 if a limit in [margins] of a scenario is missed. It is also 1 if a loop is unstable for a slope
-    along its path, unless expected_unstable in [margins] names the case.
+    The exit status is 1 if a loop violates a limit in the table [margins] of the scenario. It is also 1 if a loop is
+    unstable for a gain in the sector, unless the key expected_unstable in [margins] names the case.
 
     \b
     Example: hystfmu margins scenarios/pid scenarios/pid_observer
@@ -252,10 +258,10 @@ def margins(scenarios: tuple[str, ...], all_of_them: bool, delays: bool, as_json
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
     """Compare two reports of 'hystfmu run' or 'hystfmu study'.
 
-    A and B are the folders of the reports, or the files report.json in these folders. For two runs, the page lists old
-    and new metrics and margins, the largest change first, and overlays the signals. For two studies, the page shows the
-    shares inside the limits with their intervals, and distributions on common axes. It also lists the draws whose
-    verdict changed.
+    A is the old report and B is the new report. Each is a folder with a file report.json, or this file. For two runs,
+    the page lists old and new metrics and margins, beginning with the largest change, and plots old and new signals
+    together. For two studies, the page shows the shares of variations that meet all limits, with confidence intervals,
+    and the distributions of the metrics on common axes. It also lists the variations whose verdict changed.
 
     \b
     Example: hystfmu compare main branch -o diff.html

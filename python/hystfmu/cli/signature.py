@@ -1,6 +1,6 @@
-"""Options of a command from the signature and the numpydoc docstring of the function that it calls.
+"""Builds the options of a command from the signature and the numpydoc docstring of the function that it calls.
 
-The source is read without an import: `--help` and completion take no longer than for a command without such options.
+The source of the function is parsed but not imported. Therefore these options do not slow down `--help` and completion.
 """
 
 from __future__ import annotations
@@ -30,9 +30,10 @@ Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 @dataclass(frozen=True)
 class Argument:
-    """Argument of a function: its annotation without aliases, its default if that is a literal, and its text.
+    """Argument of a function: annotation with resolved aliases, default value if it is a literal, and docstring text.
 
-    `leaves` are the members of a union: names of types, or literals in a tuple. `rule` is the type in the docstring.
+    `leaves` contains the members of the annotated union: names of types, or literals in a tuple. `rule` is the type
+    that the docstring states.
     """
 
     name: str
@@ -42,16 +43,16 @@ class Argument:
     text: str
 
     def option(self, words: str, more: Mapping[str, Any], spelled: Mapping[str, str]) -> click.Option:
-        """Return the option.
+        """Return the option of the command line for this argument.
 
         Parameters
         ----------
         words : str
-            Flags such as ``-o --out``, by default the name, and the metavar.
+            Flags such as ``-o --out``, and the metavar. The default flag is the name of the argument.
         more : mapping
-            Arguments of `click.Option` that replace those of the signature.
+            Arguments of `click.Option` that replace the arguments derived from the signature.
         spelled : mapping
-            Flags of the arguments that the text may name.
+            Flag of each argument. In the text, flags replace the names of arguments.
         """
         flags = [w for w in words.split() if w.startswith("-")] or [f"--{self.name.replace('_', '-')}"]
         metavar = " ".join(w for w in words.split() if not w.startswith("-")) or None
@@ -65,7 +66,7 @@ class Argument:
         elif self.leaves == ("bool",):
             made = {"is_flag": True}
             text = re.sub(r"^Whether (?:to )?(.)", lambda m: m[1].upper(), text)
-            if self.default:  # the option takes away what is usual
+            if self.default:  # the option switches the default behaviour off
                 flags, text = [f"--un{self.name}"], f"Without this option, {text[:1].lower()}{text[1:]}"
                 made["callback"] = lambda context, option, given: not given
         elif all(isinstance(leaf, tuple) for leaf in self.leaves if leaf != "None"):
@@ -99,12 +100,12 @@ class Argument:
 
 
 class Signature:
-    """Arguments of a function or method, or fields of a data class; other defaults than literals count as none.
+    """Arguments of a function or method, or fields of a data class. A default that is not a literal is ignored.
 
     Parameters
     ----------
     home : str
-        Module in the package, and name: ``"scenario.running:run"``.
+        Module in the package, and name of the function or class, such as ``"scenario.running:run"``.
     """
 
     def __init__(self, home: str) -> None:
@@ -145,7 +146,7 @@ def _literal(default: ast.expr | None) -> Any:
 
 
 def _leaves(hint: ast.expr | None, module: str, tree: ast.Module) -> list[str | tuple[Any, ...]]:
-    """Return the members of a union; an alias is looked up where it is defined."""
+    """Return the members of an annotated union. An alias is replaced by its definition, also from another module."""
     if isinstance(hint, ast.BinOp):
         return [*_leaves(hint.left, module, tree), *_leaves(hint.right, module, tree)]
     if isinstance(hint, ast.Subscript) and isinstance(hint.value, ast.Name):
@@ -168,7 +169,7 @@ def _leaves(hint: ast.expr | None, module: str, tree: ast.Module) -> list[str | 
 
 
 def _texts(doc: str) -> dict[str, tuple[str, str]]:
-    """Return the type and the first paragraph of the text of each argument in a docstring of numpydoc."""
+    """Return the type and the first paragraph of the text for each argument in a numpydoc docstring."""
     section = re.search(r"^(?:Parameters|Attributes)\n-+\n(.*?)(?=\n\n\w[^\n]*\n-+\n|\Z)", doc, re.M | re.S)
     found: dict[str, tuple[str, str]] = {}
     for entry in re.split(r"\n(?=\S)", section[1]) if section else []:
@@ -181,21 +182,21 @@ def _texts(doc: str) -> dict[str, tuple[str, str]]:
 
 @dataclass(frozen=True)
 class Later:
-    """Options that are made when a command first needs them."""
+    """Options that are built when the command first needs them."""
 
     made: Callable[[], list[click.Parameter]]
 
 
 def of(home: str, **options: str | tuple[str, Mapping[str, Any]]) -> Decorator:
-    """Give a command the named options of a function; the values go to the function under the same names.
+    """Return a decorator that adds arguments of a function to a command as options, under the names of the arguments.
 
     Parameters
     ----------
     home : str
         See `Signature`.
     **options
-        Flags and metavar of each option as text, as in ``-o --out OUT.csv``; without flags the option has the name of
-        the argument. A pair also contains arguments of `click.Option`.
+        Flags and metavar of each option as text, such as ``-o --out OUT.csv``. If the text contains no flag, the name
+        of the argument becomes the flag. A pair of this text and a dict adds arguments of `click.Option`.
     """
 
     def made() -> list[click.Parameter]:
@@ -212,9 +213,10 @@ def of(home: str, **options: str | tuple[str, Mapping[str, Any]]) -> Decorator:
 
 
 def assignments(pairs: Sequence[str], option: str = "--set") -> dict[str, Any]:
-    """Parse `name=value`, and `@FILE`, a file with a JSON object of names and values.
+    """Return the names and values in the texts `name=value` and in the files `@FILE`, which contain a JSON object.
 
-    A value is read as JSON if possible, else as text. A value on the command line overrides the value in a file.
+    A value that is valid JSON is parsed as JSON, any other value is text. A value on the command line overrides the
+    value in a file.
 
     Raises
     ------
@@ -241,7 +243,7 @@ def assignments(pairs: Sequence[str], option: str = "--set") -> dict[str, Any]:
 
 
 def _settings(path: str, option: str) -> dict[str, Any]:
-    from hystfmu.base.files import read_bytes  # brings pydantic, which --help does without
+    from hystfmu.base.files import read_bytes  # imports pydantic, which would slow down --help
 
     try:
         values = json.loads(read_bytes(path, MOST_BYTES))

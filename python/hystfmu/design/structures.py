@@ -429,7 +429,7 @@ def _with_T(
 STRUCTURES: dict[str, Structure] = {
     s.name: s
     for s in (
-        Structure("integral", "integral alone", lambda d: {}, lambda d, v: []),
+        Structure("integral", "integral controller without filters", lambda d: {}, lambda d, v: []),
         Structure("integral_roll_off", "integral with roll-off", _roll_off_bounds, _roll_off),
         Structure("pi", "PI with roll-off", _with_T(_roll_off_bounds), _roll_off, proportional=True),
         Structure("notch", "notches and integral", _notch_bounds, _filtered, resonant=True),

@@ -43,7 +43,7 @@ def fit(
     data : Dataset or data frame
         Data of the fit. The simulation of the model starts at row 0; the fit uses the residuals on `data.train`.
     key : str, Graph, block of `hystfmu.blocks` or Path
-        Kind of model; "auto" selects one from the data.
+        Kind of model. "auto" compares several kinds on the data and selects the best one.
 
         ``hystfmu fit --models`` lists all kinds. A graph of blocks has free parameters. A path names a file with graph
         and free parameters, as for ``hystfmu fit --graph``. For a single block, the input is scaled to [-1, 1], and the
@@ -52,12 +52,12 @@ def fit(
         selects the kind with the smallest error on validation blocks, which are cut between reversals in all parts of
         the training rows.
     seed : int
-        Seed of the random starts. The same seed gives the same model.
+        Seed of the random start values. The same seed gives the same model.
     progress : function, optional
         Called with the fraction done, 0..1.
     purpose : {"model", "inverse"}
-        "inverse": ``"auto"`` compares only kinds of model with a useful exact or implicit inverse, and a named kind
-        must have such an inverse.
+        Purpose of the model. With "inverse", the model must have a useful exact or implicit inverse, and ``"auto"``
+        compares only kinds of model that have one.
     free : dict, optional
         The free parameters of a graph. A key is ``"node.parameter"`` or ``"node.parameter[1]"``. A value is True,
         bounds ``(lower, upper)``, or a dict. The keys of this dict are ``lower``, ``upper``, ``scale`` ("log" or
@@ -66,7 +66,7 @@ def fit(
         parameters are non-negative if their lower bound is 0. For a single block, all real parameters without a given
         value are free by default.
     **options
-        Options of the kind of model. A graph has the options ``starts`` and ``seconds``.
+        Options of the kind of model. For a graph of blocks, the options are ``starts`` and ``seconds``.
 
     Returns
     -------

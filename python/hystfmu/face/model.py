@@ -189,8 +189,8 @@ class Model(hystfmu.model.Model):
         new : Dataset or data frame
             New record with a measured output. Only rows whose input lies in the trained range are used.
         factor : float
-            The device has drifted if the RMS error is more than `factor` times the error of the model on held-out rows,
-            or on training rows if no rows were held out.
+            Threshold of the test: the device has drifted if the RMS error on the new record is more than `factor` times
+            the error stated in the model.
 
         Returns
         -------
@@ -296,19 +296,18 @@ class Model(hystfmu.model.Model):
         Parameters
         ----------
         method : {"auto", "exact", "implicit", "learned", "adaptive"}
-            exact: each block is inverted. implicit: the inverse finds the root of a static model in every step.
-            learned: a network is trained on the response of the model, with input and output exchanged, and on the
-            inverse operator (`hystfmu.inverse.learned`). adaptive: an exact inverse learns its weights from the
-            measured output during operation (`hystfmu.inverse.adaptive`). auto: the first method of exact, implicit and
-            learned that is possible for the model.
+            exact: invert each block of the model. implicit: solve the equation of a static model for the input in every
+            step. learned: train a network on the response of the model with input and output exchanged
+            (`hystfmu.inverse.learned`). adaptive: adapt the weights of an exact inverse to the measured output during
+            operation (`hystfmu.inverse.adaptive`). auto: use the first possible method of exact, implicit and learned.
         seed : int
-            Seed of the learned inverse.
+            Seed of the training of a learned inverse.
         progress : function, optional
             Called with the fraction done, 0..1, during the training of a learned inverse.
         **options
-            The implicit inverse has the options ``lo`` and ``hi``. The learned inverse has the options of
-            ``play_bank_mlp``. The adaptive inverse has the options ``f_n``, ``zeta``, ``delay``, ``T`` and the other
-            parameters of its block.
+            Options of the method. implicit: ``lo`` and ``hi``, the range of the searched input. learned: the options of
+            the kind of model ``play_bank_mlp``. adaptive: ``f_n``, ``zeta``, ``delay``, ``T`` and the other parameters
+            of the block ``adaptive_inverse``.
 
         Returns
         -------
@@ -374,17 +373,18 @@ class Model(hystfmu.model.Model):
         Parameters
         ----------
         path : str or Path
-            FMU to write, usually ``*.fmu``. After an error no incomplete file remains.
+            FMU file to write, usually ``*.fmu``. If an error occurs, no incomplete file remains.
         fmi : {2, 3}
             Version of the FMI standard.
         name : str, optional
             Model name, any text; by default the record and the key of the model. The model identifier is the first 60
             characters of the name. Each character that is not an ASCII letter or a digit becomes _.
         platforms : {"host", "all"}
-            Platforms whose binaries the FMU contains: this machine or all platforms. A missing binary is an error.
+            Platforms on which the FMU can run: "host" for this machine, or "all". The FMU contains a binary for each of
+            them. A missing binary is an error.
         source : bool
-            Whether the FMU also contains the C source: one C99 file, which needs the headers of the FMI standard and
-            the C library.
+            Whether to add the C source to the FMU. It is one C99 file; it needs only the headers of the FMI standard
+            and the C library.
 
         Raises
         ------
@@ -418,8 +418,10 @@ class Model(hystfmu.model.Model):
         source : str
             Origin of the model, as text for the reader.
         sheet : mapping of (str, float), optional
-            Data sheet of the actuator in SI units: ``stroke`` with ``blocking_force``, ``capacitance`` (small signal),
-            ``capacitance_ratio`` (mean over small signal, default 1.6), ``resonance`` (one end held), ``damping``.
+            Data-sheet values of the actuator in SI units. ``stroke`` and ``blocking_force`` must be given together.
+            ``resonance`` applies to an actuator with one fixed end; ``damping`` is the damping ratio. ``capacitance``
+            is the small-signal capacitance. ``capacitance_ratio`` is the mean capacitance divided by the small-signal
+            capacitance, by default 1.6.
 
         Raises
         ------

@@ -1,6 +1,6 @@
-"""FMUs: `export_fmu` writes an FMU, and `validate` checks an FMU of any origin.
+"""Export and check of FMUs: `export_fmu` writes an FMU, and `validate` checks an FMU of any origin.
 
-The functions are loaded on first use, because the child process of `validate` needs neither function.
+The functions are imported on first use, because the child process of `validate` needs neither of them.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from hystfmu.fmu.check.check import validate
     from hystfmu.fmu.write.export import export_fmu
 
-_HOME = {"validate": "check.check", "export_fmu": "write.export"}  # where each name lives
+_HOME = {"validate": "check.check", "export_fmu": "write.export"}  # module of each function
 __all__ = ["export_fmu", "validate"]
 
 
-if not TYPE_CHECKING:  # a type checker must find a misspelt name
+if not TYPE_CHECKING:  # with __getattr__, a type checker would accept misspelt names
 
     def __getattr__(name: str) -> Any:
         if name not in _HOME:

@@ -1,12 +1,12 @@
-"""Archives of FMUs and SSPs: untrusted ones are unpacked with limits into a cache; own ones have equal bytes.
+"""Archives of FMUs and SSPs: unpacking of untrusted archives into a cache, and writing of reproducible archives.
 
-Unpacking refuses unsafe entries, limits number and size of files, and verifies checksums.
+Unpacking refuses unsafe entries, limits the number and size of files, and verifies checksums.
 
-The cache is keyed by the hash of the archive: all runs and processes share one copy. An entry is checked whenever it is
-used; a damaged entry is unpacked again. An entry gets its name by an atomic rename, so that two processes that unpack
-the same archive never see a partial copy. Unused entries are removed automatically, and the oldest entries are removed
-if the cache is too large. The user may delete the cache between runs. A process that cannot write to the cache uses a
-temporary cache, which is removed at its end.
+Each unpacked archive is one entry of the cache, identified by the hash of the archive, so all runs and processes share
+one copy. An entry is verified whenever it is used; a damaged entry is unpacked again. A new entry is renamed
+atomically, so that no process uses an incomplete copy. Entries that were not used for 30 days are removed. If the cache
+is too large, the oldest entries are removed earlier. The user may delete the cache between runs. A process that cannot
+write to the cache uses a temporary cache, which is removed at the end of the process.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ MOST_UNPACKED = 512 * 2**20
 MOST_XML = 64 * 2**20
 XML = "modelDescription.xml"
 _OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO)
-_SHOWN = 80  # characters of a name in a message
+_SHOWN = 80  # maximum number of characters of a name in a message
 _PARSED = (".xml", ".ssd", ".ssv")
 _OPAQUE = ("resources/", "documentation/", "extra/")
 
 
 def _is_parsed(name: str) -> bool:
-    """Return whether this program reads a file as XML. The content of other XML files is not restricted."""
+    """Return whether HystFMU parses the file `name` as XML. The content of other XML files is not restricted."""
     place = posixpath.normpath(name)
     return place.endswith(_PARSED) and (not place.endswith(".xml") or not place.startswith(_OPAQUE))
 
@@ -59,7 +59,7 @@ def _shown(name: str) -> str:
 
 
 def _unsafe(entry: zipfile.ZipInfo) -> str:
-    """Return the reason why an entry is unsafe, or an empty string."""
+    """Return the reason why an entry of an archive is unsafe; an empty string for a safe entry."""
     name = entry.orig_filename
     if "\\" in name or "\0" in name:
         return "has a backslash or a null byte in its name"
@@ -71,7 +71,7 @@ def _unsafe(entry: zipfile.ZipInfo) -> str:
 
 
 def archive_problems(archive: zipfile.ZipFile, needs: str = XML) -> list[str]:
-    """Return the reasons why an archive must not be unpacked, one line each; it must contain the file `needs`."""
+    """Return the reasons why an archive must not be unpacked, one line each. It must contain the file `needs`."""
     entries = archive.infolist()
     if len(entries) > MOST_ENTRIES:
         return [f"the archive must have at most {MOST_ENTRIES} files. Got {len(entries)} instead."]
@@ -91,15 +91,15 @@ def archive_problems(archive: zipfile.ZipFile, needs: str = XML) -> list[str]:
 
 
 def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
-    """Write the entries of an archive without `archive_problems` to a folder; return the problems found, one line each.
+    """Unpack an archive that has no `archive_problems` into a folder; return further problems, one line each.
 
-    Entries are copied in pieces to limit memory. At most the declared size of an entry is written, and its checksum is
-    verified.
+    Entries are copied in pieces to limit the memory. At most the declared size of an entry is written, and its checksum
+    is verified.
 
     Raises
     ------
     OSError
-        The folder cannot be written: its disk is full, read-only or broken.
+        The folder cannot be written, because the disk is full, read-only or defective.
     """
     problems = []
     for entry in archive.infolist():
@@ -108,7 +108,7 @@ def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
         path = folder / entry.filename
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            # "x": where names differ in case only, Windows and macOS would overwrite the first file
+            # mode "x": if two names differ only in case, Windows and macOS would overwrite the first file
             with archive.open(entry) as packed, path.open("xb") as unpacked:
                 shutil.copyfileobj(packed, unpacked, 1 << 20)
         except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as e:
@@ -121,7 +121,10 @@ def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
 
 
 def xml_problems(folder: Path) -> list[str]:
-    """Return the files that could make an XML parser read other files or expand without limit, one line each."""
+    """Return the unsafe XML files in a folder, one line each.
+
+    An unsafe file could cause an XML parser to read other files, or to expand entities without limit.
+    """
     problems = []
     for file in sorted(folder.rglob("*")):
         name = file.relative_to(folder).as_posix()
@@ -129,7 +132,7 @@ def xml_problems(folder: Path) -> list[str]:
             continue
         content = file.read_bytes()
         if b"\0" in content:
-            problems.append(f"{name} is not encoded in UTF-8")  # the search below would miss words in UTF-16
+            problems.append(f"{name} is not encoded in UTF-8")  # the search below would not find words in UTF-16
         elif b"<!DOCTYPE" in content or b"<!ENTITY" in content:
             problems.append(f"{name} must not declare a document type or entities")
     return problems
@@ -139,7 +142,7 @@ _NEW = "new"
 
 
 def cache_folder() -> Path:
-    """Return `$HYSTFMU_CACHE`, or `hystfmu` in the cache folder of the user."""
+    """Return the folder of the cache: `$HYSTFMU_CACHE`, or `hystfmu` in the cache folder of the user."""
     if "HYSTFMU_CACHE" in os.environ:
         return Path(os.environ["HYSTFMU_CACHE"])
     if os.name == "nt":
@@ -149,17 +152,17 @@ def cache_folder() -> Path:
 
 @cache
 def _temporary() -> tempfile.TemporaryDirectory[str]:
-    """Make a temporary cache for a process that cannot write to the cache of the user.
+    """Return the folder of a temporary cache, for a process that cannot write to the cache of the user.
 
-    The temporary cache is removed at the end of the process.
+    The folder is removed at the end of the process.
     """
     return tempfile.TemporaryDirectory(prefix="hystfmu-cache-")
 
 
 def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
-    """Unpack an archive, an untrusted file that must contain the file `needs`, or find its unpacked copy.
+    """Unpack an untrusted archive into the cache, or find its copy in the cache. It must contain the file `needs`.
 
-    Returns the folder of the unpacked archive and the SHA-256 of the archive.
+    Returns the folder of the unpacked archive, and the SHA-256 hash of the archive.
 
     Raises
     ------
@@ -174,17 +177,17 @@ def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
         return _copy(Path(_temporary().name), digest, path, content, needs), digest
     except InputError:
         raise
-    except (zipfile.BadZipFile, ValueError) as e:  # ValueError: its directory points before the file
+    except (zipfile.BadZipFile, ValueError) as e:  # ValueError: an offset in the directory is negative
         raise InputError(f"{path}: not a ZIP archive, or truncated ({e})") from None
     except OSError as e:
         raise InputError(f"{path}: cannot be unpacked: {e.strerror or e}") from None
 
 
 def _copy(within: Path, digest: str, path: str | Path, content: bytes, needs: str) -> Path:
-    """Return the folder of an unpacked archive in a cache."""
+    """Return the folder of an archive in a cache; unpack the archive if the cache does not contain it."""
     entry = within / digest
     with suppress(OSError):
-        os.utime(entry)  # first: what is used is not pruned
+        os.utime(entry)  # updated first, so that `prune` does not remove an entry in use
     if is_intact(entry):
         return entry / CONTENT
     within.mkdir(parents=True, exist_ok=True)
@@ -205,9 +208,9 @@ def _copy(within: Path, digest: str, path: str | Path, content: bytes, needs: st
 
 
 def _put(made: Path, entry: Path) -> None:
-    """Rename an entry to its final name; a damaged entry of this name is removed.
+    """Give a new entry of the cache its final name, and remove a damaged entry with this name.
 
-    Another process may have renamed its copy first.
+    If another process has already added a valid entry with this name, that entry stays.
     """
     try:
         os.rename(made / _NEW, entry)
@@ -219,16 +222,16 @@ def _put(made: Path, entry: Path) -> None:
 
 CONTENT = "content"
 _HASHES = "hashes.json"
-_MOST_HASHES = 2**24  # bytes
+_MOST_HASHES = 2**24  # maximum size of the file of hashes (bytes)
 
 
 def write_hashes(entry: Path) -> None:
-    """Store the hash of each file of the content."""
+    """Store the hashes of all files of an entry in the file of hashes."""
     (entry / _HASHES).write_text(json.dumps(_hashes(entry / CONTENT)))
 
 
 def is_intact(entry: Path) -> bool:
-    """Return whether the content has exactly the files that were unpacked."""
+    """Return whether an entry contains exactly the files that were unpacked, without changes."""
     try:
         return bool(json.loads(read_result(entry / _HASHES, _MOST_HASHES)) == _hashes(entry / CONTENT))
     except (OSError, InputError, ValueError, RecursionError):
@@ -236,7 +239,7 @@ def is_intact(entry: Path) -> bool:
 
 
 def _hashes(content: Path) -> dict[str, str]:
-    """Return the SHA-256 of each file by its name.
+    """Return the SHA-256 hash of each file of an entry, by the name of the file.
 
     Raises
     ------
@@ -244,10 +247,10 @@ def _hashes(content: Path) -> dict[str, str]:
         A file cannot be read, or is a link.
     """
     found = {}
-    for above, folders, names in os.walk(content):  # which follows no links
+    for above, folders, names in os.walk(content):  # os.walk does not follow links
         for name in [*names, *(f for f in folders if os.path.islink(os.path.join(above, f)))]:
             path = Path(above, name)
-            with open_result(path) as f:  # which refuses them
+            with open_result(path) as f:  # open_result refuses links
                 found[path.relative_to(content).as_posix()] = hashlib.file_digest(f, "sha256").hexdigest()
     return found
 
@@ -255,13 +258,13 @@ def _hashes(content: Path) -> dict[str, str]:
 PARTIAL = ".unpack-"
 _DAY = 86400.0  # s
 _LONG = 30 * _DAY
-_IN_USE = _DAY  # a run may still need what was used since
-_MOST = 4 * 2**30  # bytes
+_IN_USE = _DAY  # a run may still need entries that were used within this time
+_MOST = 4 * 2**30  # size of the cache (bytes) above which old entries are removed
 _ENTRY = re.compile(r"[0-9a-f]{64}")
 
 
 def prune(within: Path) -> None:
-    """Remove entries, and files of killed processes. Other files of the folder are kept."""
+    """Remove unused entries from a cache, and temporary files of killed processes. Other files stay."""
     with suppress(OSError):
         now = time.time()
         unused = {p: now - p.lstat().st_mtime for p in within.iterdir() if p.is_dir() and not p.is_symlink()}
@@ -286,7 +289,7 @@ def _size(folder: Path) -> int:
 
 
 def _remove(entry: Path) -> None:
-    """Remove an entry. The entry is renamed first, so that no process finds a part of the entry."""
+    """Remove an entry of the cache. The entry is renamed first, so that no process uses a part of it."""
     with suppress(OSError):
         made = tempfile.mkdtemp(prefix=PARTIAL, dir=entry.parent)
         with suppress(OSError):
@@ -295,7 +298,7 @@ def _remove(entry: Path) -> None:
 
 
 def xml_file(root: ET.Element) -> bytes:
-    """Return the bytes of an XML file."""
+    """Return the content of an XML file with the given root element."""
     for element in root.iter():
         element.attrib.update({name: xml_text(value) for name, value in element.attrib.items()})
         if element.text is not None:
@@ -304,7 +307,7 @@ def xml_file(root: ET.Element) -> bytes:
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'.encode()
 
 
-_VERSION = 20  # 2.0: deflate
+_VERSION = 20  # version 2.0, needed for deflate
 _UNIX = 3
 _DEFLATE = 8
 _DATE = 1 << 5 | 1  # 1980-01-01, so that equal content gives equal files
@@ -313,23 +316,23 @@ _FILE = 0o100000
 
 @dataclass(frozen=True)
 class Deflated:
-    """A member of an archive: its content and its raw deflate stream (RFC 1951)."""
+    """A file of an archive, with its content and the compressed content, a raw deflate stream (RFC 1951)."""
 
     content: bytes
     stream: bytes
 
     @classmethod
     def of(cls, content: bytes, level: int = 6) -> Deflated:
-        """Deflate the content."""
+        """Return a file of an archive with the given content, compressed with the given level."""
         maker = zlib.compressobj(level, zlib.DEFLATED, -zlib.MAX_WBITS, 9)
         return cls(content, maker.compress(content) + maker.flush())
 
 
 def zip_file(members: Mapping[str, bytes | Deflated], executable: str = "") -> bytes:
-    """Return an archive with its members, by ASCII names, in the given order; equal members give equal bytes.
+    """Return a zip archive of files with ASCII names, in the given order. Equal files give bit-identical archives.
 
-    Members in the folder `executable` get the executable mode of Unix (PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12
-    and 4.3.16). All sizes are below 4 GB.
+    Files in the folder `executable` get the executable permission of Unix. All sizes are below 4 GB. The format is
+    defined in PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12 and 4.3.16.
     """
     body, directory = b"", b""
     for name, given in members.items():

@@ -203,10 +203,10 @@ def controller(
     name : str, optional
         Name of the new scenario; by default the old name followed by the structure.
     ms_db : float in [0.5, 20], optional
-        Largest allowed peak of the sensitivity of the loop in the first case (dB). The default is the limit in
-        `[margins]`, or 6.
+        Largest allowed peak of the sensitivity (dB) in the first case. The default is the limit in `[margins]` of the
+        scenario, or 6 dB if there is no limit.
     bandwidth : float in [0, inf)
-        Required bandwidth (Hz): the sensitivity must be below -3 dB up to this frequency.
+        Required bandwidth (Hz). The sensitivity must be below -3 dB up to this frequency.
     off : float
         Largest relative error of the natural frequencies of the plant, in [0, 0.9].
     progress : function, optional

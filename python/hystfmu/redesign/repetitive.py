@@ -211,15 +211,15 @@ def repetitive(
     name : str, optional
         Name of the new scenario; by default the old name followed by ``_repetitive``.
     period : float in (0, inf), optional
-        Period of the reference (s), a whole number of steps. The default is the period in the first case with a loop,
-        rounded to a whole number of steps.
+        Period of the reference (s). It must be a whole number of steps. The default is the period of the reference in
+        the first case with a closed loop, rounded to a whole number of steps.
     cutoff : float in (0, inf), optional
-        Upper frequency of learning (Hz). The default is the largest frequency that is stable in all corners. The
-        default is at most 1.2 times the natural frequency of the fastest mode. For a plant without dynamics, it is at
-        most ten times the frequency of the reference.
+        Highest frequency (Hz) at which the repetitive control learns. The default is the largest value for which the
+        loop is stable in all corners. The default does not exceed 1.2 times the natural frequency of the fastest mode.
+        For a plant without dynamics, it does not exceed ten times the frequency of the reference.
     gain : float in (0, 1], optional
-        Fraction of the error that is corrected in each period. The default is 0.3. A smaller gain is used if the loop
-        is unstable with 0.3 for all cutoffs, or if the peak of the sensitivity would exceed the limit in `[margins]`.
+        Learning gain: share of the error that one period corrects. The default is 0.3. The default is smaller if the
+        loop is unstable with 0.3 for every cutoff, or if the peak of the sensitivity exceeds the limit in `[margins]`.
     off : float, optional
         Largest relative error of the natural frequencies of the plant, in [0, 0.9]. The default is the largest of 0.2,
         0.1, 0.05, 0.02 and 0 for which the loop is stable without learning.

@@ -1,6 +1,6 @@
-"""Axes and curves of diagrams: padded range, round ticks, their numbers; SVG path data thinned to a screen.
+"""Axes of diagrams, with ranges, ticks and labels, and conversion of curves to SVG path data.
 
-`common.js` has the same functions of axes.
+`common.js` contains the same functions for axes.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 
-LONGEST_TICK = 5  # characters without an exponent
-DIGITS = 12  # of a tick: fewer than doubles have, so that sums of steps are round
+LONGEST_TICK = 5  # maximum number of characters of a tick label without exponent
+DIGITS = 12  # significant digits of a tick: fewer than those of a double, so that rounding errors are not shown
 FEW_DECADES = 2.5
-GAP = 8  # points between two names
-WIDE = 12.0  # points: the width of such a letter
-LETTER = 7.7  # points: the width of a digit beside an axis
+GAP = 8  # minimum distance of two labels, in points
+WIDE = 12.0  # width of a wide letter, in points
+LETTER = 7.7  # width of a digit in a tick label, in points
 
 
 def axis(values: Array) -> tuple[tuple[float, float], list[float]]:
-    """Return the range of an axis and its ticks at 1, 2 or 5 times a power of ten."""
+    """Return the range of an axis for given values, and its ticks. Their distance is 1, 2 or 5 times a power of ten."""
     lo, hi = float(values.min()), float(values.max())
     if hi - lo < 1e-9 * max(abs(lo), abs(hi), 1e-300):
         pad = max(abs(hi), 1e-12) * 0.5
@@ -35,9 +35,9 @@ def axis(values: Array) -> tuple[tuple[float, float], list[float]]:
 
 
 def decades(values: Array) -> tuple[tuple[float, float], list[float]]:
-    """Return the range of a logarithmic axis and its ticks, all as powers of ten.
+    """Return the range of a logarithmic axis and its ticks, as decimal logarithms.
 
-    The ticks are at decades. If there are few decades, ticks at 2 and 5 times a decade are added.
+    The ticks are at powers of ten. If there are few of them, ticks at 2 and 5 times a power of ten are added.
     """
     lo, hi = (math.log10(v) for v in (float(values.min()), float(values.max())))
     room = 0.04 * (hi - lo) or 0.5
@@ -48,9 +48,9 @@ def decades(values: Array) -> tuple[tuple[float, float], list[float]]:
 
 
 def sparse(ticks: Sequence[float], names: Sequence[str], size: float) -> list[tuple[float, str]]:
-    """Return ticks and their names along an axis of `size` points.
+    """Return ticks with their labels for an axis with a length of `size` points.
 
-    Only every second or third tick is returned if names would overlap.
+    If labels would overlap, only every second or third tick is returned.
     """
     wide = LETTER * max(map(len, names), default=0) + GAP
     every = max(1, math.ceil(wide * len(ticks) / size))
@@ -58,7 +58,7 @@ def sparse(ticks: Sequence[float], names: Sequence[str], size: float) -> list[tu
 
 
 def tick(v: float) -> str:
-    """Return the text of a number at an axis. It has an exponent if this makes a long number shorter."""
+    """Return the label of a tick. The number has an exponent if this makes a long label shorter."""
     plain = f"{v:.{DIGITS}g}"
     mantissa, _, power = f"{v:.{DIGITS - 1}e}".partition("e")
     other = f"{mantissa.rstrip('0').rstrip('.')}e{int(power)}"
@@ -68,19 +68,19 @@ def tick(v: float) -> str:
 
 
 def width_of(text: str) -> float:
-    """Return the width of a label."""
+    """Return the width of a label in points."""
     return sum(WIDE if c in "mMwW@%" else LETTER for c in text)
 
 
 def width(ticks: Sequence[float]) -> float:
-    """Return the width of the numbers at an axis."""
+    """Return the width of the longest tick label of an axis in points."""
     return LETTER * max((len(tick(v)) for v in ticks), default=0)
 
 
 def path(x: Array, y: Array) -> str:
-    """Return a curve as SVG path data in relative steps of a tenth of a point.
+    """Return a curve as SVG path data with relative coordinates in tenths of a point.
 
-    Decimals would need three times the size.
+    Absolute coordinates with decimals would need three times as many characters.
     """
     points = np.column_stack([x, y])
     tenths = np.round(10 * points).astype(int)
@@ -90,16 +90,16 @@ def path(x: Array, y: Array) -> str:
 
 
 def dots(x: Array, y: Array) -> str:
-    """Return points as SVG path data: closed subpaths without length. Round line ends make them visible."""
+    """Return points as SVG path data. A point is a closed subpath of length 0, which round line ends make visible."""
     tenths = np.round(10 * np.column_stack([x, y])).astype(int)
     steps = np.diff(tenths, axis=0, prepend=0).tolist()
     return f"M{steps[0][0]} {steps[0][1]}z" + "".join(f"m{a} {b}z" for a, b in steps[1:])
 
 
 def thin(x: Array, y: Array, points: int, envelope: bool = False) -> tuple[Array, Array]:
-    """Return at most `points` rows of a curve, evenly spaced.
+    """Return a curve with at most `points` rows, with constant distances between the selected rows.
 
-    With `envelope`, return the lowest and the highest row of every piece of the curve.
+    With `envelope`, the curve is divided into pieces, and the lowest and the highest row of each piece are returned.
     """
     n = len(x)
     if n <= points:
@@ -107,7 +107,7 @@ def thin(x: Array, y: Array, points: int, envelope: bool = False) -> tuple[Array
     if not envelope:
         picked = np.unique(np.linspace(0, n - 1, points).round().astype(int))
         return x[picked], y[picked]
-    extremes = []  # ripple and peaks stay visible
+    extremes = []  # so that oscillations and peaks stay visible
     for piece in np.array_split(np.arange(n), points // 2):
         extremes += sorted((piece[y[piece].argmin()], piece[y[piece].argmax()]))
     picked = np.array(extremes)

@@ -1,7 +1,8 @@
-"""Diagrams of studies as inline SVG: shares as bars, ratios to bounds as dots, draws across axes as parallel lines.
+"""Diagrams of studies as inline SVG: bars of fractions, dots of ratios, and parallel coordinates of random devices.
 
-The style sheet of the page sets the colours. Every diagram consists of rows, one below the other, so that any number of
-names fits on a narrow screen. In a page, a reader can choose a range on a parallel axis (`parallel.js`).
+The style sheet of the page defines the colours. A diagram consists of rows, one below the other, so that any number of
+names fits on a narrow screen. In a page, a reader can select a range on an axis of parallel coordinates
+(`parallel.js`).
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ BAR_ROW, BAR_LEFT, BAR_RIGHT, BAR_BOTTOM = 40, 8, 16, 40
 
 @dataclass(frozen=True)
 class Bar:
-    """A share in percent with its text and its interval. A part of the bar may be darker."""
+    """A bar for a fraction in percent, with a text and a confidence interval. A part of the bar may be darker."""
 
     name: str
     share: float
@@ -33,7 +34,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Bars:
-    """A diagram of shares from 0 to 100 %."""
+    """A bar diagram of fractions from 0 to 100 %."""
 
     title: str
     label: str
@@ -71,16 +72,16 @@ class Bars:
 
 
 RATIO_ROW, RATIO_LEFT, RATIO_RIGHT, RATIO_BOTTOM = 34, 10, 10, 40
-LONGEST = 44  # letters of a name
-FEW_DECADES = 2.5  # have ticks at 2 and 5, too
-MOST_DECADES = 4.0  # on each side of 1; what is farther away stands at the edge
+LONGEST = 44  # maximum number of characters of a name
+FEW_DECADES = 2.5  # number of decades up to which an axis also has ticks at 2 and 5 times a power of ten
+MOST_DECADES = 4.0  # maximum number of decades on each side of 1; other values are drawn at the edge
 
 
 @dataclass(frozen=True)
 class Ratio:
-    """Ratio of a figure to its bound (> 0). Below 1 is better; `good` states whether the bound is met.
+    """Ratio of a metric to its bound, greater than 0. A ratio below 1 is better.
 
-    `other` is a second ratio for comparison.
+    `good` states whether the bound is met. `other` is a second ratio for comparison.
     """
 
     name: str
@@ -92,7 +93,7 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Ratios:
-    """A diagram of ratios. `words` contains the text of the legend for the figures and for the other ratios."""
+    """A dot diagram of ratios. `words` contains the legend of the ratios and the legend of the ratios `other`."""
 
     title: str
     label: str
@@ -143,7 +144,7 @@ class Ratios:
         return "".join([*out, f"{escape(self.label)}</text></svg>"])
 
     def _decades(self) -> tuple[float, float]:
-        """Return the ends of the axis as powers of ten. The axis contains 1."""
+        """Return the ends of the axis as decimal logarithms. The axis contains the ratio 1."""
         values = [v for r in self.ratios for v in (r.value, r.other) if v is not None and 0 < v < math.inf]
         logs = [min(max(math.log10(v), -MOST_DECADES), MOST_DECADES) for v in values] or [0.0]
         return min(-0.5, min(logs) - 0.1), max(0.5, max(logs) + 0.1)
@@ -155,7 +156,10 @@ DRAW_ROW, DRAW_LEFT, DRAW_RIGHT, DRAW_TOP = 54, 14, 14, 30
 
 @dataclass(frozen=True)
 class Coordinate:
-    """An axis: name with unit of measure, range, position of each draw (0 to 1, shape (n,)), and a limit."""
+    """An axis of parallel coordinates.
+
+    It has a name with a unit of measure, a range, the position (n,) of each random device (0 to 1), and a limit.
+    """
 
     name: str
     lo: float
@@ -166,9 +170,10 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Parallel:
-    """A diagram of draws across axes: `good` (n,) states whether each draw is inside the limits.
+    """A diagram of random devices in parallel coordinates. Each device is a line across all axes.
 
-    `words` are the text of the legend for good draws, and for all other draws.
+    `good` (n,) states whether each device is inside the limits. `words` contains the legend of these devices, and the
+    legend of all other devices.
     """
 
     title: str
@@ -184,7 +189,7 @@ class Parallel:
             f'<svg viewBox="0 0 {WIDTH} {height}" role="group" aria-label="{escape(self.title)}" class="parallel" '
             f'data-good="{escape(self.words[0])}">'
         ]
-        for k in np.argsort(self.good, kind="stable"):  # the good ones on top
+        for k in np.argsort(self.good, kind="stable"):  # good devices are drawn last
             x = DRAW_LEFT + wide * np.array([axis.at[k] for axis in self.axes])
             kind = "c0" if self.good[k] else "c1"
             out.append(f'<path class="draw {kind}" transform="scale(.1)" d="{path(x, heights)}"/>')

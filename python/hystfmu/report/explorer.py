@@ -1,6 +1,6 @@
-"""A part of a page in which a reader changes the input of models. The C core runs in the page.
+"""The explorer, a part of a page in which a reader changes the input of models. The C core runs in the page.
 
-The part contains the core as WebAssembly, compressed by deflate, and the block files of the models. It makes no network
+The explorer contains the compressed C core as WebAssembly, and the block files of the models. It makes no network
 requests.
 """
 
@@ -19,16 +19,17 @@ import numpy as np
 from hystfmu.base.arrays import Array
 
 CORE = Path(__file__).with_name("core_page.txt")
-HEAD = 2  # lines of it that say what it is
-MOST_MEASURED = 3000  # points
+HEAD = 2  # number of lines with the description at the beginning of the file
+MOST_MEASURED = 3000  # maximum number of measured points in the drawing
 
 
 @dataclass(frozen=True)
 class Slider:
-    """Values that a reader may change: name with unit of measure, first value reference, number of values, and range.
+    """A slider with which a reader changes the values of a covariate or of a parameter.
 
-    A covariate ranges from `lo` to `hi`. For a parameter, `lo` and `hi` are None, and the range is from 0 to twice the
-    values of the block file.
+    `name` contains the unit of measure, `reference` is the first value reference, and `size` is the number of values. A
+    covariate has the range from `lo` to `hi`. For a parameter, `lo` and `hi` are None, and the range is from 0 to twice
+    the values of the block file.
     """
 
     name: str
@@ -42,9 +43,9 @@ class Slider:
 class Memory:
     """States of the node `block` that represent its memory: turning points, plays, or other states with `names`.
 
-    `node` and `place` are the index of the node, and of the first number among its states. `widths` and `size` are the
-    first value reference and the number of the half-widths of plays. `core/memory/turning_points.h` has the list of
-    turns.
+    `node` is the index of the node, and `place` is the index of the first number of the memory among its states.
+    `widths` and `size` are the first value reference and the number of the half-widths of plays.
+    `core/memory/turning_points.h` defines the form of the turning points.
     """
 
     block: str
@@ -58,7 +59,7 @@ class Memory:
 
 @dataclass(frozen=True)
 class Driven:
-    """A graph for the simulation: its block file, and the value references of input and output."""
+    """A graph that the page simulates, as its block file and the value references of input and output."""
 
     file: bytes
     u: int
@@ -69,8 +70,8 @@ class Driven:
 class Explored:
     """A model in the explorer.
 
-    It has a name, a graph, an inverse if there is one, a step (s), a range of the input, sliders, and displayed
-    memories.
+    It has a name, a graph, optionally an inverse, a step `h` (s), a range of the input, sliders, and optionally a
+    memory that the explorer displays.
     """
 
     name: str
@@ -85,7 +86,7 @@ class Explored:
 
 @dataclass(frozen=True)
 class Explorer:
-    """Models on common axes, with the measured points (u, y), each of shape (n,), if there are any."""
+    """An explorer of models with common axes. `measured` contains measured points u and y, each of shape (n,)."""
 
     models: Sequence[Explored]
     u_label: str
@@ -109,12 +110,12 @@ class Explorer:
 
 @functools.cache
 def packed_core() -> str:
-    """Return the core as a raw deflate stream in base64."""
+    """Return the compressed C core for pages, as a raw deflate stream in base64."""
     return "".join(CORE.read_text(encoding="ascii").splitlines()[HEAD:])
 
 
 def _plain(v: Any) -> Any:
-    """Convert to JSON types; bytes become base64."""
+    """Return a value with types that JSON supports. Bytes are converted to base64."""
     if isinstance(v, bytes):
         return base64.b64encode(v).decode()
     if isinstance(v, dict):
@@ -123,7 +124,7 @@ def _plain(v: Any) -> Any:
 
 
 def _thinned(measured: tuple[Array, Array] | None) -> list[list[float]]:
-    """Return the points of the drawing, rounded to the resolution of a screen."""
+    """Return the measured points for the drawing, reduced in number and rounded to the resolution of a screen."""
     if measured is None:
         return []
     picked = np.unique(np.linspace(0, len(measured[0]) - 1, MOST_MEASURED).round().astype(int))

@@ -1,4 +1,4 @@
-"""A self-contained HTML page of tables, plots and explorers: one style, one script, no network requests."""
+"""HTML pages with tables, plots and explorers. A page is a single file and makes no network requests."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from hystfmu.report.explorer import Explorer
 
 
 def policy(styles: Sequence[str], scripts: Sequence[str] = (), core: bool = False) -> str:
-    """Return the <meta> element of the Content-Security-Policy; it must be in front of every style and script.
+    """Return the <meta> element of the Content-Security-Policy, which must precede every style and script.
 
-    The policy allows only the given scripts and styles, each the complete text between its tags, including line ends,
-    and no requests. With `core`, the page compiles WebAssembly.
+    The policy permits only the given styles and scripts, and no network requests. Each style or script is the complete
+    text between its tags, including line ends. With `core`, the policy also permits WebAssembly.
     """
     allowed = [*map(_hash, scripts), *(["'wasm-unsafe-eval'"] if core else [])]
     rules = ["default-src 'none'", f"style-src {' '.join(map(_hash, styles))}"]
@@ -32,16 +32,16 @@ def _hash(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
-FLOOR = 0.001  # percent
+FLOOR = 0.001  # percent; a smaller error is shown as less than this value
 
 
 def percent(value: float) -> str:
-    """Return an error in percent."""
+    """Return the text of an error in percent."""
     return f"< {FLOOR}" if abs(value) < FLOOR else f"{value:.3g}"
 
 
 def figure_of(value: float, kind: str) -> str:
-    """Return the value of a metric of this kind."""
+    """Return the text of the value of a metric of the given kind."""
     return percent(value) if kind.endswith("_percent") else f"{value:.3g}"
 
 
@@ -49,7 +49,7 @@ NUMBER, ANSWER = ' class="num"', ' class="answer"'
 FOLDED = "Tables"
 SCRIPTS = ("common.js", "plots.js", "tables.js")
 EXPLORER = '<div class="explorer">'
-PARTS = {  # what a page may have: further scripts
+PARTS = {  # script for each kind of content that a page may have
     EXPLORER: ("core.js", "pictures.js", "explorer.js"),
     'class="parallel"': ("parallel.js",),
     " data-log": ("decades.js",),
@@ -60,7 +60,7 @@ _PRINTED = re.compile(r"(< )?[+-]?(\d+(\.\d*)?(e[+-]?\d+)?|inf|nan|-?)")
 
 @dataclass(frozen=True)
 class Table:
-    """A table with heading, rows of text or numbers, and caption."""
+    """A table with a heading, rows of texts or numbers, and a caption."""
 
     head: Sequence[str]
     rows: Sequence[Sequence[object]]
@@ -68,11 +68,11 @@ class Table:
 
 
 class Diagram(Protocol):
-    """Protocol of objects that a page shows as a figure."""
+    """Interface of objects that a page shows as a figure."""
 
     @property
     def title(self) -> str:
-        """Its caption."""
+        """Caption of the figure."""
         ...
 
     def svg(self) -> str:
@@ -82,7 +82,10 @@ class Diagram(Protocol):
 
 @dataclass(frozen=True)
 class Section:
-    """A section of a page: text, tables, diagrams, explorer, folded tables. The answer of a page has no title."""
+    """A section of a page with text, tables, diagrams and an explorer.
+
+    A reader can open and close its folded tables. The first section of a page, which states the result, has no title.
+    """
 
     title: str
     text: str = ""
@@ -93,7 +96,7 @@ class Section:
 
 
 def page(title: str, body: Sequence[str]) -> str:
-    """Return a complete page as HTML. `body` contains the parts of the page as HTML."""
+    """Return a complete HTML page. `body` contains the parts of the page as HTML."""
     text, style = "\n".join(body), f"\n{_own('page.css')}"
     named = [*SCRIPTS, *(name for mark, names in PARTS.items() if mark in text for name in names)]
     script = "\n(() => {\n" + "\n".join(map(_own, named)) + "})();\n"
@@ -104,7 +107,7 @@ def page(title: str, body: Sequence[str]) -> str:
 
 @functools.cache
 def _own(name: str) -> str:
-    """Return a file of the folder `script` without comments, indentation and unnecessary line breaks."""
+    """Return the text of a file in the folder `script`, without comments, indentation and unnecessary line breaks."""
     lines = (Path(__file__).with_name("script") / name).read_text(encoding="utf-8").splitlines()
     kept = (_COMMENT.sub("", line.strip()) for line in lines)
     return "".join(line if line[-1] in ";,{" else f"{line}\n" for line in kept if line)
@@ -115,7 +118,7 @@ def _number(v: object) -> str:
 
 
 def _to_the_right(cells: Sequence[object]) -> bool:
-    """Return whether a column contains only numbers or printed numbers; `-` means no value."""
+    """Return whether the cells of a column contain only numbers, texts of numbers, or `-` for a missing value."""
     return all(not isinstance(c, bool) and _PRINTED.fullmatch(str(c)) for c in cells)
 
 

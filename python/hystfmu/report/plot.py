@@ -1,7 +1,7 @@
-"""A line plot as inline SVG, with round ticks and a legend.  The style sheet of the page sets the colours.
+"""Line plots as inline SVG, with axes and a legend. The style sheet of the page defines the colours.
 
-A notebook shows a `Plot`, or a `Figure` of several plots. `save` writes HTML or SVG; with matplotlib it also writes PNG
-or PDF. `matplotlib` returns a figure of matplotlib, for papers, for slides, and for changes by the user.
+A notebook displays a `Plot`, or a `Figure` of several plots. The method `save` writes HTML or SVG and, if matplotlib is
+installed, PNG or PDF. The method `matplotlib` returns a figure of matplotlib, which the user can change.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 480, 300
 LEFT, RIGHT, TOP, BOTTOM = 58, 10, 26, 42
-LABEL, ROW = 28, 16  # room of the label beside the numbers, height of a row of the legend
+LABEL, ROW = 28, 16  # width of the label beside the tick labels, height of a row of the legend
 T = TypeVar("T", float, Array)
-COLOURS = 5  # of the style sheet
-MOST_POINTS = 250  # per line; longer lines are thinned
-LOOP_POINTS = 5000  # of a loop with many reversals
-ACROSS, TITLE = 2, 24  # diagrams in a row; height of a title
-INCHES, DOTS_PER_INCH = (5.0, 3.4), 150  # of a diagram of matplotlib
+COLOURS = 5  # number of line colours in the style sheet
+MOST_POINTS = 250  # maximum number of points of a line; longer lines are thinned
+LOOP_POINTS = 5000  # maximum number of points of a hysteresis loop with many reversals
+ACROSS, TITLE = 2, 24  # number of diagrams in a row; height of a title
+INCHES, DOTS_PER_INCH = (5.0, 3.4), 150  # size and resolution of a diagram of matplotlib
 _STYLE = (
     ".hystfmu{background:#fff;font-family:system-ui,sans-serif}.hystfmu .grid{stroke:#d9e0e6;fill:none}"
     ".hystfmu .frame{stroke:#5d6b78;fill:none}.hystfmu .tick{fill:#5d6b78;font-size:11px}"
@@ -46,7 +46,7 @@ _STYLE = (
 
 @dataclass(frozen=True)
 class Line:
-    """A curve, dots, or the shaded area inside a curve. x and y have the same shape (n,)."""
+    """A line, a set of dots, or a shaded area inside a curve. x and y have the same shape (n,)."""
 
     name: str
     x: Array
@@ -60,10 +60,11 @@ class Line:
 
 @dataclass(frozen=True)
 class Plot:
-    """A diagram with one or more lines. Labels include the units of measure.
+    """A diagram with one or more lines. The labels of the axes include the units of measure.
 
-    `envelope` keeps the extremes of dense signals. At most `points` points of each line are drawn. `height` is the
-    height of the drawing for a width of 480 points. `log_x` makes the x axis logarithmic; all x must be above 0.
+    At most `points` points of each line are drawn. With `envelope`, the extrema of a dense signal are drawn. `height`
+    is the height of the drawing for a width of 480 points. With `log_x`, the x axis is logarithmic, and all x must be
+    greater than 0.
     """
 
     title: str
@@ -79,15 +80,15 @@ class Plot:
         return f"Plot({self.title!r}, {', '.join(line.name for line in self.lines)})"
 
     def _repr_html_(self) -> str:
-        """Return HTML for a notebook."""
+        """Return the diagram as HTML for a notebook."""
         return Figure([self])._repr_html_()
 
     def save(self, path: str | Path) -> Path:
-        """Write the diagram to `path`, see `Figure.save`."""
+        """Write the diagram to the file `path`, like `Figure.save`."""
         return Figure([self]).save(path)
 
     def matplotlib(self) -> MatplotlibFigure:
-        """Return the diagram as a figure of matplotlib, see `Figure.matplotlib`."""
+        """Return the diagram as a figure of matplotlib, like `Figure.matplotlib`."""
         return Figure([self]).matplotlib()
 
     def svg(self) -> str:
@@ -138,7 +139,7 @@ class Plot:
         return "".join(out)
 
     def _legend(self, left: float) -> tuple[list[str], int]:
-        """Return the legend above the frame, and the number of its rows."""
+        """Return the SVG elements of the legend above the frame, and the number of its rows."""
         out, at, y = [], left, 15
         for k, line in enumerate(self.lines):
             wide = 30 + 8.5 * len(line.name)
@@ -154,7 +155,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Figure:
-    """Diagrams side by side."""
+    """Several diagrams side by side."""
 
     plots: Sequence[Plot]
 
@@ -162,7 +163,7 @@ class Figure:
         return f"Figure({', '.join(repr(p.title) for p in self.plots)})"
 
     def _repr_html_(self) -> str:
-        """Return HTML for a notebook: one <svg> element with style that contains the diagrams."""
+        """Return the diagrams as HTML for a notebook, in one <svg> element with its style."""
         columns = min(ACROSS, max(len(self.plots), 1))
         whole = columns * WIDTH, -(-len(self.plots) // columns) * (HEIGHT + TITLE)
         parts = [
@@ -178,16 +179,18 @@ class Figure:
         return "".join([*parts, "</svg>"])
 
     def save(self, path: str | Path) -> Path:
-        """Write the diagrams to `path`: ``*.html`` or ``*.svg``; with matplotlib also ``*.png`` or ``*.pdf``.
+        """Write the diagrams to the file `path`, whose suffix selects the format HTML, SVG, PNG or PDF.
+
+        The formats PNG and PDF need matplotlib.
 
         Raises
         ------
         InputError
-            The suffix is another one, the file cannot be written, or matplotlib is needed and not installed.
+            The suffix is not one of these, the file cannot be written, or matplotlib is needed but not installed.
         """
         path = Path(path)
         if path.suffix in (".png", ".pdf"):
-            content = BytesIO()  # after an error no incomplete file remains
+            content = BytesIO()  # written to memory first, so that an error leaves no incomplete file
             self.matplotlib().savefig(content, format=path.suffix[1:], dpi=DOTS_PER_INCH)
             write_bytes(path, content.getvalue())
         elif path.suffix == ".svg":
@@ -203,7 +206,7 @@ class Figure:
         return path
 
     def matplotlib(self) -> MatplotlibFigure:
-        """Return the diagrams, with all rows of their data, as a figure of matplotlib.
+        """Return the diagrams with all rows of their data as a figure of matplotlib.
 
         Raises
         ------
@@ -218,7 +221,7 @@ class Figure:
         ['u (V)']
         """
         with extras("a figure of matplotlib"):
-            from matplotlib.figure import Figure  # not pyplot: no window, and nothing that lives on
+            from matplotlib.figure import Figure  # not pyplot, which opens windows and stores figures
         across = min(ACROSS, max(len(self.plots), 1))
         down = -(-len(self.plots) // across) or 1
         made = Figure((INCHES[0] * across, INCHES[1] * down), layout="constrained")
@@ -238,7 +241,7 @@ class Figure:
 
 
 def _plain(text: str) -> str:
-    """Return text that matplotlib shows unchanged. An unescaped dollar would begin a formula."""
+    """Return a text that matplotlib displays unchanged. An unescaped dollar sign would begin a formula."""
     return text.replace("$", r"\$")
 
 

@@ -1,7 +1,8 @@
-"""Terminal output: level of a command, tables, paragraphs, a hysteresis loop as text, progress.
+"""Terminal output of commands: texts, tables, hysteresis loops drawn as text, and progress bars.
 
-The level belongs to the running command: -q prints only problems, -v also prints details and actions. Outside of a
-command it is `NORMAL`. A progress bar shows finished share, rate and remaining time, not in a pipe or with -q.
+The output level belongs to the running command. With the option -q, a command prints only problems; with -v, it also
+prints details and actions. Outside of a command, the level is `NORMAL`. A progress bar shows the completed fraction,
+the rate and the remaining time. There is no bar with -q or if the output goes to a pipe.
 """
 
 from __future__ import annotations
@@ -26,28 +27,28 @@ if TYPE_CHECKING:
 
 QUIET, NORMAL, VERBOSE = -1, 0, 1
 _KEY = "hystfmu.verbosity"
-_COLOURS = {"green": "ok|stable|met", "red": "FAILED|BROKEN|unstable|missed|stopped"}  # verdicts in cells of a table
+_COLOURS = {"green": "ok|stable|met", "red": "FAILED|BROKEN|unstable|missed|stopped"}  # verdicts in tables
 _VERDICT = re.compile("|".join(rf"(?:^|(?<=  ))(?P<{c}>{words})(?=  |$)" for c, words in _COLOURS.items()), re.M)
 
 
 def level() -> int:
-    """Return the level of the running command."""
+    """Return the output level of the running command."""
     context = click.get_current_context(silent=True)
     return NORMAL if context is None else int(context.meta.get(_KEY, NORMAL))
 
 
 def set_level(context: click.Context, to: int) -> None:
-    """Set the level of a command."""
+    """Set the output level of a command."""
     context.meta[_KEY] = to
 
 
 def echo(text: str, err: bool = False, nl: bool = True) -> None:
-    """Print text on stdout or stderr. All output of a command uses this function, except JSON, which is ASCII.
+    """Print a text on stdout or stderr. All output of a command uses this function, except JSON, which is ASCII.
 
-    In a terminal, verdicts in tables are coloured unless the environment variable NO_COLOR is set.
+    In a terminal, verdicts in tables have a colour, unless the environment variable NO_COLOR is set.
     """
     text = printable(text, lines=True)
-    if not err and not os.environ.get("NO_COLOR"):  # click removes colours from what goes to a file or a pipe
+    if not err and not os.environ.get("NO_COLOR"):  # click removes the colours if the output goes to a file or a pipe
         text = _VERDICT.sub(lambda m: click.style(m[0], fg=m.lastgroup), text)
     click.echo(text, err=err, nl=nl)
 
@@ -58,55 +59,58 @@ def tell(text: str) -> None:
 
 
 def say(text: str) -> None:
-    """Print a result, or a remark on a result. With -q, print nothing."""
+    """Print a result or a remark on a result; with the option -q, print nothing."""
     if level() > QUIET:
         tell(text)
 
 
 def detail(text: str) -> None:
-    """Print the details behind a result, with -v only."""
+    """Print details of a result if the option -v is given."""
     if level() >= VERBOSE:
         tell(text)
 
 
 def wrong(lines: Sequence[str]) -> None:
-    """Print failures, with -q only. On other levels, the printed results already contain the failures."""
+    """Print failures if the option -q is given. Without -q, the printed results already contain the failures."""
     if level() <= QUIET:
         for line in lines:
             echo(line)
 
 
 def verdict(text: str, good: bool) -> None:
-    """Print a verdict: in green on stdout, or in red on stderr. In a file or a pipe there is no colour."""
+    """Print a verdict, in green on stdout if it is good, otherwise in red on stderr.
+
+    There is no colour in a file or a pipe.
+    """
     text = printable(text, lines=True)
     click.echo(text if os.environ.get("NO_COLOR") else click.style(text, fg="green" if good else "red"), err=not good)
 
 
 @contextmanager
 def timed(what: str) -> Iterator[None]:
-    """Print the duration of a step on stderr, with -v only."""
+    """Print the duration of this context on stderr if the option -v is given."""
     begin = time.monotonic()
     yield
     if level() >= VERBOSE:
         echo(f"{what}: {time.monotonic() - begin:.2f} s", err=True)
 
 
-_GAP = 2  # spaces between columns
-_LEAST = 20  # characters of a terminal that tables are fitted to
+_GAP = 2  # number of spaces between columns
+_LEAST = 20  # minimum number of characters to which the width of tables is reduced
 
 
 def width() -> int | None:
-    """Return the number of characters in a line of the terminal; None if stdout is a file or a pipe."""
+    """Return the number of characters in a line of the terminal; None if stdout is not a terminal."""
     if not sys.stdout.isatty():
         return None
     return max(shutil.get_terminal_size().columns, _LEAST)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[Any]], keys: int = 1) -> str:
-    """Return a text table with numbers aligned to the right; the first `keys` columns name a row.
+    """Return a table as text, with numbers aligned to the right. The first `keys` columns contain the row names.
 
-    In a terminal, the cells of a table that is too wide are wrapped between words. If this is not sufficient, the table
-    is split into several tables with the same first columns.
+    If the table is too wide for the terminal, the text in its cells is wrapped between words. If this is not
+    sufficient, the table is divided into several tables with the same first columns.
     """
     columns = [_Column([printable(str(row[k])) for row in (head, *rows)]) for k in range(len(head))]
     most = width()
@@ -116,7 +120,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[Any]], keys: int = 1) -> 
 
 
 class _Column:
-    """Cells and width of a column. The first cell is the head."""
+    """A column of a table, with its cells and its width. The first cell is the heading."""
 
     def __init__(self, cells: list[str]) -> None:
         self.cells = cells
@@ -125,7 +129,7 @@ class _Column:
         self.right = all(_is_number(cell) for cell in cells[1:])
 
     def wrapped(self, k: int) -> list[str]:
-        """Return the lines of a cell."""
+        """Return the lines of cell `k`, wrapped to the width of the column."""
         cell = self.cells[k]
         lines = [cell] if len(cell) <= self.width else textwrap.wrap(cell, self.width, break_on_hyphens=False)
         return [line.rjust(self.width) if self.right else line.ljust(self.width) for line in lines]
@@ -137,9 +141,9 @@ def _total(widths: Iterable[int]) -> int:
 
 
 def _parts(columns: list[_Column], keys: int, most: int) -> list[list[_Column]]:
-    """Split columns into groups that fit the width. Each group starts with the columns that name a row."""
+    """Return groups of columns that fit into `most` characters. Each group begins with the first `keys` columns."""
     first = columns[:keys]
-    for c in columns:  # a word longer than the terminal, such as a path, breaks
+    for c in columns:  # a word longer than the terminal, such as a path, is divided
         c.least = min(c.least, (most - _GAP * keys) // (keys + 1))
     parts: list[list[_Column]] = []
     for c in columns[keys:]:
@@ -151,7 +155,7 @@ def _parts(columns: list[_Column], keys: int, most: int) -> list[list[_Column]]:
 
 
 def _fitted(columns: list[_Column], most: int) -> list[_Column]:
-    """Narrow the widest columns until all columns fit."""
+    """Reduce the width of the widest columns until all columns fit into `most` characters; return the columns."""
     fitted = [_Column(c.cells) for c in columns]
     for new, old in zip(fitted, columns, strict=True):
         new.least, new.right = old.least, old.right
@@ -183,9 +187,9 @@ def _is_number(text: str) -> bool:
 
 
 def paragraphs(text: str) -> str:
-    """Wrap sentences between words to the width of the terminal.
+    """Return a text in which sentences are wrapped between words to the width of the terminal.
 
-    Lines with aligned columns, and lines with a command that may be copied, are not changed.
+    Lines with aligned columns, and lines with a command that the user may copy, stay unchanged.
     """
     most = width()
     if most is None:
@@ -201,7 +205,7 @@ def _sentence(line: str, most: int) -> str:
 
 
 def loop(u: Array, y: Array, title: str, width: int = 72, height: int = 20) -> str:
-    """Draw y over u, each of shape (n,), as text of `width` by `height` characters."""
+    """Return a plot of y over u, each of shape (n,), as text with `height` lines of `width` characters."""
     import plotext as plt
 
     plt.clear_figure()
@@ -212,19 +216,19 @@ def loop(u: Array, y: Array, title: str, width: int = 72, height: int = 20) -> s
     return str(plt.uncolorize(plt.build()))
 
 
-PAUSE = 0.1  # s between two pictures of the bar
-BAR = 20  # characters
+PAUSE = 0.1  # s: minimum time between two updates of a progress bar
+BAR = 20  # length of a progress bar in characters
 
 
 class Bar:
-    """A progress bar: one line on stderr that is overwritten; the clock returns seconds."""
+    """A progress bar in one line on stderr. The function `clock` returns the time in s."""
 
     def __init__(self, label: str, clock: Callable[[], float] = time.monotonic) -> None:
         self._label, self._clock = label, clock
         self._begin, self._drawn = clock(), float("-inf")
 
     def line(self, fraction: float, rate: str = "") -> str:
-        """Return the line for a fraction done. If `rate` is empty, the rate is in percent per second."""
+        """Return the text of the bar for a completed fraction. By default, the rate is in percent per second."""
         seconds = self._clock() - self._begin
         done = min(max(fraction, 0.0), 1.0)
         parts = [f"{seconds:.0f} s"]
@@ -234,14 +238,14 @@ class Bar:
         return f"{self._label}  [{'#' * full}{'-' * (BAR - full)}] {100 * done:3.0f} %  {', '.join(parts)}"
 
     def draw(self, fraction: float, rate: str = "") -> None:
-        """Draw the line, at most once per `PAUSE` (s)."""
+        """Update the progress bar, unless the last update was less than `PAUSE` (s) ago."""
         if self._clock() - self._drawn < PAUSE:
             return
         self._drawn = self._clock()
         self._write(self.line(fraction, rate))
 
     def clear(self) -> None:
-        """Remove the line."""
+        """Remove the progress bar from the terminal."""
         self._write("")
         sys.stderr.write("\r")
         sys.stderr.flush()
@@ -253,7 +257,7 @@ class Bar:
 
 
 def span(seconds: float) -> str:
-    """Return a remaining time as text: seconds, or minutes and seconds, or hours and minutes."""
+    """Return a duration as text, in seconds, in minutes and seconds, or in hours and minutes."""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"
@@ -278,13 +282,16 @@ def _shown(label: str) -> Iterator[Callable[[float, str], None]]:
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """Show a bar.  Yields a function of the fraction done, 0 to 1."""
+    """Show a progress bar in this context. The context yields a function of the completed fraction, 0 to 1."""
     with _shown(label) as draw:
         yield lambda fraction: draw(fraction, "")
 
 
 @contextmanager
 def counter(label: str, what: str = "runs") -> Iterator[Callable[[int, int, float], None]]:
-    """Show a bar with numbers.  Yields a function of (done, total, rate in 1/s)."""
+    """Show a progress bar with numbers in this context.
+
+    The context yields a function of the number of completed runs, the number of all runs, and the rate (1/s).
+    """
     with _shown(label) as draw:
         yield lambda done, total, rate: draw(done / max(total, 1), f"{done}/{total} {what}, {rate:.3g} {what}/s")

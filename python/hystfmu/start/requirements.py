@@ -27,7 +27,8 @@ class Wanted:
     shape : str
         One of `SHAPES`, or "file".
     frequency : float
-        Frequency in Hz; 0 for the rate of the record. For a step and a staircase it is the rate of the levels.
+        Frequency (Hz), or 0 for the mean cycle frequency of the record. For a step and a staircase, it is the number of
+        levels per second.
     file : str
         CSV file with columns t and r, for the shape "file".
     """
@@ -38,7 +39,7 @@ class Wanted:
 
     @classmethod
     def of(cls, text: str) -> Wanted:
-        """Read ``triangle:100``, ``step``, or the path of a file."""
+        """Return the reference for a text such as ``triangle:100`` or ``step``, or for the path of a file."""
         shape, _, rest = text.partition(":")
         if shape not in SHAPES:
             if not Path(text).is_file():
@@ -59,7 +60,7 @@ class Amplifier:
     Attributes
     ----------
     slew : float
-        Largest rate (unit of measure of u / s).
+        Largest slew rate (unit of measure of u per second).
     low, high : float
         Smallest and largest command.
     """
@@ -70,7 +71,7 @@ class Amplifier:
 
     @classmethod
     def of(cls, text: str) -> Amplifier:
-        """Read ``slew=..,max=..,min=..,current=..,capacitance=..``.
+        """Return the limits in a text ``slew=..,max=..,min=..,current=..,capacitance=..``.
 
         A current limit I (A) limits the slew rate: dU/dt = I / C. Therefore it needs the capacitance C (F) of the
         actuator.
@@ -105,33 +106,38 @@ class Amplifier:
 
 @dataclass(frozen=True)
 class Requirements:
-    """Requirements of a loop; None means no requirement.
+    """Requirements of a loop. None means that a quantity is not limited.
 
     Attributes
     ----------
     error : float or None
-        Largest RMS error in percent of peak to peak of a reference.
+        Largest allowed RMS error, in percent of the peak-to-peak value of the reference.
     controller : str or None
-        Structure of the controller, which ``hystfmu design --help`` lists, or "none" for no feedback. The default is
-        the best structure.
+        Structure of the controller, or "none" for a loop without feedback. ``hystfmu design --help`` lists all
+        structures. By default, the command compares all structures and selects the best one.
     bandwidth : float or None
-        Required bandwidth: smallest allowed frequency at which the sensitivity reaches -3 dB (Hz).
+        Required bandwidth (Hz). The sensitivity must be below -3 dB up to this frequency.
     ms : float
-        Largest allowed peak of the sensitivity of the identified plant (dB). The default is 6.
+        Largest allowed peak of the sensitivity (dB) for the identified plant. The default is 6 dB.
     settling : float or None
-        Longest allowed settling time of a step, to within 2 % (s).
+        Longest allowed settling time (s) of a step response. It ends when the error stays within 2 % of the step.
     overshoot : float or None
-        Largest allowed overshoot of a step in percent. Without it, the shaping of jumps is for 10 %.
+        Largest allowed overshoot of a step response in percent of the step. By default, the overshoot has no limit, and
+        the filter of reference steps is designed for 10 %.
     reference : tuple of Wanted
-        References: sine, nested, triangle, step, staircase, each with or without :HZ, or a CSV file with t and r.
+        Reference of the loop: sine, nested, triangle, step or staircase, with or without a frequency :HZ, or a CSV file
+        with the columns t and r.
 
-        If empty, they are sine, nested reversals, triangle and a step at the rate of the record.
+        By default, the references are a sine, nested reversals, a triangle and a step. Their frequency is the mean
+        cycle frequency of the record.
     delay : int
-        Steps between a measurement and its command. The default is 1.
+        Delay of the loop in steps, from a measurement to the command computed from it. The default is 1.
     resonance : (float, float) or None
-        Frequency (Hz) and damping ratio of a known resonance. It replaces the resonance at an unknown frequency.
+        Frequency (Hz) and damping ratio of a resonance that is known from elsewhere. It replaces the assumed resonance
+        at an unknown frequency above the excited band.
     amplifier : Amplifier or None
-        Limits of the amplifier: slew, max, min, current, capacitance.
+        Limits of the amplifier. The names are slew (rate of u), min and max (of u), current (A) and capacitance of the
+        actuator (F).
     """
 
     error: float | None = None
@@ -147,9 +153,10 @@ class Requirements:
 
     @property
     def wanted(self) -> tuple[Wanted, ...]:
-        """References.
+        """Required references of the loop.
 
-        If a requirement on steps or on the error has no matching reference, a step or a sine is added.
+        A step is added if settling time or overshoot is limited but no reference has steps. A sine is added if the
+        error is limited but all references have steps.
         """
         kinds = {w.shape in JUMPS for w in self.reference}
         missing = []
@@ -191,7 +198,7 @@ class Requirements:
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Requirements:
-        """Build requirements from options of the command line or keys of a TOML file; empty values are ignored.
+        """Return the requirements in options of the command line or in keys of a TOML file. Empty values are ignored.
 
         Raises
         ------

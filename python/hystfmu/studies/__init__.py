@@ -1,4 +1,4 @@
-"""Parameter studies of a scenario, on local processes or a Dask cluster.  An interrupted study can be resumed."""
+"""Parameter studies of a scenario, in local processes or on a Dask cluster. An interrupted study can be resumed."""
 
 from hystfmu.studies.run import Outcome, study
 from hystfmu.studies.spec import Study

@@ -1,4 +1,4 @@
-"""Compare two studies on one page: shares inside the limits, distributions, and draws with a changed verdict."""
+"""Compare two studies on one page: shares of variations inside the limits, distributions, changed verdicts."""
 
 from __future__ import annotations
 
@@ -24,16 +24,17 @@ from hystfmu.studies.summary import WORDS, Read, interval, is_study, read_study
 Bools = np.ndarray[Any, np.dtype[np.bool_]]
 WHICH = ("old", "new")
 PERCENTILES = (50, 95, 99)
-MOST_PAIRS, MOST_PLOTS, MOST_ROWS, MOST_DRAWN = 5, 12, 100, 300  # of bars; distributions; changed draws listed, drawn
-LONGEST = 3.0  # a distribution is drawn up to this many times its limit or its 95 % point
+# largest numbers of bars, of distributions, and of changed variations in the table and in the plot
+MOST_PAIRS, MOST_PLOTS, MOST_ROWS, MOST_DRAWN = 5, 12, 100, 300
+LONGEST = 3.0  # a distribution is plotted up to this multiple of its limit or of its 95 % percentile
 UNPAIRED = "The draws of the two studies differ. Therefore no draw has two verdicts."
 
 
 def compare_studies(before: str | Path, after: str | Path, out: str | Path) -> list[Change]:
     """Write a page that compares two studies. Each path is the folder of a study, or the report.json in this folder.
 
-    Return the differences of the shares inside the limits (percent) and of the percentiles of the metrics. A file that
-    ``hystfmu study`` did not write is an InputError.
+    Return the differences of the shares inside the limits (percent) and of the percentiles of the metrics. An
+    InputError is raised if ``hystfmu study`` did not write the file.
     """
     for path, other in ((before, after), (after, before)):
         if is_study(path) and not is_study(other):
@@ -57,7 +58,7 @@ def compare_studies(before: str | Path, after: str | Path, out: str | Path) -> l
 
 
 def _paired(both: tuple[Read, Read]) -> bool:
-    """Return whether a draw has the same number and the same parameters in both studies."""
+    """Return whether a variation has the same number and the same parameters in both studies."""
     a, b = both
     return list(a.facts.parameters) == list(b.facts.parameters) and np.array_equal(a.values, b.values, equal_nan=True)
 
@@ -89,7 +90,7 @@ def _inside(r: Read) -> Bools:
 
 
 def _sign_test(gained: int, lost: int) -> float:
-    """Return the two-sided probability of McNemar's test (1947, Psychometrika 12, 153-157)."""
+    """Return the two-sided p-value of McNemar's test (1947, Psychometrika 12, 153-157)."""
     return min(1.0, 2 * float(bdtr(min(gained, lost), gained + lost, 0.5)))
 
 
@@ -98,7 +99,7 @@ def _within(r: Read, pair: tuple[str, str]) -> Bools:
 
 
 def _pairs(both: tuple[Read, Read]) -> list[tuple[str, str]]:
-    """Return case and metric of the common limits of both studies, sorted by the share of draws that meet them."""
+    """Return the case and metric of each limit that both studies have, sorted by the share that meets it."""
     common = [pair for pair in both[0].metrics if pair in both[1].metrics]
     return sorted(common, key=lambda pair: min(float(_within(r, pair).mean()) for r in both))
 
@@ -144,7 +145,7 @@ def _distributions(both: tuple[Read, Read]) -> list[Plot]:
 
 
 def _verdicts(both: tuple[Read, Read]) -> Section:
-    """Return a section with a table and a plot of the draws whose verdict changed."""
+    """Return a section with a table and a plot of the variations whose verdict changed."""
     a, b = both
     title = "Draws that changed their verdict"
     if not _paired(both):
@@ -167,7 +168,7 @@ def _verdicts(both: tuple[Read, Read]) -> Section:
 
 
 def _changes(both: tuple[Read, Read]) -> tuple[list[Change], list[Change]]:
-    """Return the quantities that differ, and the quantities that are equal."""
+    """Return the properties of the studies that differ, and the properties that are equal."""
     every = [Change("all cases", "inside the limits, %", *(100 * float(_inside(r).mean()) for r in both))]
     for pair in _pairs(both):
         title, metric = f"{both[1].facts.scenario}/{pair[0]}", label(pair[1], both[1].facts.units.get(pair[1], ""))

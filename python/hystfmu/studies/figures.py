@@ -1,13 +1,13 @@
-"""The figures of a study: shares with intervals, total effects, all draws, scatter plots, distributions.
+"""Diagrams of a study: shares with intervals, total effects, all variations, scatter plots, distributions.
 
-A notebook shows the answer as HTML, and the metrics as a figure.
+In a notebook, the result of a study is shown as HTML, and the metrics are shown as a diagram.
 
-First-order and total effects of the parameters on the metrics follow from the existing runs of a study. A polynomial
-chaos expansion is fitted to the runs by least squares. Its terms are products of polynomials that are orthonormal under
-the distribution of each parameter. The squares of its coefficients are shares of the variance. The first-order Sobol
-index of a parameter is the sum over the terms with this parameter alone. The total index is the sum over all terms with
-this parameter (Sudret 2008, Reliability Engineering & System Safety 93, 964-979). The expansion has the degree with the
-smallest leave-one-out error.
+First-order and total effects of the parameters on the metrics are computed from the existing runs of a study. A
+polynomial chaos expansion is fitted to the runs by least squares. Its terms are products of polynomials that are
+orthonormal under the distribution of each parameter. The square of each coefficient is a part of the variance of the
+metric. The first-order Sobol index of a parameter is the sum over the terms with this parameter alone. The total index
+is the sum over all terms with this parameter (Sudret 2008, Reliability Engineering & System Safety 93, 964-979). The
+expansion has the degree with the smallest leave-one-out error.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from hystfmu.studies.spec import Study
 from hystfmu.studies.summary import PERCENTILES, Row, Summary, excess, interval, outcomes
 
 MOST_DEGREE = 12
-RUNS_PER_TERM = 2  # at least
+RUNS_PER_TERM = 2  # smallest number of runs for each term of the expansion
 MOST_TERMS = 300
-MOST_LEVELS = 64  # of a parameter that is drawn from a list
-EXACT = 0.9999  # of the variance: a higher degree adds nothing
+MOST_LEVELS = 64  # largest number of listed values of a parameter
+EXACT = 0.9999  # explained share of the variance from which on no higher degree is tried
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,11 @@ class Effects:
     Attributes
     ----------
     first, total : array, shape (p, m)
-        Share of the variance that a parameter explains alone (`first`), and with all its interactions (`total`); 0 to
-        1.
+        Share of the variance that a parameter explains alone (`first`), and with all its interactions (`total`). The
+        shares are in [0, 1].
     explained : array, shape (m,)
-        Share of the variance that the expansion predicts for a run outside the fit. Below about 0.9 the indices are
-        rough.
+        Share of the variance that the expansion predicts for runs that are not used in the fit. Below about 0.9, the
+        indices are inaccurate.
     """
 
     first: Array
@@ -61,7 +61,7 @@ def effects(x: Array, y: Array) -> Effects:
     Parameters
     ----------
     x : array, shape (n, p)
-        Drawn values: uniform in [0, 1], or at most 64 equally likely values.
+        Parameter values: uniformly distributed in [0, 1], or at most 64 values with equal probability.
     y : array, shape (n, m)
         Metrics.
     """
@@ -101,12 +101,13 @@ def _orthonormal(column: Array) -> Array:
     if len(levels) > MOST_LEVELS:
         scale = np.sqrt(2 * np.arange(MOST_DEGREE + 1) + 1)
         return np.asarray(np.polynomial.legendre.legvander(2 * column - 1, MOST_DEGREE) * scale)
-    Q, _ = np.linalg.qr(np.polynomial.legendre.legvander(2 * levels - 1, MOST_DEGREE))  # as many as there are levels
+    # no more polynomials than levels
+    Q, _ = np.linalg.qr(np.polynomial.legendre.legvander(2 * levels - 1, MOST_DEGREE))
     return np.asarray(np.sqrt(len(levels)) * Q[np.searchsorted(levels, column)])
 
 
 def _powers(most: list[int], degree: int) -> Array:
-    """Return the degree of each term in each parameter, shape (terms, p).
+    """Return the degree of each term of the expansion in each parameter, shape (terms, p).
 
     The total degree is at most `degree`. All degrees of the first term are 0.
     """
@@ -117,13 +118,13 @@ def _powers(most: list[int], degree: int) -> Array:
 
 
 MOST_BARS, MOST_DRAWS, MOST_DOTS = 8, 300, 1000
-MOST_RATIO = 10.0  # of a metric over its limit that an axis shows
-STRONGEST = 3  # parameters that are drawn against a metric
-LONGEST = 3.0  # a limit this many times the worst value is not drawn: the curve would be a stroke at the edge
+MOST_RATIO = 10.0  # largest ratio of a metric to its limit on an axis
+STRONGEST = 3  # number of parameters in the scatter plots of a metric
+LONGEST = 3.0  # a limit above this multiple of the worst value is not plotted, because the curve would be too narrow
 
 
 def shares(summary: Summary) -> Bars | None:
-    """Plot the share of draws inside all limits, then inside each limit, with intervals; None if there is no limit."""
+    """Plot the shares of variations inside all limits and inside each limit; None if there is no limit."""
     limited = sorted((s.within, f"{s.case}: {s.metric}") for s in summary.spreads if s.within is not None)
     if not limited:
         return None
@@ -164,10 +165,11 @@ def all_draws(
     rows: Sequence[Row],
     objective: tuple[str, Mapping[int, float]] | None = None,
 ) -> Parallel | None:
-    """Plot all variations, or an even selection, over the parameters and the largest ratio of a metric to its limit.
+    """Plot the parameters of each variation, and its largest ratio of a metric to the limit, as parallel coordinates.
 
-    Return None for a single parameter. `labels` contains the parameters in the order of their axes. If there are no
-    limits, `objective` replaces the ratio; it is a name with a value for each variation.
+    A large study is reduced to evenly selected variations. Return None for a single parameter. `labels` contains the
+    labels of the parameters in the order of the axes. If there are no limits, `objective` replaces the ratio.
+    `objective` contains a name and one value for each variation.
     """
     kinds = outcomes(study, systems, rows)
     limits = {s.case.name: study.limits(s.case) for s in systems}
@@ -196,7 +198,7 @@ def all_draws(
 
 
 def coordinate(name: str, values: Array) -> Coordinate:
-    """Return an axis of parallel coordinates from the smallest to the largest of the values."""
+    """Return an axis of parallel coordinates that spans the values."""
     lo, hi = float(values.min()), float(values.max())
     return Coordinate(name, lo, hi, (values - lo) / (hi - lo) if hi > lo else np.full(len(values), 0.5))
 
@@ -229,7 +231,7 @@ def scatter(
 
 
 def distribution(metric: str, label: str, values: Array, limit: float | None) -> Plot:
-    """Plot the empirical distribution function and the limit."""
+    """Plot the empirical distribution function of a metric, and the limit."""
     at = np.sort(values)
     lines = [Line("share of the draws", at, 100 * np.arange(1, len(at) + 1) / len(at))]
     if limit is not None and limit < LONGEST * at[-1]:
@@ -238,7 +240,7 @@ def distribution(metric: str, label: str, values: Array, limit: float | None) ->
 
 
 def tuning(scores: Mapping[int, float], label: str) -> Plot | None:
-    """Plot the objective of the variations within the limits, and the best value so far; None for no variation."""
+    """Plot the objective of the variations inside the limits, and the best value so far; None if there are none."""
     if not scores:
         return None
     x = np.array(sorted(scores), dtype=np.float64)
@@ -252,7 +254,7 @@ HEAD = ("case", "metric", "limit", "% within", *(f"{p} %" for p in PERCENTILES),
 
 
 def outcome_html(summary: Summary | None, failed: Sequence[Row], files: Sequence[Path]) -> str:
-    """Return the answer of a study as escaped HTML without scripts."""
+    """Return the result of a study as escaped HTML without scripts."""
     parts = []
     if summary is not None:
         parts.append(f"<p>{escape(summary.sentence)}</p>")
@@ -272,9 +274,9 @@ def _or_blank(value: float | None, times: float = 1.0) -> float | str:
 
 
 def distributions(rows: Sequence[Row], summary: Summary | None) -> Figure:
-    """Plot the distributions of the metrics with a limit; of all metrics if no metric has a limit.
+    """Plot the distributions of the metrics with a limit, or of all metrics if no metric has a limit.
 
-    Only runs without failure are used. A study without such a run is an InputError.
+    Failed runs are not used. An InputError is raised if all runs failed.
     """
     good = [r for r in rows if r["status"] == "ok"]
     limits = {(s.case, s.metric): s.limit for s in summary.spreads} if summary is not None else {}

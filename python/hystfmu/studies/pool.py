@@ -1,18 +1,19 @@
-"""Run a study in local worker processes. A worker may crash, hang or exceed its memory without harm to the study.
+"""Run a study in local worker processes, or on a Dask cluster. A worker may crash, hang or exceed its memory limit.
 
-The parent supervises its workers. A worker receives several tasks at once and answers in batches, because a message
-takes as long as a short run. The worker counts started tasks in shared memory, so that the parent knows the current
-task. If a worker dies, the parent replaces it and repeats its task. The reason is that another process may have killed
-the worker, and the table must not depend on this. The parent also repeats tasks that were finished but not yet
-reported. If a task kills its worker twice or exceeds the time limit, its row states the reason. A worker ends when its
-parent has ended.
+The parent supervises its workers. A worker receives several tasks in one message and returns the rows in batches,
+because a message takes as long as a short run. The worker counts started tasks in shared memory, so that the parent
+knows the current task. If a worker dies, the parent starts another worker and repeats the task, because another process
+may have killed the worker. The table must not depend on this. The parent also repeats tasks that were finished but not
+yet reported. If a task kills its worker twice or exceeds the time limit, its row states the reason. A worker ends when
+its parent has ended.
 
-If a study only uses the C core, its workers are forks. A fork starts at once, with the imports of the parent, and only
-uses functions that are safe in a fork of a process with threads. All other workers (FMUs, foreign code, platforms
-without a safe fork) are new processes. A worker with foreign code is confined and has a supervisor on Linux
-(`PipedChild`). The parent does not trust it: the answers are JSON, because pickled data could run code.
+If a study only uses the C core, its workers are forks. A fork starts without delay, because it shares the imports of
+the parent. It only uses functions that are safe in a fork of a process with threads. All other workers (FMUs, foreign
+code, platforms without a safe fork) are new processes. A worker with foreign code is confined and has a supervisor on
+Linux (`PipedChild`). The parent does not trust such a worker. Therefore the answers are JSON, because pickled data
+could run code.
 
-A Dask cluster gives the same rows as this machine. On a cluster with a queueing system, start the workers with
+A Dask cluster returns the same rows as local processes. On a cluster with a queueing system, start the workers with
 dask-jobqueue (`SLURMCluster(...).scale(20)`) and pass the address of the scheduler. The workers need the same version
 of HystFMU.
 """
@@ -47,25 +48,27 @@ from hystfmu.scenario.system.case import with_files
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.task import Runner, Task, row_of
 
-MOMENT = 0.01  # s: a worker reports its finished tasks after this time; a message costs as much as a short run
-MOST_AT_ONCE = 64  # tasks given to a worker in one message
-END = 10.0  # s: time for a supervisor to end all processes
-MOST_ANSWER = 2**26  # bytes of a message from a worker
+MOMENT = 0.01  # a worker reports its finished tasks after this time (s); a message takes as long as a short run
+MOST_AT_ONCE = 64  # largest number of tasks in one message to a worker
+END = 10.0  # time in which a supervisor must end all processes (s)
+MOST_ANSWER = 2**26  # largest message from a worker (bytes)
 
 
 def _work(pipe: Any, begun: Any, parent: int, folder: str, systems: list[System], run: Run, box: Box | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles the interrupt
     if box is not None:
         confine(box)
-    tempfile.tempdir = folder  # the parent removes this folder: a killed process cannot
+    tempfile.tempdir = folder  # the parent removes this folder, because a killed process cannot remove it
     gc.freeze()  # a garbage collection would copy the pages shared with the parent
     limit_memory(run.gigabytes)
     runner = Runner(systems, run)
     try:
-        pipe.send_bytes(b"[]")  # ready
+        pipe.send_bytes(b"[]")  # this message means that the worker is ready
+
         while True:
             while not pipe.poll(1.0):
-                if os.getppid() != parent:  # other forks hold copies of the pipe, so its end is no sign
+                # the pipe stays open after the parent ends, because other forks have copies of it
+                if os.getppid() != parent:
                     return
             rows, told = [], time.monotonic()
             for task in pipe.recv():
@@ -77,13 +80,13 @@ def _work(pipe: Any, begun: Any, parent: int, folder: str, systems: list[System]
             if rows:
                 pipe.send_bytes(json.dumps(rows).encode())
     except (EOFError, BrokenPipeError, ConnectionResetError):
-        pass  # the parent is gone or has no more tasks
+        pass  # the parent has ended or has no more tasks
     finally:
         runner.close()
 
 
 def _answer(row: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
-    """Return the fields of a row that only the worker knows."""
+    """Return the fields of a row that the worker sends to the parent."""
     return row["status"], row["reason"], row["metrics"]
 
 
@@ -116,7 +119,8 @@ class _Worker:
         self.pipe, theirs = context.Pipe()
         self._begun = context.RawValue("q", 0)
         self.process = context.Process(target=_work, args=(theirs, self._begun, os.getpid(), *words, box), daemon=True)
-        with warnings.catch_warnings():  # Python warns of threads in the parent; this fork needs none of their locks
+        # Python warns about threads in the parent, but this fork uses none of their locks
+        with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)
             self.process.start()
         theirs.close()
@@ -128,11 +132,12 @@ class _Worker:
         if not self.tasks:
             self.since = time.monotonic()
         self.tasks.extend(tasks)
-        with suppress(BrokenPipeError, ConnectionResetError):  # died between two tasks: `_listen` notices
+        # the worker died between two tasks, which `_listen` detects
+        with suppress(BrokenPipeError, ConnectionResetError):
             self.pipe.send(tasks)
 
     def take(self) -> list[dict[str, Any]]:
-        """Receive rows, and estimate from their durations the number of tasks in twice `MOMENT`.
+        """Receive rows from the worker, and update the number of tasks that it receives at once.
 
         An EOFError means that the worker ended or sent an invalid answer.
         """
@@ -157,7 +162,7 @@ class _Worker:
         return rows
 
     def blamed(self) -> Task:
-        """Remove the current task of the worker from its tasks, and return this task."""
+        """Remove the task at which the worker died from its tasks, and return this task."""
         at = min(max(self._begun.value - self.answered - 1, 0), len(self.tasks) - 1)
         task = self.tasks[at]
         del self.tasks[at]
@@ -173,13 +178,13 @@ class _Worker:
 
     @property
     def advice(self) -> str:
-        """Remedy for a worker that ends before its first task."""
+        """Remedy, as text of an error message, for a worker that ends before its first task."""
         if self._supervised:
             return one_line("".join((self.process.said or ["it said nothing"])[-1:]))
         return "a script that runs a study must be a file with its main part under if __name__ == '__main__'"
 
     def kill(self) -> None:
-        """Begin to end the worker and all processes that its foreign code started."""
+        """Start to end the worker and all processes that foreign code in the worker started."""
         if self._supervised:
             self.process.terminate()
         else:
@@ -187,9 +192,9 @@ class _Worker:
 
 
 class _Waiting:
-    """Tasks that no worker has yet.
+    """Queue of the tasks that have not been sent to a worker.
 
-    New tasks are created while other tasks run. Returned tasks are first in the queue.
+    New tasks are created while other tasks run. Tasks that a dead worker returns are first in the queue.
     """
 
     def __init__(self, source: Iterable[Task], n: int) -> None:
@@ -210,13 +215,13 @@ class _Waiting:
 
 
 class Pool:
-    """Workers on this machine; by default one worker for each core that this process may use.
+    """Worker processes on this computer. By default there is one worker for each core that this process may use.
 
-    For `systems` and `run` see `Runner`. The time limit applies to a task, and the memory limit to the address space of
-    a worker.
+    The arguments `systems` and `run` are those of `Runner`. The time limit is the limit for each task. The memory limit
+    is the limit for the address space of a worker.
     """
 
-    STARTUP = 60.0  # s: additional time for the imports of a new process
+    STARTUP = 60.0  # additional time for the imports of a new process (s)
 
     def __init__(self, systems: list[System], run: Run, n: int | None) -> None:
         self._of_worker = (systems, run)
@@ -226,7 +231,7 @@ class Pool:
         self._n = n or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1))
         self._timeout = run.seconds
         self._workers: list[_Worker] = []
-        self._unborn = 0  # successive workers that died before they were ready
+        self._unborn = 0  # number of successive workers that died before they were ready
         self._died: set[int] = set()  # indices of tasks that killed a worker once
 
     def __enter__(self) -> Pool:
@@ -254,8 +259,9 @@ class Pool:
                     break
                 if k == len(self._workers):
                     self._workers.append(_Worker(*self._of_worker))
-                w, fair = self._workers[k], waiting.left // (2 * self._n)  # the last tasks go out singly
-                if len(w.tasks) <= min(w.share, fair) // 2:  # refill early: short tasks must not wait
+                w, fair = self._workers[k], waiting.left // (2 * self._n)  # the last tasks are sent one by one
+                # new tasks are sent early, so that a worker with short tasks does not wait
+                if len(w.tasks) <= min(w.share, fair) // 2:
                     w.give(waiting.take(max(1, min(w.share, fair))))
             yield from self._listen(waiting)
 
@@ -268,7 +274,8 @@ class Pool:
                     yield from w.take()
                 except EOFError:
                     yield from self._dead(w, waiting)
-            elif w.process.exitcode is not None and not w.pipe.poll():  # a process that it started holds the pipe
+            # the worker ended, but a process that it started has the pipe open
+            elif w.process.exitcode is not None and not w.pipe.poll():
                 yield from self._dead(w, waiting)
             elif time.monotonic() - w.since > self._timeout + (0.0 if w.ready else self.STARTUP):
                 task = w.blamed()
@@ -280,7 +287,7 @@ class Pool:
         self._replace(w, waiting)
         status = w.process.exitcode
         self._unborn = 0 if w.ready else self._unborn + 1
-        if self._unborn > 2 * self._n:  # no task is at fault
+        if self._unborn > 2 * self._n:  # workers do not start, so no task is the cause
             raise InputError(f"the workers of the study exit with status {status} before they begin; {w.advice}")
         if task.index in self._died:
             yield row_of(task, self._names[task.case], "killed", f"ended its process twice, with status {status}")
@@ -295,22 +302,23 @@ class Pool:
         w.end()
 
 
-CHUNK = 16  # tasks per submission
-_RUNNERS: dict[int, tuple[str, Runner]] = {}  # of this worker process, by thread: a runner serves one task at a time
-_CLOSED: set[str] = set()  # studies that have ended: a chunk that was queued then may still be started
+CHUNK = 16  # number of tasks per submission
+# runners of this worker process by thread, because a runner runs one task at a time
+_RUNNERS: dict[int, tuple[str, Runner]] = {}
+_CLOSED: set[str] = set()  # ended studies; a queued chunk of such a study may still be started
 
 
 def _run(key: str, systems: list[System], run: Run, tasks: list[Task]) -> list[dict[str, Any]]:
     thread = threading.get_ident()
     if thread not in _RUNNERS or _RUNNERS[thread][0] != key:
-        _close(thread)  # left by a study that was killed
+        _close(thread)  # a killed study did not remove this runner
         _RUNNERS[thread] = key, Runner(systems, run, _scratch(), apart=True)
     mine = _RUNNERS[thread]
     rows = []
     for task in tasks:
         if key not in _CLOSED:
             rows.append(mine[1](task))
-        if key in _CLOSED:  # before or while this task ran; `_close_study` may not have seen the runner
+        if key in _CLOSED:  # the study ended before or during this task, so `_close_study` may have missed the runner
             _close(thread)
             mine[1].close()
             break
@@ -336,11 +344,11 @@ def _close_study(key: str) -> None:
 
 
 class DaskPool:
-    """Workers of a Dask cluster. Its scheduler has the address ``dask://HOST:PORT``.
+    """Workers of a Dask cluster, whose scheduler has the address ``dask://HOST:PORT``.
 
-    For `systems` and `run` see `Runner`. The limits of time and memory apply to runs with foreign FMUs. Other runs
-    cannot hang, and Dask limits their memory. An InputError is raised if the address is invalid, the scheduler does not
-    answer, or Dask is not installed.
+    The arguments `systems` and `run` are those of `Runner`. The limits of time and memory apply only to runs with
+    foreign FMUs. Other runs cannot hang, and Dask limits their memory. An InputError is raised if the address is
+    invalid, the scheduler does not answer, or Dask is not installed.
     """
 
     def __init__(self, address: str, systems: list[System], run: Run) -> None:
@@ -356,7 +364,7 @@ class DaskPool:
             raise InputError(f"--on {address}: no Dask scheduler answers there ({e})") from None
         self._names = [s.case.name for s in systems]
         self._run = run
-        self._key = uuid.uuid4().hex  # tells workers which runners belong to this study
+        self._key = uuid.uuid4().hex  # identifies the runners of this study in the workers
         self._systems = self._client.scatter([systems], broadcast=True)[0]
         self._held: dict[Any, list[Task]] = {}  # running tasks by future
 
@@ -364,7 +372,7 @@ class DaskPool:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        with suppress(OSError):  # the scheduler is gone; its workers end and their folders are removed
+        with suppress(OSError):  # the scheduler has ended, so its workers end and their folders are removed
             self._client.cancel(list(self._held))
             self._client.run(_close_study, self._key, on_error="ignore")
         self._client.close()

@@ -1,4 +1,4 @@
-"""The report of a study: share inside the limits, distributions, effects of the parameters, worst cases, failures."""
+"""Report of a study: share inside the limits, distributions, effects of the parameters, worst cases, failures."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_PLOTS = 24
 
 
 class StudyCase:
-    """Finished rows of a case, and its worst rows. `labels` contains the parameters with their units of measure."""
+    """Finished rows of one case, and the worst rows. `labels` contains the parameters with their units of measure."""
 
     def __init__(
         self, study: Study, labels: dict[str, str], system: System, rows: Sequence[Row], worst: Sequence[Row]
@@ -46,15 +46,15 @@ class StudyCase:
         return float((self.y[:, column] <= limit).mean())
 
     def share(self) -> float:
-        """Share of the runs that meet the strictest limit, which the fewest runs meet."""
+        """Share of the runs that meet the strictest limit. The strictest limit is the one that the fewest runs meet."""
         return self._within(self.main)
 
     def decides(self) -> Bars | None:
-        """Return the diagram of the total effects on the metric with the strictest limit."""
+        """Return a diagram of the total effects of the parameters on the metric with the strictest limit."""
         return strongest(self.names, f"{self.system.case.name}: {self.of[self.main]}", self.found, self.main)
 
     def by_effect(self, labels: dict[str, str]) -> dict[str, str]:
-        """Return the parameters; the last parameter has the largest effect on the metric with the strictest limit."""
+        """Return the parameters, sorted by increasing effect on the metric with the strictest limit."""
         names = list(labels)
         return {names[k]: labels[names[k]] for k in np.argsort(self.found.total[:, self.main], kind="stable").tolist()}
 
@@ -64,7 +64,7 @@ class StudyCase:
         return name, dict(zip(self.variations, self.y[:, self.main].tolist(), strict=True))
 
     def section(self, summary: Summary | None, folder: Path) -> Section:
-        """Return the section of this case: scatter plots, distributions, and folded tables."""
+        """Return the section of this case: scatter plots, distributions, and collapsed tables."""
         units = [label(k, metric_unit(self.system, k)) for k in self.of]
         main, y = self.main, self.y
         limit = self.limits.get(self.of[main])
@@ -122,7 +122,8 @@ def sensitivity(x: Array, y: Array) -> Array:
 
 def _centred_ranks(a: Array) -> Array:
     ranks = np.empty_like(a)
-    for k, column in enumerate(a.T):  # ties share their mean rank; scipy.stats is slow to import
+    # equal values get their mean rank; scipy.stats is not used because its import is slow
+    for k, column in enumerate(a.T):
         _, place, count = np.unique(column, return_inverse=True, return_counts=True)
         ranks[:, k] = (np.cumsum(count) - 0.5 * (count - 1))[place]
     return np.asarray(ranks - ranks.mean(axis=0))
@@ -136,8 +137,8 @@ DIVERGED = 1e100
 def write_report(
     study: Study, systems: Sequence[System], rows: list[Row], summary: Summary | None, folder: Path
 ) -> Path:
-    """Write report.html and report.json into `folder`. `systems` contains the cases of the study."""
-    # omit diverged runs: no axis can show metrics near the largest float
+    """Write report.html and report.json of a study into `folder`."""
+    # diverged runs are omitted, because no axis can show metrics near the largest float
     good = [r for r in rows if r["status"] == "ok" and all(abs(v) < DIVERGED for v in r["metrics"].values())]
     labels = {k: _label(study, systems, k) for k in study.parameters}
     cases = [
@@ -161,7 +162,7 @@ def write_report(
 
 
 def _label(study: Study, systems: Sequence[System], parameter: str) -> str:
-    """Return the label of a parameter with its unit of measure, or with the remark that it is a factor."""
+    """Return the label of a parameter with the unit of measure, or with a remark if the values are factors."""
     if parameter not in study.spec.parameters:
         return label(parameter, {"f_n": "Hz"}.get(parameter.rpartition(".")[2], ""))
     if study.parameters[parameter].scale is not None:
@@ -172,7 +173,7 @@ def _label(study: Study, systems: Sequence[System], parameter: str) -> str:
 def _answer(
     study: Study, labels: dict[str, str], least: StudyCase | None, rows: list[Row], summary: Summary | None
 ) -> Section:
-    """Return the first section: answer, shares with intervals, decisive limits, and the ranges in a folded table."""
+    """Return the first section: result, shares with intervals, strictest limits, and a table of the ranges."""
     failed = [r for r in rows if r["status"] not in ("ok", OUTSIDE)]
     left_out = sum(r["status"] == OUTSIDE for r in rows)
     tables = [
@@ -215,7 +216,7 @@ def _answer(
 
 
 def _objective(study: Study) -> str:
-    """Return the name of the minimised quantity."""
+    """Return the name of the quantity that the study minimises."""
     objective = study.spec.objective
     if objective is None:
         return ""
@@ -223,7 +224,7 @@ def _objective(study: Study) -> str:
 
 
 def best_variation(study: Study, rows: list[Row]) -> Row | None:
-    """Return a row of the variation with the smallest objective within the limits; None if there is none."""
+    """Return a row of the variation with the smallest objective inside the limits, or None."""
     objective, scores = study.spec.objective, _scores(study, rows)
     loop = LoopLimits(study, objective.loop) if objective is not None and objective.loop else None
     first = {r["variation"]: r for r in reversed(rows)}
@@ -235,7 +236,7 @@ def best_variation(study: Study, rows: list[Row]) -> Row | None:
 
 
 def _scores(study: Study, rows: list[Row]) -> dict[int, float]:
-    """Return the objective by variation, for variations whose runs all meet the limits."""
+    """Return the objective of each variation whose runs all meet the limits."""
     objective = study.spec.objective
     if objective is None:
         return {}
@@ -256,7 +257,7 @@ def _scores(study: Study, rows: list[Row]) -> dict[int, float]:
 
 
 def spreads(summary: Summary, every: bool = False) -> str:
-    """Return the answer of a study for the terminal: a sentence, and percentiles of the metrics.
+    """Return the result of a study for the terminal: a sentence, and a table of percentiles of the metrics.
 
     The table contains the metrics with a limit, or every metric if `every` is True.
     """

@@ -1,4 +1,4 @@
-"""Run a study file, and write table and report. An interrupted study resumes."""
+"""Run a study file, and write its table and report. An interrupted study can be resumed."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from hystfmu.studies.task import OUTSIDE, Task, fingerprint, identity, row_of
 if TYPE_CHECKING:
     import pandas
 
-_LIMIT_OF = {"timeout": "timeout", "memory": "memory", "killed": "memory"}  # native code without memory crashes
+_LIMIT_OF = {"timeout": "timeout", "memory": "memory", "killed": "memory"}  # native code crashes if it has no memory
 
 
 def with_limits(row: dict[str, Any], spec: StudySpec) -> dict[str, Any]:
-    """Return a row for storage. A failed row also states the limits of its run."""
+    """Return a row for storage. The row of a failed run also contains the limits of time and memory."""
     return row if row["status"] == "ok" else row | {"limits": {"timeout": spec.timeout, "memory": spec.memory}}
 
 
 def is_final(row: dict[str, Any], spec: StudySpec, retry: bool) -> bool:
-    """Return whether a stored row is valid for the present limits. With `retry`, failed rows are not valid."""
+    """Return whether a stored row needs no new run under the present limits. With `retry`, failed rows run again."""
     if row["status"] == "ok":
         return True
     limit = _LIMIT_OF.get(row["status"], "")
@@ -77,11 +77,11 @@ class Outcome:
         return f"Outcome({len(self.rows)} rows, {len(self.failed)} failed, {str(self.table)!r})"
 
     def _repr_html_(self) -> str:
-        """Return HTML for a notebook: the answer, percentiles, failed runs, and paths of table and report."""
+        """Return HTML for a notebook: result, percentiles, failed runs, and paths of the table and the report."""
         return outcome_html(self.summary, self.failed, [self.table, self.report])
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return a data frame with a row for each run: variation, case, parameters, metrics, status, reason.
+        """Return a data frame with one row for each run: variation, case, parameters, metrics, status and reason.
 
         Raises
         ------
@@ -136,19 +136,20 @@ def study(
     path : str or Path
         A file ``*.study.toml``.
     folder : str or Path, optional
-        Folder for the table and the report. A study that exists in it resumes.
+        Folder for the table and the report. If the folder already contains this study, the command continues it.
 
         The default is a folder with the name of the study file, in the current folder.
     workers : int in [1, 1024], optional
-        Number of local processes; by default one per core.
+        Number of local processes. The default is one process per processor core.
     on : str, optional
-        Scheduler of a Dask cluster, ``dask://HOST:PORT``, instead of local processes.
+        Run the study on a Dask cluster instead of local processes. The scheduler of the cluster is at
+        ``dask://HOST:PORT``.
     retry : {"failed"}, optional
-        Run failed rows again. A row that failed at a limit of time or memory always runs again if this limit is now
-        higher.
+        Run failed rows again. Without this option, a failed row runs again only if it exceeded a limit of time or
+        memory and this limit is now higher.
     confined : bool
-        Whether foreign FMUs run without network and with write access to a private folder only, if the system supports
-        this.
+        Whether foreign FMUs run without access to the network, and with write access to one private folder only. On
+        some operating systems this protection is not available.
     progress : function, optional
         Called with the number of finished rows, the number of all rows, and rows per second.
 
@@ -237,10 +238,11 @@ def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first:
 
 
 class _Missing:
-    """Iterate over the tasks without a row. Each task occurs once, although a sampler may propose a variation twice.
+    """Iterator over the tasks without a row. Each task occurs once, even if a sampler proposes a variation twice.
 
     Each task is created on demand, while other tasks run. At the end, `all` contains every task, and `there` is the
-    number of tasks with a row. The tasks of the variations in `leave_out` do not run; `left_out` contains these tasks.
+    number of tasks that already had a row. Tasks of the variations in `leave_out` do not run. They are stored in
+    `left_out`.
     """
 
     def __init__(self, tasks: Iterator[Task], known: Mapping[str, object]) -> None:

@@ -1,4 +1,4 @@
-"""Choose the variations of a study: grid, random draws, Sobol points, Latin hypercube, or Optuna."""
+"""Choose the variations of a study: grid, random values, Sobol points, Latin hypercube, or Optuna."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from hystfmu.studies.task import LoopLimits
 
 
 class Sampler(Protocol):
-    """Proposes variations in batches; an adaptive sampler uses the results of the last batch."""
+    """Interface of a sampler, which proposes variations in batches. An adaptive sampler uses the last results."""
 
     def batches(self) -> Iterator[list[dict[str, float]]]:
         """Yield batches of variations `{"unit.parameter": value}`. The runs of a batch end before the next batch."""
 
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
-        """Report the rows (one per case) of every variation of the last batch, in the order of the batch."""
+        """Receive the rows of the last batch, in the order of its variations, with one row per case."""
 
     def outside(self, k: int) -> str:
-        """Return the limits that variation k of the last batch breaks without a run; the variation runs if empty."""
+        """Return the limits that variation k of the last batch exceeds without a run. If "", the variation runs."""
 
     @property
     def n(self) -> int:
@@ -46,7 +46,7 @@ class Fixed:
         """Ignore the results."""
 
     def outside(self, k: int) -> str:
-        """Return an empty text, so that every variation runs."""
+        """Return "", so that every variation runs."""
         return ""
 
     @property
@@ -56,7 +56,7 @@ class Fixed:
 
 
 class Asked:
-    """Optuna's TPE sampler with a fixed seed and batch size. The result does not depend on the number of workers.
+    """Optuna's TPE sampler with a fixed seed and batch size, so that the number of workers has no effect.
 
     A resumed study proposes the same variations, and finds their rows in the table. Therefore an interruption does not
     change the result.
@@ -95,7 +95,7 @@ class Asked:
             yield batch
 
     def outside(self, k: int) -> str:
-        """Return the broken limits of the linearised loop. They are known without a simulation."""
+        """Return the limits of the linearised loop that a variation exceeds, which are known without a simulation."""
         return ", ".join(name for name, excess in self._excess[k].items() if excess > 0)
 
     def _ask(self, trial: Any) -> dict[str, float]:
@@ -108,7 +108,7 @@ class Asked:
         return values
 
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
-        """Report the results to Optuna. A failed case is a failed trial; an exceeded limit is an infeasible trial."""
+        """Report the results to Optuna: a failed case as a failed trial, an exceeded limit as an infeasible trial."""
         for trial, cases, excess in zip(self._trials, rows, self._excess, strict=True):
             for name, value in excess.items():
                 trial.set_constraint(name, value)
@@ -155,6 +155,6 @@ def sampler(study: Study) -> Sampler:
 
 
 def _at(study: Study, points: Array) -> Fixed:
-    """Map points in the unit cube, shape (n, parameters), to variations."""
+    """Return the variations for points in the unit cube, shape (n, parameters)."""
     parameters = study.parameters.items()
     return Fixed([{k: p.at(float(f)) for (k, p), f in zip(parameters, point, strict=True)} for point in points])

@@ -1,7 +1,8 @@
-"""The file format of a study: a scenario, its cases, parameters with their ranges, and a sampling method.
+"""File format of a study: a scenario, its cases, parameters with their ranges, and a sampling method.
 
-A design may compute parameters. A study then varies its requirements, not each tap or pole. The design is computed for
-the drawn values, and its result is set in every case. The result equals the result of `hy.design`.
+A study may contain a design that computes parameters of the scenario. The study then varies the requirements of the
+design instead of each filter tap or pole. The design is computed for the values of each variation, and the result is
+set in every case. The result is that of the function in `hy.design`.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ PREFIX = "design."
 
 
 class LearntLoops(pydantic.BaseModel):
-    """Loops of one case for the design of a repetitive controller."""
+    """Loops of one case that the design of a repetitive controller covers."""
 
     model_config = STRICT
     case: Name
@@ -44,22 +45,22 @@ class LearntLoops(pydantic.BaseModel):
 
 
 class RepetitiveDesign(pydantic.BaseModel):
-    """Filters of a unit `repetitive` for several loops, from the drawn `design.cutoff` (Hz) and `design.gain`."""
+    """Filters of a unit `repetitive` for several loops. A study varies `design.cutoff` (Hz) and `design.gain`."""
 
     model_config = STRICT
     method: Literal["repetitive_filters"]
     unit: Name = Field(description="unit of the block `repetitive`, whose taps are set")
     loops: list[LearntLoops] = Field(min_length=1, max_length=50)
-    _opened: list[Any] = pydantic.PrivateAttr([])  # the loops do not depend on what is drawn
+    _opened: list[Any] = pydantic.PrivateAttr([])  # the loops do not depend on the varied values
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Parameters that the design reads."""
+        """Names of the parameters that the design uses."""
         return f"{PREFIX}cutoff", f"{PREFIX}gain"
 
     @property
     def cases(self) -> tuple[str, ...]:
-        """Cases that the design linearises."""
+        """Names of the cases that the design linearises."""
         return tuple(loop.case for loop in self.loops)
 
     def settings(self, cases: Mapping[str, Case], values: Mapping[str, float]) -> dict[str, Any]:
@@ -75,23 +76,23 @@ class RepetitiveDesign(pydantic.BaseModel):
 
 
 def behind_memory(opened: OpenedLoop, slope: float) -> Any:
-    """Return the open loop without its memory of a period.
+    """Return the open loop without the memory of one period.
 
-    The complementary sensitivity of the returned loop is the response to the corrections of the memory. A loop without
-    such a memory is an InputError.
+    The complementary sensitivity of the returned loop is the response to the corrections of the memory. An InputError
+    is raised if the loop has no such memory.
     """
     if not opened.memories:
         raise InputError(f"{opened.system.case.title}: The loop must have a memory of a period. Got none.")
     control = python_control()
     A, B, C, D = opened.controller
-    last = [-1, 0]  # the memory first, then the plant
+    last = [-1, 0]  # the memory precedes the plant
     K = control.ss(A, B[:, last], C[last], D[np.ix_(last, last)], opened.h)
     T = -K.lft(slope * control.ss(*opened.held(0.0), opened.h))
     return control.feedback(T, 1, sign=1)
 
 
 class Weight(pydantic.BaseModel):
-    """Names of the drawn parameters of W = K (1 + K_1 / s) (1 + K_2 / s) (T_z s + 1) / (T_p s + 1), or Ki / s for K."""
+    """Names of the varied parameters of W = K (1 + K_1 / s) (1 + K_2 / s) (T_z s + 1) / (T_p s + 1); Ki / s for K."""
 
     model_config = STRICT
     K: str | None = None
@@ -108,7 +109,7 @@ class Weight(pydantic.BaseModel):
         return self
 
     def transfer(self, values: Mapping[str, float]) -> Any:
-        """Return the weight of the drawn values."""
+        """Return the transfer function of the weight for the values of a variation."""
         control = python_control()
         drawn = {k: values[name] for k, name in self.model_dump(exclude_none=True).items()}
         W = control.tf([drawn.get("K", drawn.get("Ki"))], [1.0] if self.Ki is None else [1.0, 0.0])
@@ -119,7 +120,7 @@ class Weight(pydantic.BaseModel):
 
 
 class LoopShapingDesign(pydantic.BaseModel):
-    """Most robust controller for a weight with drawn parameters, as transfer functions in parallel."""
+    """Most robust controller for a weight with varied parameters, as transfer functions in parallel."""
 
     model_config = STRICT
     method: Literal["loop_shaping"]
@@ -134,12 +135,12 @@ class LoopShapingDesign(pydantic.BaseModel):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Parameters that the design reads."""
+        """Names of the parameters that the design uses."""
         return tuple(self.weight.model_dump(exclude_none=True).values())
 
     @property
     def cases(self) -> tuple[str, ...]:
-        """Cases that the design linearises."""
+        """Names of the cases that the design linearises."""
         return (self.case,)
 
     def settings(self, cases: Mapping[str, Case], values: Mapping[str, float]) -> dict[str, Any]:
@@ -158,18 +159,18 @@ class LoopShapingDesign(pydantic.BaseModel):
 
 
 def in_parallel(A: Array, B: Array, C: Array, sizes: list[int]) -> list[tuple[Array, Array]]:
-    """Split a strictly proper system of simple poles into transfer functions, the slow poles first.
+    """Split a strictly proper system with simple poles into parallel transfer functions, slow poles first.
 
-    A, B, C have the shapes (n, n), (n, 1), (1, n). `sizes` contains the number of poles of each part; the sum is n.
-    Return numerator and denominator of each part. For a part with k poles, the shapes are (k,) and (k + 1,). The
-    constant coefficient of the denominator is 1.
+    A, B, C have the shapes (n, n), (n, 1), (1, n). `sizes` contains the number of poles of each part, and the sum of
+    these numbers is n. Return the numerator and the denominator of each part. For a part with k poles, the shapes are
+    (k,) and (k + 1,). The constant coefficient of the denominator is 1.
     """
     poles, V = np.linalg.eig(A)
     residues = (C @ V).ravel() * np.linalg.solve(V, B.astype(complex)).ravel()
     groups = _pairs(poles)
     if len(sizes) == 1:
         chosen = [list(range(len(poles)))]
-    else:  # pairs stay together: the subset of this many poles whose fastest one is slowest
+    else:  # conjugate pairs stay together; of all subsets with this size, take the one whose fastest pole is slowest
         subsets = (s for k in range(len(groups) + 1) for s in itertools.combinations(groups, k))
         flat = [[i for g in s for i in g] for s in subsets]
         slow = min((s for s in flat if len(s) == sizes[0]), key=lambda s: sorted(np.abs(poles[s]))[::-1])
@@ -200,7 +201,7 @@ Design = Annotated[RepetitiveDesign | LoopShapingDesign, Field(discriminator="me
 
 
 MOST_ROWS = 10_000_000
-LOOP_METRICS = ("Ms_db", "radius")  # of the linearised loop, where a study asks for margins
+LOOP_METRICS = ("Ms_db", "radius")  # metrics of the linearised loop, computed if the study has limits of the margins
 Bounds = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 
 
@@ -222,7 +223,7 @@ class SecondOrderSpec(pydantic.BaseModel):
 
     @property
     def coordinates(self) -> dict[str, ParameterSpec]:
-        """Drawn parameters by name."""
+        """Varied parameters by name."""
         return {k: ParameterSpec.model_validate({"range": getattr(self, k)}) for k in ("gain", "f_n", "zeta")}
 
     @staticmethod
@@ -261,19 +262,19 @@ class ParameterSpec(pydantic.BaseModel):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Lowest and highest value of the range."""
+        """Smallest and largest value of the range."""
         lo, hi = self.range if self.range is not None else self.scale or (0.0, 0.0)
         return lo, hi
 
     def at(self, fraction: float) -> float:
-        """Map a fraction in [0, 1] to a value."""
+        """Return the value at a fraction in [0, 1] of the range."""
         if self.values is not None:
             return self.values[min(int(fraction * len(self.values)), len(self.values) - 1)]
         lo, hi = self.bounds
         return float(lo * (hi / lo) ** fraction) if self.log else lo + (hi - lo) * fraction
 
     def fraction(self, value: float) -> float:
-        """Map a value to [0, 1], where the draws are uniform."""
+        """Return the fraction in [0, 1] for a value. Random fractions are uniformly distributed."""
         if self.values is not None:
             span = max(self.values) - min(self.values)
             return (value - min(self.values)) / span if span else 0.0
@@ -281,9 +282,9 @@ class ParameterSpec(pydantic.BaseModel):
         return math.log(value / lo) / math.log(hi / lo) if self.log else (value - lo) / (hi - lo)
 
     def coordinates(self, name: str) -> dict[str, ParameterSpec]:
-        """Return the independently drawn quantities by name.
+        """Return the independently varied quantities by name.
 
-        They are the parameter itself, or the quantities from which the parameter is computed.
+        This is the parameter itself, or the quantities from which the parameter is computed.
         """
         if self.second_order is None:
             return {name: self}
@@ -295,7 +296,7 @@ class ParameterSpec(pydantic.BaseModel):
 
 
 class LoopSpec(pydantic.BaseModel):
-    """Limits of the linearised loop: peak of the sensitivity in one case, stability in the corners."""
+    """Limits of the linearised loop: peak of the sensitivity in one case, and stability in the worst-case sets."""
 
     model_config = STRICT
     case: Name = Field(description="case whose sensitivity is limited, for slope 1 of plant and inverse")
@@ -323,7 +324,7 @@ class ObjectiveSpec(pydantic.BaseModel):
     loop: LoopSpec | None = Field(None, description="limits of the linearised loop")
 
     def score(self, rows: Sequence[dict[str, Any]]) -> float:
-        """Return the objective of a variation from its rows, one per case; NaN if a run failed."""
+        """Return the objective of a variation from its rows (one per case), or NaN if a run failed."""
         found = (row["metrics"].get(self.metric, math.nan) / self.targets.get(row["case"], 1.0) for row in rows)
         values: list[float] = list(found)
         if not all(map(math.isfinite, values)):
@@ -364,9 +365,9 @@ class StudySpec(pydantic.BaseModel):
 def read_study(file: Path) -> StudySpec:
     """Read a study file and the files that it extends.
 
-    Tables are merged key by key. A parameter replaces the parameter of the same name; the limits of a case replace the
-    earlier limits of this case. An InputError states file, key, rule and value in one line. A chain of files that is
-    too long or leaves the folder is also an InputError.
+    Tables are merged key by key. A parameter replaces a parameter with the same name in the extended file. The limits
+    of a case replace the limits of this case in the extended file. An InputError states the file, key, rule and value
+    in one line. An InputError is also raised if the chain of files is too long or leaves the folder.
     """
     path, layers = file, list[dict[str, Any]]()
     while len(layers) < MOST_FILES:
@@ -409,14 +410,14 @@ class Study:
         self._check_limits(names, have)
         self._check_start()
         self._check_design(have)
-        self.seed = 0 if self.spec.seed == "run" else self.spec.seed  # a run that draws it sets it
+        self.seed = 0 if self.spec.seed == "run" else self.spec.seed  # for "run", the run chooses a random seed
         self.scenario_cases = have
         self._designed: dict[tuple[float, ...], dict[str, Any]] = {}
         self.parameters = {k: c for name, p in self.spec.parameters.items() for k, c in p.coordinates(name).items()}
         """Drawn parameters by `unit.parameter`, or `unit.block.f_n`."""
 
     def _known(self, key: str, names: Iterable[str], have: Iterable[str], what: str = "case") -> None:
-        """Raise an InputError for an unknown name."""
+        """Raise an InputError if a name of the study file is unknown."""
         for name in (n for n in names if n not in have):
             raise InputError(f"{self.file}: {key}: no {what} {name!r}; there are {', '.join(have)}")
 
@@ -453,7 +454,8 @@ class Study:
 
     def _check_limits(self, names: Sequence[str], have: Mapping[str, Case]) -> None:
         spec = self.spec
-        self._known("limits", spec.limits, have)  # of cases that are not run, too: it may extend a study that does
+        # limits of cases that do not run are allowed, because an extended study may run these cases
+        self._known("limits", spec.limits, have)
         if spec.margins is not None:
             self._known("margins", [spec.margins], names)
         for case in self.cases:
@@ -461,7 +463,7 @@ class Study:
             self._known(f"limits.{case.name}", spec.limits.get(case.name, {}), known, "metric")
 
     def limits(self, case: Case) -> dict[str, float]:
-        """Return the upper limits of the metrics of a case that a good draw meets."""
+        """Return the upper limits of the metrics of a case."""
         if self.spec.limits:
             return self.spec.limits.get(case.name, {})
         return {name: m.limit for name, m in case.metrics.items() if m.limit is not None}

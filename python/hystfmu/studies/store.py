@@ -1,9 +1,9 @@
-"""Store the table of a study on disk.  Every finished run is stored at once and survives an interruption.
+"""Store the table of a study on disk.  Finished runs are stored immediately, so an interruption does not lose them.
 
 Each row is one line of `journal.jsonl` with CRC-32, tab and JSON. The line is appended when the run ends. If a run has
-two rows, the later row is valid. A lock prevents a second study in the folder, in this or another process. A full
-journal becomes a Parquet part by an atomic rename; the name of the part ends with its CRC-32. Columns and seed are
-stored twice.
+two rows, the later row is valid. A lock prevents that two studies use the folder, in this process or in another. A full
+journal is converted to a Parquet file (a part) by an atomic rename. The name of the part ends with its CRC-32. Columns
+and seed are stored in two files each.
 
 Truncated or damaged data are found at the next start. Damaged lines are moved to `damaged.jsonl`, damaged parts are
 renamed, and their runs are repeated. The final table is `results.parquet`, sorted by row. This table does not depend on
@@ -27,16 +27,16 @@ from typing import Any
 from hystfmu.base.errors import InputError, extras
 from hystfmu.base.files import check_target, own, read_bytes, refuse_existing, write_bytes
 
-_FAR = 2**30  # beyond the end of a journal: Windows lets no other process read a locked byte
-_HELD: dict[int, tuple[int, int, int]] = {}  # process, device and file by handle
+_FAR = 2**30  # locked byte, beyond the end of a journal, because on Windows no other process can read a locked byte
+_HELD: dict[int, tuple[int, int, int]] = {}  # process, device and file number of each locked handle
 
 
 def open_locked(path: Path) -> int:
     """Open a file for reading and writing, and lock it until `close_locked`.
 
-    The lock belongs to this process. Forked workers, which may end slightly later, do not own it. The lock of the
-    system does not exclude a second study in this process, and it is lost when this process closes another handle of
-    the file. This function handles these two cases.
+    The lock belongs to this process, and not to forked workers, which may end slightly later. The lock of the operating
+    system does not exclude a second study in this process. This lock is also lost when this process closes another
+    handle of the file. This function prevents both cases.
 
     An InputError means that another study has the lock, or that the file cannot be written. An OSError means that the
     file system does not support locks.
@@ -82,7 +82,9 @@ def _lock(handle: int) -> None:
 
 
 PART_ROWS = 20_000
-SYNC = 0.25  # s: a loss of power costs at most the rows of this time.  1024 short runs: 0.5 s; a sync for each, 5.5 s
+# interval between syncs (s), whose rows a power failure may lose. 1024 short runs take 0.5 s; 5.5 s with a sync for
+# each.
+SYNC = 0.25
 COLUMNS = ("index", "variation", "case", "id", "status", "reason")
 LIMITS = ("timeout", "memory")
 
@@ -93,7 +95,7 @@ def _line(row: dict[str, Any]) -> bytes:
 
 
 def _row(line: bytes) -> dict[str, Any] | None:
-    """Return the row of a line; None if the line is damaged."""
+    """Return the row in a line of the journal, or None if the line is damaged."""
     content = line[9:-1]
     if line != b"%08x\t%s\n" % (zlib.crc32(content), content):
         return None
@@ -106,7 +108,7 @@ def _sealed(value: Any) -> bytes:
 
 
 def _unsealed(path: Path) -> Any:
-    """Return the value in a file. A ValueError means that the file is damaged."""
+    """Return the value in a file with a checksum. A ValueError means that the file is damaged."""
     found = json.loads(read_bytes(path))
     if not isinstance(found, dict) or not {"crc32", "value"} & set(found):
         raise InputError(f"{path}: HystFMU before 0.1 wrote this folder. Choose another one for the study.")
@@ -126,14 +128,14 @@ def _sync(path: Path) -> None:
         os.close(handle)
 
 
-_MADE = ("results.parquet", "report.html", "report.json")  # at the end of a study
+_MADE = ("results.parquet", "report.html", "report.json")  # files that are written at the end of a study
 
 
 class Store:
-    """Rows of a study in a folder. A missing folder is created. The folder belongs to a single study.
+    """Rows of a study, stored in a folder that belongs to this study. A missing folder is created.
 
-    `parameters` and `metrics` are columns in addition to the fixed columns. An InputError is raised if the folder
-    contains the table of another study, is in use, cannot be repaired, or cannot be written.
+    `parameters` and `metrics` are the names of columns in addition to the fixed columns. An InputError is raised if the
+    folder contains the table of another study, is in use, cannot be repaired, or cannot be written.
     """
 
     def __init__(self, folder: Path, parameters: Sequence[str], metrics: Sequence[str], study: str = "") -> None:
@@ -160,13 +162,13 @@ class Store:
             raise InputError(f"{folder}: {e.strerror or e}") from None
 
     def seed(self) -> int:
-        """Return the seed of this study. It is drawn at the first run and stored in the folder."""
+        """Return the seed of this study. It is chosen at random in the first run and stored in the folder."""
         return int(self._kept("seed", lambda: secrets.randbelow(2**31)))
 
     def _kept(self, name: str, first: Callable[[], Any]) -> Any:
         """Return a value that is stored in two files, or create it.
 
-        If one file is damaged, it is replaced by the other file.
+        If one of the files is damaged, a copy of the other file replaces it.
         """
         paths = self.folder / f"{name}.json", self.folder / f"{name}.copy.json"
         found = []
@@ -187,9 +189,9 @@ class Store:
         return value
 
     def _mend(self) -> None:
-        """Move damaged lines of the journal to another file.
+        """Move damaged lines of the journal to `damaged.jsonl`.
 
-        Blanks replace the damaged lines, so that the other lines keep their positions.
+        Blanks replace the damaged lines, so that the positions of the other lines do not change.
         """
         at, self._in_journal, damaged = 0, 0, list[tuple[int, bytes]]()
         for line in self._lines():
@@ -211,9 +213,9 @@ class Store:
         self._synced = time.monotonic()
 
     def append(self, row: dict[str, Any]) -> None:
-        """Add a finished run. For a failed run, the `limits` of the run are also stored.
+        """Append the row of a finished run. For a failed run, the `limits` of the run are also stored.
 
-        An InputError means that the disk is full. Earlier rows stay intact, and the study can be resumed.
+        An InputError means that the disk is full. Earlier rows are not lost, and the study can be resumed.
         """
         line = _line(row)
         at = os.lseek(self._journal, 0, os.SEEK_END)
@@ -238,7 +240,7 @@ class Store:
         return f"{self._in_journal} rows are safe: free some space and run the study again"
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield one row for each id, in no particular order. Damaged parts are renamed."""
+        """Yield one row for each id of a run, in no particular order. Damaged parts are renamed."""
         found = {row["id"]: row for part in self._parts() for row in self._of_part(part)}
         yield from (found | {row["id"]: row for row in self._of_journal()}).values()
 
@@ -258,7 +260,7 @@ class Store:
         return [row for row in map(_row, self._lines()) if row is not None]
 
     def _lines(self) -> list[bytes]:
-        os.lseek(self._journal, 0, os.SEEK_SET)  # a second handle would free the lock when it is closed
+        os.lseek(self._journal, 0, os.SEEK_SET)  # to close a second handle would release the lock
         content = b"".join(iter(lambda: os.read(self._journal, 2**20), b""))
         return content.splitlines(keepends=True)
 
@@ -266,7 +268,7 @@ class Store:
         return sorted(self.folder.glob("part-*.parquet"))
 
     def _of_part(self, part: Path) -> list[dict[str, Any]]:
-        """Return the rows of a part; an empty list for a damaged part."""
+        """Return the rows of a Parquet part, or an empty list if the part is damaged."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -287,7 +289,7 @@ class Store:
             raise InputError(f"{e}; {self._safe}") from None
         _sync(part)
         _sync(self.folder)
-        os.ftruncate(self._journal, 0)  # a crash before this line leaves duplicates
+        os.ftruncate(self._journal, 0)  # a crash before this line leaves duplicate rows, which are harmless
         self._in_journal = 0
 
     def _table(self, rows: list[dict[str, Any]], limits: bool = False) -> bytes:

@@ -1,6 +1,6 @@
-"""The answer of a study: the share of draws inside the limits with its interval, and the failures.
+"""Result of a study: the share of variations inside the limits with a 95 % interval, and the failures.
 
-For a comparison, report.json contains summary and verdicts, and results.parquet contains the rows.
+Two studies are compared by the summary and verdicts in report.json, and by the rows in results.parquet.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from hystfmu.studies.spec import Study
 
 CONFIDENCE = 0.95
 PERCENTILES = (5, 50, 95, 99)
-LOST = {"rms_percent": 25.0, "max_percent": 50.0}  # of the stroke: an output at rest errs as much
+LOST = {"rms_percent": 25.0, "max_percent": 50.0}  # errors in percent of the stroke that a constant output also has
 
 Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Spread:
-    """Distribution of one metric in one case: percentiles, worst value, limit, and share within the limit."""
+    """Distribution of one metric in one case: percentiles, worst value, limit, and share inside the limit."""
 
     case: str
     metric: str
@@ -47,16 +47,16 @@ class Spread:
 
 @dataclass(frozen=True)
 class Summary:
-    """Share of the draws inside the limits of all cases.
+    """Share of the variations inside the limits of all cases.
 
     Parameters
     ----------
     draws, inside, unstable, failed : int
-        Numbers of draws. Unstable and failed draws are outside the limits. A run is unstable if its values grow without
-        bound, if its error is as large as for an output at rest, or if its linearised loop has a pole outside the unit
-        circle.
+        Numbers of all variations and of variations inside the limits, unstable and failed ones. Unstable and failed
+        variations are outside the limits. A run is unstable if its values grow without bound, if its error is as large
+        as for a constant output, or if its linearised loop has a pole outside the unit circle.
     interval : (float, float) or None
-        95 % interval of the share after Clopper and Pearson; None for a grid, whose points are not random.
+        95 % confidence interval of the share (Clopper and Pearson). It is None for a grid, whose points are not random.
     spreads : tuple of Spread
     worst : tuple of dict
         The worst row of each case.
@@ -72,7 +72,7 @@ class Summary:
 
     @property
     def sentence(self) -> str:
-        """The answer in one sentence."""
+        """The result in one sentence."""
         unstable = "none is" if self.unstable == 0 else f"{self.unstable} {'is' if self.unstable == 1 else 'are'}"
         failed = f"; {self.failed} could not be run" if self.failed else ""
         if all(s.limit is None for s in self.spreads):
@@ -85,10 +85,10 @@ class Summary:
 
 
 def interval(inside: int, draws: int) -> tuple[float, float]:
-    """Return the 95 % interval of a share after Clopper and Pearson (1934), Biometrika 26, 404-413.
+    """Return the 95 % confidence interval of a share (Clopper and Pearson 1934, Biometrika 26, 404-413).
 
-    For independent draws, the interval contains the true share with a probability of at least 95 %. For more evenly
-    spread points, the interval is conservative.
+    For independent random variations, the interval contains the true share with a probability of at least 95 %. For
+    more evenly spread variations, the interval is conservative.
     """
     tail = (1 - CONFIDENCE) / 2
     lo = betaincinv(inside, draws - inside + 1, tail) if inside else 0.0
@@ -97,7 +97,7 @@ def interval(inside: int, draws: int) -> tuple[float, float]:
 
 
 def summarise(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> Summary | None:
-    """Summarise the rows of a study; None for the method 'optuna'."""
+    """Return the summary of the rows of a study, or None for the method 'optuna'."""
     if study.spec.method == "optuna":
         return None
     limits = {s.case.name: study.limits(s.case) for s in systems}
@@ -136,8 +136,8 @@ def outcomes(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> di
 def is_unstable(system: System, row: Row) -> bool:
     """Return whether a run is unstable.
 
-    A run is unstable if it diverged, lost its reference, or has a linearised loop with a pole outside the unit
-    circle.
+    A run is unstable if it diverged, if its error is as large as for a constant output, or if its linearised loop has a
+    pole outside the unit circle.
     """
     if row["status"] == "stopped":
         return True
@@ -147,7 +147,7 @@ def is_unstable(system: System, row: Row) -> bool:
 
 
 def worst_rows(rows: Sequence[Row], case: str, limits: Mapping[str, float]) -> list[Row]:
-    """Return the rows of a case, the worst row first.
+    """Return the rows of a case, sorted from the worst to the best.
 
     Failed runs come first. The other rows are sorted by the largest ratio of a metric to its limit, or by the first
     metric if there are no limits.
@@ -157,7 +157,7 @@ def worst_rows(rows: Sequence[Row], case: str, limits: Mapping[str, float]) -> l
 
 
 def excess(row: Row, limits: Mapping[str, float]) -> float:
-    """Return the largest ratio of a metric to its limit; infinite for a failed run.
+    """Return the largest ratio of a metric to its limit, or infinity for a failed run.
 
     If there are no limits, return the first metric.
     """
@@ -188,7 +188,7 @@ def _spreads(case: str, limits: Mapping[str, float], rows: Sequence[Row]) -> lis
 
 
 def command(study: Study, row: Row) -> str:
-    """Return the command that runs a row again."""
+    """Return the text of the command that runs a row again."""
     where = os.path.normpath(study.file.parent / study.spec.scenario)
     given = [f"{k}={v if isinstance(v, str) else json.dumps(v)}" for k, v in _settings(study, row).items()]
     return shlex.join(["hystfmu", "run", where, "--case", row["case"], *(w for g in given for w in ("--set", g))])
@@ -208,7 +208,7 @@ def _settings(study: Study, row: Row) -> dict[str, Any]:
 
 
 def metric_unit(system: System, metric: str) -> str:
-    """Return the unit of measure of a metric of a case or of its linearised loop; empty for a ratio."""
+    """Return the unit of measure of a metric of a case or of its linearised loop, or "" for a ratio."""
     if metric in system.case.metrics:
         return unit_of_metric(system, system.case.metrics[metric])
     return "dB" if metric.endswith("_db") else ""
@@ -223,7 +223,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 class Facts(pydantic.BaseModel):
     """Data of a study in its report.json.
 
-    `outcomes` has a letter of `WORDS` for each draw, in the order of the draws.
+    `outcomes` contains one letter of `WORDS` for each variation, in the order of the variations.
     """
 
     model_config = pydantic.ConfigDict(strict=True)
@@ -258,7 +258,7 @@ def facts(
 
 @dataclass(frozen=True)
 class Read:
-    """Data of a study from its files.
+    """Data of a study, read from its files.
 
     `values` contains the parameters, shape (n, p). `metrics` contains each metric with a limit, shape (n,). A metric of
     a failed run is infinite.
@@ -270,10 +270,10 @@ class Read:
 
 
 def is_study(path: str | Path) -> bool:
-    """Return whether a folder or a report.json belongs to a study; False if the file is not a report."""
+    """Return whether a path is the folder or the report.json of a study."""
     try:
         content = json.loads(read_bytes(_report(path), MOST_BYTES))
-    except (ValueError, RecursionError):  # whoever reads it next says what is wrong
+    except (ValueError, RecursionError):  # the function that reads the file next reports the error
         return False
     return isinstance(content, dict) and KEY in content
 
@@ -315,7 +315,7 @@ def _rows(table: Path) -> list[dict[str, Any]]:
 
 
 def _in_order(found: Facts, rows: Sequence[Mapping[str, Any]]) -> Read:
-    """Sort the rows by draw. A KeyError or a ValueError means that the rows belong to another study."""
+    """Return the rows sorted by variation. A KeyError or a ValueError means that the rows belong to another study."""
     place = {v: k for k, v in enumerate(sorted({r["variation"] for r in rows}))}
     if len(place) != len(found.outcomes):
         raise ValueError

@@ -1,6 +1,7 @@
 """One run of a study: a case with a variation, the id of the run, and its row in the table.
 
-A run, or the objective of a study, may include the linearised loop: peak of the sensitivity, stability in the corners.
+The metrics of a run, and the objective of a study, may include the peak of the sensitivity of the linearised loop and
+its stability in the worst-case parameter sets.
 """
 
 from __future__ import annotations
@@ -28,25 +29,25 @@ from hystfmu.scenario.system.case import sizes, split_end, with_values
 from hystfmu.scenario.system.system import System, build
 from hystfmu.studies.spec import LoopSpec, Study
 
-RADIUS = 1 - 1e-6  # largest modulus of a pole that counts as stable: creep of 10 s has its pole at 1 - 1e-5
+RADIUS = 1 - 1e-6  # largest modulus of a stable pole; creep with a time constant of 10 s has a pole at 1 - 1e-5
 
 
 class LoopLimits:
-    """Limits of the linearised loop in the objective of a study, computed for any variation."""
+    """Limits of the linearised loop in the objective of a study, which can be tested for any variation."""
 
     def __init__(self, study: Study, spec: LoopSpec) -> None:
         self._spec = spec
         self._systems = {name: build(study.scenario_cases[name]) for name in {spec.case, *spec.corners}}
 
     def excess(self, settings: Mapping[str, Any]) -> dict[str, float]:
-        """Return the excess of a variation over each limit. A limit is met if its excess is at most 0.
+        """Return how much a variation exceeds each limit. The variation meets the limit if the value is at most 0.
 
         The settings ``{"unit.parameter": value}`` have the form of `set` of a scenario.
         """
         spec = self._spec
         nominal = self._opened(spec.case, settings)
         found = {"Ms_db": math.inf}
-        with suppress(InputError):  # without an inverse the case runs to have slopes, which one that diverges has not
+        with suppress(InputError):  # without an inverse, the incremental gain is computed from a run, which may diverge
             peak = nominal.margins(delay=spec.delay)
             found = {"Ms_db": peak.Ms_db - spec.Ms_db if peak.stable else math.inf}
         corners = [self._opened(name, settings) for name in spec.corners]
@@ -61,12 +62,13 @@ class LoopLimits:
 
 
 def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float]:
-    """Return the margins of the loop of a case with other settings. The loop is opened at the input of the plant.
+    """Return the metrics of the linearised loop of a case with other settings, opened at the input of the plant.
 
-    ``Ms_db`` is the peak of the sensitivity for the nominal slope (dB); it is infinite for an unstable loop. ``radius``
-    is the largest modulus of a pole for the slopes along the path of the case.
+    ``Ms_db`` is the peak of the sensitivity for the nominal incremental gain (dB), or infinity for an unstable loop.
+    ``radius`` is the largest modulus of a pole for the incremental gains along the path of the case.
     """
-    fine = {k: float(settings[k]) % 1 for k in sizes(system.case) & settings.keys()}  # a loop is opened at one rate
+    # the linearised loop has one sampling rate
+    fine = {k: float(settings[k]) % 1 for k in sizes(system.case) & settings.keys()}
     whole = {k: v - fine[k] if k in fine else v for k, v in settings.items()}
     opened = open_loop(build(replace(system.case, overrides={**system.case.overrides, **whole})))
     delay = sum(fine.values())
@@ -77,10 +79,10 @@ def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float
 
 
 def _radius(opened: OpenedLoop, slope: float, delay: float) -> float:
-    """Return the largest modulus of a pole.
+    """Return the largest modulus of a pole of the closed loop.
 
-    For a loop with a memory of a period, the bound may exceed 1 although the loop is stable. Therefore the result is
-    computed for the loop without this memory.
+    For a loop with a period memory, the computed bound may exceed 1 although the loop is stable. Therefore the result
+    is computed for the loop without this memory.
     """
     if opened.memories and opened.stable(slope, delay):
         opened = replace(opened, memories=())
@@ -101,7 +103,7 @@ OUTSIDE = "outside"
 
 @dataclass(frozen=True)
 class Task:
-    """A case with a variation. `index` is the row of the table; `settings` has the form of `set` of a scenario."""
+    """One run: a case with a variation. `index` is the row of the table; `settings` has the form of `set` in a case."""
 
     index: int
     variation: int
@@ -116,8 +118,8 @@ class Task:
 def fingerprint(system: System) -> str:
     """Return a hash of all data that determine the results of a case.
 
-    These are units, values, connections, time grid, metrics and version. Two studies share a row only if this hash and
-    the variation agree.
+    The data are units, values, connections, time grid, metrics and version. A stored row is used in another study only
+    if this hash and the variation agree.
     """
     case = system.case
     content = {
@@ -132,13 +134,13 @@ def fingerprint(system: System) -> str:
 
 
 def identity(of_case: str, settings: dict[str, Any], margins: bool = False) -> str:
-    """Return the id of a run. The id is the same on every machine."""
+    """Return the id of a run, which is the same on every computer."""
     content = [of_case, settings, *(["margins"] if margins else [])]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
 
 
 def row_of(task: Task, case: str, status: str, reason: str, metrics: dict[str, float] | None = None) -> dict[str, Any]:
-    """Return the row of a task. `reason` states why the row has no metrics."""
+    """Return the row of a task. `reason` is the reason if the row has no metrics."""
     row = {"index": task.index, "variation": task.variation, "id": task.id, "case": case, "values": task.values}
     return {**row, "metrics": metrics or {}, "status": status, "reason": reason}
 
@@ -148,10 +150,10 @@ def _varied(system: System, settings: dict[str, Any]) -> System:
 
 
 class Runner:
-    """Run tasks in one process, and reuse prepared systems. `systems` contains the cases of the study in order.
+    """Runs tasks in one process, and reuses prepared systems. `systems` contains the cases of the study in order.
 
-    FMUs are unpacked in `folder`, by default the folder for temporary files. With `apart`, each run with foreign FMUs
-    has its own child process. Without `apart`, the caller must supervise and confine this process.
+    FMUs are unpacked in `folder`, by default the folder for temporary files. If `apart` is True, each run with foreign
+    FMUs is in a separate child process. If it is False, the caller must supervise and confine this process.
     """
 
     def __init__(self, systems: list[System], run: Run, folder: str | None = None, apart: bool = False) -> None:
@@ -160,7 +162,7 @@ class Runner:
         self._store: FmuStore | None = None
 
     def __call__(self, task: Task) -> dict[str, Any]:
-        """Run a task and return its row. The row of a failed run states the reason."""
+        """Run a task and return its row. The row of a failed run contains the reason."""
         case = self._systems[task.case].case.name
         try:
             return row_of(task, case, "ok", "", self._metrics(task))
@@ -195,7 +197,7 @@ class Runner:
         return found | (loop_metrics(system, task.settings) if task.margins else {})
 
     def _prepared(self, task: Task) -> Native:
-        """Return the case in the C core with the settings of a task. Each delay length needs its own system."""
+        """Return the prepared system of a case in the C core with the settings of a task."""
         system = self._systems[task.case]
         structure = {k: v for k, v in task.settings.items() if k in sizes(system.case)}
         key = (task.case, *sorted(structure.items()))

@@ -73,19 +73,20 @@ def read(
         time, input and output. If several files are given, each file is a record, and a model starts each record from
         rest.
     time : str or int
-        Time column, given by its heading with or without the unit of measure (``"Zeit [ms]"`` or ``"Zeit"``), or by its
-        number, counted from 1. If it is not given, the column is recognised by its name, such as t, u or y, or by its
-        unit of measure.
+        Heading of the time column, such as ``"Zeit [ms]"``, or its number, counted from 1. The heading may omit the
+        unit of measure (``"Zeit"``). By default, the reader recognises the columns of t, u and y by their names or
+        units of measure.
     input : str or int
-        Input column, given like `time`.
+        Input column, specified like `time`.
     output : str or int, optional
-        Output column, given like `time`.
+        Output column, specified like `time`.
 
         If it is None, no output is read.
     rate : float, optional
-        Sampling rate (Hz), which replaces a time column.
+        Sample rate (Hz) of a file without a time column.
     train : slice, (first, end) or "first:end", optional
-        Training rows first:end, whose errors a fit minimises. The model always runs from row 0.
+        Training rows ``first:end``: the fit minimises the error on these rows. The simulation of the model always
+        starts at row 0.
 
         Rows are counted from 0, and the end is excluded. The rows of several
         records are numbered consecutively.
@@ -96,14 +97,14 @@ def read(
         record is resampled, with a remark, only if at most 2 % of the samples were lost and time stamps deviate by at
         most 0.3 steps. Other records with unequal steps are refused.
     lag : int in [0, inf)
-        Delay of the output sensor in rows. The output of row k + lag then belongs to the input of row k.
+        Delay of the output sensor in rows. The reader assigns y of row k + lag to u of row k.
     record : str or int, optional
-        Column that numbers the records. A new record starts where the value in this column changes.
+        Column with the number of the record. A new record starts at each row where this number changes.
     covariates : sequence of str or int
-        Columns of further measured inputs, such as load or temperature, given like `input`. The reader does not
-        recognise these columns by their names.
+        Columns of measured inputs beside u, such as load or temperature, specified like `input`. The reader never
+        recognises these columns by name.
     decimal : {".", ","}, optional
-        Decimal sign, which is needed for ambiguous numbers such as 1,234.
+        Decimal sign. It is necessary if the numbers are ambiguous, such as 1,234.
     most : int
         Maximum size of the file in bytes, before and after decompression.
 

@@ -1,1 +1,1 @@
-"""Check an FMU of any origin: archive, static checks, and trial runs in a child process."""
+"""Checks of an FMU of any origin: its archive, its model description, and trial runs in child processes."""

@@ -1,4 +1,4 @@
-"""Find problems in an FMU of any origin: in its archive, by static checks, and by trial runs in child processes."""
+"""The function `validate`, which finds problems in the archive, the description and the behaviour of any FMU."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ MOST_CHECKS, MOST_WORDS = 40, 200
 
 @dataclass(frozen=True)
 class Check:
-    """One property that was checked.
+    """Result of the check of one property of an FMU.
 
     Attributes
     ----------
     name : str
-        The property.
+        Name of the check.
     tried : str
-        Extent of the check, such as ``3 instances, 250 steps``; empty if the check does not apply to the FMU.
+        Extent of the check, such as ``3 instances, 250 steps``. It is empty if the check does not apply to the FMU.
     problems : int
-        Number of problems.
+        Number of problems found.
     seconds : float in (0, inf)
-        Duration (s).
+        Duration of the check (s).
     """
 
     name: str
@@ -50,10 +50,10 @@ class Check:
 
 @dataclass(frozen=True)
 class Place:
-    """Start point of a child process after a check has ended another child process.
+    """Check at which a child process begins, after an earlier check has ended another child process.
 
-    `first` is the number of the check, `steps` the number of steps that the FMU makes. `failed` names the checks that
-    could not be completed; other checks may need their success.
+    `first` is the number of the check, and `steps` is the number of steps that the FMU can make. `failed` contains the
+    names of the checks that could not be completed; a check that needs one of them is skipped.
     """
 
     first: int
@@ -62,32 +62,32 @@ class Place:
 
     @classmethod
     def of(cls, notes: Any) -> Place:
-        """Return the start point in the notes of a child process; the FMU may have changed the notes.
+        """Return the start point that a child process has written to its notes. The FMU may have changed the notes.
 
         Raises
         ------
         TypeError, ValueError, KeyError
-            Something else is written there.
+            The notes do not contain a valid start point.
         """
         failed = [str(name)[:MOST_WORDS] for name in notes["failed"][:MOST_CHECKS]]
         return cls(int(notes["first"]), int(notes["steps"]), failed)
 
 
 class Findings(list[str]):
-    """Problems, one line each, with the `checks` made, in their order; the last one may have ended the process."""
+    """Problems of an FMU, one line each. `checks` lists the completed checks, and the check that ended a process."""
 
     def __init__(self, problems: Sequence[str] = (), checks: Sequence[Check] = ()) -> None:
-        super().__init__(map(printable, problems))  # they name what an FMU calls its variables
+        super().__init__(map(printable, problems))  # a problem may contain variable names of the FMU
         self.checks = tuple(checks)
 
 
 def checks_of(notes: Any) -> list[Check]:
-    """Return the checks in the notes of a child process; the FMU may have changed the notes.
+    """Return the checks that a child process has written to its notes. The FMU may have changed the notes.
 
     Raises
     ------
     TypeError, ValueError, KeyError
-        Something else is written there.
+        The notes do not contain valid checks.
     """
     return [
         Check(
@@ -100,26 +100,26 @@ def checks_of(notes: Any) -> list[Check]:
     ]
 
 
-MOST_NOTES = 2**24  # bytes of the findings
-MOST_START = 60.0  # s: until a child begins to check; no code of the FMU runs before
-ABOUT = 24  # checks of an FMU with both interfaces, for the progress
+MOST_NOTES = 2**24  # maximum size of the notes (bytes)
+MOST_START = 60.0  # s: time limit until the first check of a child begins; no code of the FMU runs before it
+ABOUT = 24  # approximate number of checks of an FMU with both interfaces, for the progress
 Progress = Callable[[float], None]
 
 
 class _Watch:
-    """Reader of the notes of a running child; the time limit of a check starts with the note of the check."""
+    """Reader of the notes of a running child process. The time limit of a check starts when its note appears."""
 
     def __init__(self, result: Path, progress: Progress) -> None:
         self.result, self.progress = result, progress
         self.number, self.begin = -1, time.monotonic()
 
     def notes(self) -> dict[str, Any]:
-        """Return the notes of the child; the FMU may have changed these notes."""
+        """Return the notes of the child process. The FMU may have changed the notes."""
         notes: dict[str, Any] = json.loads(read_result(self.result, MOST_NOTES))
         return notes
 
     def look(self) -> bool:
-        """Return whether another check has begun since the last call, or no check has begun yet."""
+        """Return whether a new check has begun since the last call, or whether no check has begun yet."""
         with suppress(ValueError, KeyError, TypeError, RecursionError):
             if not self.result.exists():
                 return time.monotonic() - self.begin < MOST_START
@@ -131,7 +131,7 @@ class _Watch:
 
 
 def _part(process: Child, watch: _Watch, seconds: float) -> tuple[Findings, Place | None]:
-    """Return the findings of one child, and the start point of the next child if a check ended this child."""
+    """Return the findings of one child process, and the start point of the next one if a check ended this process."""
     lines, in_time = process.finish(seconds, watch.look)
     try:
         notes = watch.notes()
@@ -155,7 +155,7 @@ def _part(process: Child, watch: _Watch, seconds: float) -> tuple[Findings, Plac
 
 
 def _run_problems(folder: Path, box: Box | None, seconds: float, progress: Progress) -> Findings:
-    """Return the findings of all child processes: each starts after the check that ended the previous one."""
+    """Return the findings of all child processes. Each process begins after the check that ended the previous one."""
     found, place = Findings(), Place(0, STEPS, [])
     while True:
         result = folder / f"result{place.first}.json"
@@ -169,7 +169,7 @@ def _run_problems(folder: Path, box: Box | None, seconds: float, progress: Progr
 
 
 def _fmutool_problems(process: Child | None, seconds: float) -> Findings:
-    """Return the errors that fmutool reports; fmutool is optional (extra `dev`)."""
+    """Return the errors that the optional tool fmutool reports. The extra `dev` installs fmutool."""
     if process is None:
         return Findings()
     begin = time.monotonic()
@@ -184,20 +184,19 @@ def _fmutool_problems(process: Child | None, seconds: float) -> Findings:
 def validate(
     path: str | Path, seconds: float = 60.0, confined: bool = True, progress: Progress = lambda fraction: None
 ) -> Findings:
-    """Check an FMU of any origin: archive, description, behaviour.
+    """Find problems in the archive, the description and the behaviour of an FMU of any origin.
 
-    The archive is inspected before it is unpacked. Then the static checks of fmpy and, if installed, of fmutool are
-    applied. The trials of `hystfmu.fmu.check.trials` run the FMU in Co-Simulation. They check start values,
-    repeatability, side effects of get and set, reset, saved states, NULL pointers and two instances. They also check
-    lengths of steps, dependencies, directional derivatives, memory leaks, repeated loading, and folders with spaces and
-    non-ASCII letters. The trials of `hystfmu.fmu.check.exchange_trials` run the FMU in Model Exchange. They check
-    repeatability, events, the order of states, effects of rejected steps, dependencies and directional derivatives. In
-    Scheduled Execution they activate the partitions.
+    The archive is inspected before it is unpacked. Then the static checks of fmpy are applied, and those of fmutool if
+    it is installed. Trial runs in Co-Simulation check start values, repeatability, side effects of get and set, reset,
+    saved states, NULL pointers, and two instances in one process. They also check steps of different lengths,
+    dependencies, directional derivatives, memory leaks, repeated loading, and folders with spaces and non-ASCII
+    letters. Trial runs in Model Exchange check repeatability, events, the order of states, effects of rejected steps,
+    dependencies and directional derivatives. Trial runs in Scheduled Execution activate the model partitions.
 
-    If an FMU ends its simulation by itself, a run is as long as the FMU allows. Except for the inspection of the
-    archive, all checks run in child processes with limits of time and memory, without network, and with write access to
-    one folder only. A problem does not end the list of checks: after a crash, the next check runs in another process.
-    If a check needs something that is missing, such as an instance, the findings state this in one line.
+    If the FMU ends the simulation by itself, a trial run ends at this time. All checks except the inspection of the
+    archive run in child processes. These processes have limits of time and memory, no network access, and write access
+    to one folder only. After a crash, the next check runs in another process. If a check needs something that is
+    missing, such as an instance, the findings state this in one line.
 
     Parameters
     ----------
@@ -206,16 +205,16 @@ def validate(
     seconds : float
         Time limit of each check (s).
     confined : bool
-        Whether foreign FMUs run without network and with write access to a private folder only, if the system supports
-        this.
+        Whether the child processes run without access to the network, and with write access to one private folder only.
+        On some operating systems this protection is not available.
     progress : function, optional
-        Called with the approximate fraction of the checks that is done, 0..1.
+        Function that is called with the approximate fraction of completed checks, 0..1.
 
     Returns
     -------
     Findings
-        Problems, one line each; empty if no problem is found. `checks` lists the checks that were made. A problem of
-        the archive ends the check before unpacking.
+        Problems, one line each; empty if no problem is found. Its attribute `checks` lists the checks that were made.
+        If the archive has a problem, it is not unpacked, and no further check is made.
 
     Raises
     ------
@@ -255,7 +254,7 @@ def _content_problems(path: Path, folder: Path, seconds: float, confined: bool, 
     first = re.search(rb"""fmiVersion\s*=\s*["']1\.""", (folder / "fmu" / "modelDescription.xml").read_bytes())
     box = Box.of(folder, path) if confined else None
     fmutool = None
-    if importlib.util.find_spec("fmu_manipulation_toolbox") and not first:  # it knows FMI 2.0 and 3.0
+    if importlib.util.find_spec("fmu_manipulation_toolbox") and not first:  # fmutool supports FMI 2.0 and 3.0
         start = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
         fmutool = Child("-c", start, "-input", str(path.absolute()), "-check", box=box)
     run = _run_problems(folder, box, seconds, progress)

@@ -1,8 +1,8 @@
 """Trials of a foreign FMU in Model Exchange and in Scheduled Execution.
 
-A simple solver checks the properties that solvers rely on. The solver is forward Euler, which is sufficient because no
-result is compared with an exact solution. Forward Euler may be unstable, so a run that grows without bound is ended. A
-simple scheduler activates the model partitions of input clocks.
+The trials check the properties that solvers need. They integrate with the forward Euler method, which is sufficient
+because no result is compared with an exact solution. The method may be unstable, so a run ends if a state grows without
+bound. A simple scheduler activates the model partitions of input clocks.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from hystfmu.fmu.check.foreign_library import MADE, ForeignFmu, Trial, making, t
 from hystfmu.fmu.foreign.instance import Finding, Instance, Values, count
 from hystfmu.fmu.foreign.simulated import Continuous
 
-_STEPS, _PARTS = 40, 8  # steps of the default experiment; substeps of each if there are continuous states
+_STEPS, _PARTS = 40, 8  # number of steps; number of substeps of each step if there are continuous states
 _TOO_LARGE = 1e12
 _MOST_PAIRS = 64
-_MOVES = 1e-9  # relative change; a smaller one may come from an iterative solver in the FMU
+_MOVES = 1e-9  # relative change that counts as a dependency; iterative solvers in the FMU cause smaller changes
 
 
 class _Unit:
-    """An instance in Continuous-Time Mode with the inputs of the trials."""
+    """An instance in Continuous-Time Mode that is driven by the inputs of the trials."""
 
     def __init__(self, fmu: ForeignFmu, made: Instance) -> None:
         self.fmu, self.made = fmu, made
@@ -34,13 +34,13 @@ class _Unit:
         self.x, self.z = self.time.states(), self.time.indicators()
 
     def put(self, t: float, k: int, x: list[float]) -> None:
-        """Set the time, the continuous states, and row k of the continuous inputs."""
+        """Set the time (s), the continuous states, and the continuous inputs to their values in row k."""
         self.time.put(t, x)
         for v in self.fmu.continuous:
             self.made.set(v, self.fmu.excitation(v, k))
 
     def event(self, k: int) -> None:
-        """Handle an event; in Event Mode all other inputs get the values of row k."""
+        """Handle an event. In Event Mode, all inputs that are not continuous get their values in row k."""
 
         def put() -> None:
             for v in self.fmu.discrete:
@@ -50,7 +50,10 @@ class _Unit:
         self.x, self.z = self.time.states(), self.time.indicators()
 
     def accept(self, t: float, k: int, close: float) -> None:
-        """Accept the step that ends at t, and handle an event if there is one at t."""
+        """Accept the step that ends at t (s), and handle an event at t if there is one.
+
+        A time event counts as an event at t if it is at most `close` (s) later.
+        """
         asked = self.time.completed()
         if self.time.ended:
             return
@@ -63,9 +66,9 @@ class _Unit:
             self.z = z
 
     def step(self, k: int, rejected: bool) -> bool:
-        """Make step k; with `rejected`, first try and reject every substep with other inputs.
+        """Integrate step k; return False if a state grows without bound or the FMU ends the simulation.
 
-        Returns False if a state grows without bound or the FMU ends the simulation.
+        With `rejected`, every substep is first tried with other inputs and rejected.
         """
         t, h = self.fmu.t0 + k * self.fmu.h, self.fmu.h
         parts = _PARTS if self.n else 1
@@ -94,7 +97,7 @@ class _Unit:
 
 
 def _run(fmu: ForeignFmu, rejected: bool = False, at_end: Callable[[_Unit], None] | None = None) -> list[Values]:
-    """Return the outputs after each step."""
+    """Return the outputs after each step of a run. The function `at_end` is called with the instance after the run."""
     out: list[Values] = []
     with fmu.instance("ModelExchange") as made:
         unit = _Unit(fmu, made)
@@ -108,7 +111,10 @@ def _run(fmu: ForeignFmu, rejected: bool = False, at_end: Callable[[_Unit], None
 
 
 def model_exchange(fmu: ForeignFmu) -> Iterator[str]:
-    """Runs are repeatable and rejected steps have no effect; an FMU of HystFMU agrees with its Co-Simulation."""
+    """Check that runs are repeatable, and that rejected steps have no effect.
+
+    For an FMU of HystFMU, also check that Model Exchange agrees with Co-Simulation.
+    """
     want = _run(fmu)
     if where := fmu.difference(want, _run(fmu)):
         yield f"the same run in a new instance differs in Model Exchange: {where}"
@@ -123,10 +129,10 @@ def model_exchange(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def state_order(fmu: ForeignFmu) -> Iterator[str]:
-    """States and derivatives have the order and the values of the variables that the model structure names."""
+    """Check that states and derivatives have the order and the values of their variables in the model structure."""
     listed = [u.variable for u in fmu.description.derivatives]
     if not listed or fmu.version == 1 or not all(v.derivative for v in listed):
-        return  # a derivative of no state is a problem of the description
+        return  # a derivative without a state is a problem of the description
     with fmu.instance("ModelExchange") as made:
         unit = _Unit(fmu, made)
         if sum(count(v) for v in listed) != unit.n:
@@ -147,29 +153,29 @@ def state_order(fmu: ForeignFmu) -> Iterator[str]:
 
 
 class _Point:
-    """Outputs and derivatives at the end of a run, as functions of one input or continuous state."""
+    """Outputs and derivatives of an instance at the end of a run, as functions of one input or continuous state."""
 
     def __init__(self, unit: _Unit) -> None:
         self.unit, self.fmu = unit, unit.fmu
         self.t = self.fmu.t0 + _STEPS * self.fmu.h
         listed = [u.variable for u in self.fmu.description.derivatives]
-        # states that are arrays are not checked; a derivative of no state is a problem of the description
+        # states that are arrays are not checked; a derivative without a state is a problem of the description
         self.rates = listed if len(listed) == unit.n and all(v.derivative for v in listed) else []
         self.states = [v.derivative for v in self.rates]
         self.knowns = [*self.fmu.continuous, *self.states]
         self.unknowns = [v for v in self.fmu.outputs if v.type in ("Real", "Float64")] + self.rates
 
     def same(self, unknown: Any, known: Any) -> bool:
-        """Return whether output and state are the same variable; an output that is a state depends on nothing else."""
+        """Return whether an output and a state are the same variable. Such an output depends on this state only."""
         return bool(unknown.valueReference == known.valueReference)
 
     def size(self, known: Any) -> float:
-        """Return the magnitude of a known, at least 1."""
+        """Return the magnitude of an input or a state, at least 1."""
         x = self.unit.x[self.states.index(known)] if known in self.states else self.fmu.excitation(known, _STEPS)[0]
         return max(1.0, abs(x))
 
     def values(self, known: Any, off: float) -> list[Values]:
-        """Read all unknowns with one known shifted by `off`."""
+        """Return all outputs and derivatives after a shift of one input or state by `off`."""
         x = list(self.unit.x)
         if known in self.states:
             x[self.states.index(known)] += off
@@ -180,7 +186,10 @@ class _Point:
 
 
 def exchange_dependencies(fmu: ForeignFmu) -> Iterator[str]:
-    """Direct dependencies on inputs and continuous states are declared, also in Event Mode."""
+    """Check that the model structure declares all direct dependencies on inputs and continuous states.
+
+    The dependencies in Event Mode are also checked.
+    """
     if fmu.version == 1:
         return
     structure = [*fmu.description.outputs, *fmu.description.derivatives]
@@ -215,7 +224,7 @@ def exchange_dependencies(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def exchange_derivatives(fmu: ForeignFmu) -> Iterator[str]:
-    """Directional derivatives at the end of a run agree with finite differences."""
+    """Check that directional derivatives at the end of a run agree with finite differences."""
     if "ModelExchange" not in fmu.with_derivatives:
         return
     found: list[str] = []
@@ -260,7 +269,7 @@ _PERIODIC = {"constant", "fixed", "calculated", "tunable", "changing"}
 
 
 class _Scheduler:
-    """Scheduler that activates partitions by time and priority; triggered clocks tick in the first ticks only."""
+    """Scheduler that activates model partitions by time and priority. Triggered clocks tick in the first ticks only."""
 
     def __init__(self, fmu: ForeignFmu, made: Instance) -> None:
         self.fmu, self.made = fmu, made
@@ -281,7 +290,7 @@ class _Scheduler:
                 self._activate(v, t + interval[0])
 
     def run(self) -> list[Values]:
-        """Return the outputs after each tick."""
+        """Return the outputs after each tick of the scheduler."""
         rows = []
         for k in range(_TICKS):
             for clock in self.clocks:
@@ -296,7 +305,10 @@ class _Scheduler:
 
 
 def scheduled_execution(fmu: ForeignFmu) -> Iterator[str]:
-    """Partitions of all input clocks run; a second instance and a reset instance give the same outputs."""
+    """Check that the partitions of all input clocks run, and that the outputs are repeatable.
+
+    A second instance and a reset instance must give the same outputs.
+    """
     with fmu.instance("ScheduledExecution") as made:
         made.begin()
         want = _Scheduler(fmu, made).run()

@@ -1,4 +1,4 @@
-"""A foreign FMU under check: model description, instances, trials, and Co-Simulation with varying inputs.
+"""A foreign FMU during its check, with instances that are driven by varying inputs; the class of trials.
 
 Only the child process of `validate` uses this module, because the FMU executes foreign native code.
 """
@@ -18,14 +18,14 @@ from hystfmu.fmu.foreign.instance import CARRIED, REAL, Instance, Interface, Val
 
 STEPS = 100
 _NEAR = 1e-4  # relative tolerance of a directional derivative
-_ROUNDING = 2**-50  # four units in the last place
+_ROUNDING = 2**-50  # relative rounding error, four units in the last place
 
 
 def tangent_differs(got: float, value: Callable[[float], float], e: float) -> str:
-    """Compare a derivative with finite differences of step e; return the central difference if they differ, else "".
+    """Return the central difference as text if a derivative differs from finite differences of step e, otherwise "".
 
-    At a kink the one-sided differences are accepted. At a discontinuity every value is accepted, because no derivative
-    exists. The tolerance includes rounding: values of 1e12 have a spacing of 1e-4.
+    At a kink, each one-sided difference is also accepted. At a discontinuity, every value is accepted, because no
+    derivative exists. The tolerance includes the rounding errors of the values.
     """
     low, here, high = (value(off) for off in (-e, 0.0, e))
     quotients = (high - low) / (2 * e), (high - here) / e, (here - low) / e
@@ -37,7 +37,7 @@ def tangent_differs(got: float, value: Callable[[float], float], e: float) -> st
 
 
 def _varied(v: Any) -> bool:
-    """Return whether the trials vary an input: its valid values are known, and the input needs no clock."""
+    """Return whether the trials vary an input. The valid values must be known, and the input must not need a clock."""
     if v.causality != "input" or getattr(v, "clocks", None):
         return False
     bounded = v.min is not None and v.max is not None
@@ -45,11 +45,11 @@ def _varied(v: Any) -> bool:
 
 
 class ForeignFmu:
-    """An unpacked foreign FMU with its model description read by fmpy.
+    """An unpacked foreign FMU with its model description, as read by fmpy.
 
-    A trial that repeats an action as often as possible takes `seconds`. `with_derivatives` names the interfaces that
-    provide directional derivatives. `steps` is the number of steps in a run: less than `STEPS` if the FMU ends the
-    simulation by design or cannot continue.
+    A trial that repeats an action as often as possible lasts `seconds` (s). `with_derivatives` contains the interfaces
+    that provide directional derivatives. `steps` is the number of steps in a run. It is less than `STEPS` if the FMU
+    ends the simulation or cannot continue.
     """
 
     def __init__(self, folder: Path, description: Any, seconds: float = 10.0) -> None:
@@ -61,9 +61,9 @@ class ForeignFmu:
         self.continuous = [v for v in self.inputs if v.type in REAL and v.variability != "discrete"]
         self.discrete = [v for v in self.inputs if v not in self.continuous]
         self.steps = STEPS
-        self._ranges: dict[Any, tuple[float, float, float, Values]] = {}  # phase, bounds, start values of an input
+        self._ranges: dict[Any, tuple[float, float, float, Values]] = {}  # phase, bounds, start values
         root = ET.parse(folder / "modelDescription.xml").getroot()
-        # fmpy reads the attribute name of FMI 2.0 in both standards
+        # fmpy uses the attribute name of FMI 2.0 for both standards
         flag = "providesDirectionalDerivative" + ("s" if self.version == 3 else "")
         self.with_derivatives = {e.tag for e in root if e.get(flag) in ("true", "1")}
         experiment = description.defaultExperiment
@@ -72,12 +72,12 @@ class ForeignFmu:
         self.h = float((experiment and experiment.stepSize) or fixed or 1e-3)
 
     def reach(self, steps: int) -> None:
-        """Store the number of possible steps."""
+        """Store the number of steps that the FMU can make."""
         self.steps = steps
 
     @contextmanager
     def instance(self, interface: Interface = "CoSimulation") -> Iterator[Instance]:
-        """Create an instance in Initialization Mode; the instance is freed at the end, also after a finding."""
+        """Create an instance in Initialization Mode. It is freed at the end of the context, also after a finding."""
         made = Instance(self.folder, self.description, interface)
         try:
             made.initialize(self.t0)
@@ -87,27 +87,27 @@ class ForeignFmu:
 
     @contextmanager
     def running(self) -> Iterator[Instance]:
-        """Create an instance and leave Initialization Mode."""
+        """Create an instance that has left Initialization Mode."""
         with self.instance() as made:
             made.begin()
             yield made
 
     @contextmanager
     def readable(self) -> Iterator[Instance]:
-        """Create an instance whose variables can be set and read; in FMI 1.0 this needs initialization."""
+        """Create an instance whose variables can be set and read. In FMI 1.0, the instance must be initialised."""
         with self.running() if self.version == 1 else self.instance() as made:
             yield made
 
     def start(self, v: Any) -> Values:
-        """Return the start value in the model description, one number per element; 0 where it is missing."""
+        """Return the start value in the model description, one number for each element; 0 if it is missing."""
         values = numbers(v.start or 0)
         return values * count(v) if len(values) == 1 else values
 
     def excitation(self, v: Any, k: int, off: float = 0.0) -> Values:
-        """Return row k of the excitation of an input, shifted by `off`: a modulated oscillation within its range.
+        """Return the value of an input in row k, shifted by `off`. The input is a modulated oscillation in its range.
 
-        Every input has its own phase, because equal inputs would hide a dependency on their difference.  A boolean is
-        true while its oscillation is positive; whole numbers are rounded.
+        Every input has its own phase, because equal inputs would hide a dependency on their difference. A boolean is
+        true while its oscillation is positive. The values of integers are rounded.
         """
         if v not in self._ranges:
             low = float(v.min) if v.min is not None else -math.inf
@@ -123,16 +123,16 @@ class ForeignFmu:
         return tuple([struct.unpack("f", struct.pack("f", x))[0] for x in values] if v.type == "Float32" else values)
 
     def put(self, made: Instance, k: int) -> None:
-        """Set row k of the inputs."""
+        """Set all inputs to their values in row k."""
         for v in self.inputs:
             made.set(v, self.excitation(v, k))
 
     def read(self, made: Instance) -> Values:
-        """Read all elements of all outputs."""
+        """Return the values of all elements of all outputs."""
         return tuple([x for v in self.outputs for x in made.get(v)])
 
     def step(self, made: Instance, k: int, row: int | None = None) -> Values | None:
-        """Set row k (or `row`) of the inputs, make step k, read outputs; None if the FMU ends the simulation."""
+        """Return the outputs after step k with the inputs of row k or of `row`; None if the FMU ends the simulation."""
         self.put(made, k if row is None else row)
         if not made.step(f"step {k + 1}", self.t0 + k * self.h, self.h):
             return None
@@ -141,9 +141,9 @@ class ForeignFmu:
     def run(
         self, made: Instance, rows: Sequence[int], between: Callable[[Instance, Values], None] | None = None
     ) -> list[Values]:
-        """Run the steps `rows` and return their outputs; `between` is called after every step with its outputs.
+        """Return the outputs after each of the steps `rows`. The list is shorter if the FMU ends the simulation.
 
-        The list is shorter if the FMU ends the simulation.
+        The function `between` is called after every step with its outputs.
         """
         out = []
         for k in rows:
@@ -156,7 +156,7 @@ class ForeignFmu:
         return out
 
     def difference(self, want: Sequence[Values], got: Sequence[Values], first: int = 0) -> str:
-        """Describe the first output whose bits differ; "" if all outputs are equal."""
+        """Return a description of the first output that differs; "" if all outputs are bit-identical."""
         names = [v.name for v in self.outputs for _ in range(count(v))]
         for k, (a, b) in enumerate(zip(want, got, strict=False)):
             for name, x, y in zip(names, a, b, strict=True):
@@ -170,15 +170,15 @@ MADE: dict[Interface, str] = {
     "ModelExchange": "making an instance for Model Exchange",
     "ScheduledExecution": "making an instance for Scheduled Execution",
 }
-"""Names of the trials that all other trials of an interface need."""
+"""Name of the trial of each interface that all other trials of this interface need."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Trial of one property: its action as `name`, and the function `find` that yields problems of an FMU as sentences.
+    """Trial of one property. The function `find` yields the problems of an FMU as sentences.
 
-    If `find` raises a `Finding`, the trial cannot be made. `needs` names the trial that must pass first. Otherwise this
-    trial would report the same problem again.
+    `name` describes the action of the trial. If `find` raises a `Finding`, the trial cannot be completed. `needs` is
+    the name of another trial that must be completed first, so that both do not report the same problem.
     """
 
     name: str
@@ -187,7 +187,7 @@ class Trial:
 
 
 def making(interface: Interface) -> Trial:
-    """Return the trial that makes an instance, enters Initialization Mode and frees it."""
+    """Return the trial that creates an instance, enters Initialization Mode and frees the instance."""
 
     def find(fmu: ForeignFmu) -> Iterator[str]:
         with fmu.instance(interface):

@@ -1,7 +1,7 @@
-"""The child process of `validate`: make the checks of an unpacked FMU and write the findings as JSON.
+"""The child process of `validate`, which makes the checks of an unpacked FMU and writes the findings as JSON.
 
-The child notes every check before the check starts. So the parent can name a check that ended the process, and another
-child can start with the next check.
+The process writes a note before each check. If a check ends the process, the parent can name this check, and another
+process begins with the next check.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ _RULES = "the rules of fmpy cannot be applied: {}: {}"
 
 
 def rule_problems(folder: Path, description: Any) -> Iterator[str]:
-    """Yield the problems found by the schema and the rules of fmpy, one sentence each.
+    """Yield the problems that the schema and the rules of fmpy find, one sentence each.
 
-    The description is read by fmpy without its rules; it is None if reading fails.
+    `description` is the model description read by fmpy without its rules, or None if it cannot be read.
     """
     from fmpy import read_model_description
     from fmpy.model_description import ValidationError
@@ -46,17 +46,17 @@ def rule_problems(folder: Path, description: Any) -> Iterator[str]:
         yield str(e) if description is None else _RULES.format(type(e).__name__, e)
     if description is None:
         return
-    # the schema ends what fmpy does above, before its rules; each of the two calls repeats the common ones
+    # the call above stops at the schema, before the rules of fmpy; both calls report the common problems
     for more in ({"validate_variable_names": True}, {"validate_model_structure": True}):
         try:
             found = validate_model_description(description, **more)
-        except Exception as e:  # the rules of fmpy rely on the schema
+        except Exception as e:  # the rules of fmpy may fail if the file does not fit the schema
             found = [_RULES.format(type(e).__name__, e)]
         yield from (re.sub(r'(for naming convention "structured"\.).*', r"\1", str(p), flags=re.DOTALL) for p in found)
 
 
 def description_problems(description: Any) -> Iterator[str]:
-    """Yield a sentence for each contradiction in a model description read by fmpy."""
+    """Yield one sentence for each contradiction in a model description, as read by fmpy."""
     for v in description.modelVariables:
         if v.type in CARRIED and v.type != "Boolean":
             yield from _range(v)
@@ -99,12 +99,12 @@ def _range(v: Any) -> Iterator[str]:
 
 MOST_GIGABYTES = 4.0
 ODD_FOLDER = "Größe 1 %41"
-MOST_SECONDS = 10.0  # for a trial that repeats something as often as it can
+MOST_SECONDS = 10.0  # s: duration of a trial that repeats an action as often as possible
 _TABLES = {"CoSimulation": TRIALS, "ModelExchange": EXCHANGE_TRIALS, "ScheduledExecution": SCHEDULED_TRIALS}
 
 
 class Notes:
-    """Findings and current activity; the file is always up to date, because any call may end the process."""
+    """Findings and current activity, in a file. The file is always up to date, because any call may end the process."""
 
     def __init__(self, path: Path, place: Place) -> None:
         self.path, self.doing, self.place = path, "starting", place
@@ -114,7 +114,7 @@ class Notes:
         self.save(False)
 
     def save(self, done: bool) -> None:
-        """Write the file atomically."""
+        """Write the notes atomically to the file; `done` states whether all checks are completed."""
         place = Place(self.number + 1, self.steps, sorted(self.failed))
         content = {"doing": self.doing, "problems": self.problems, "checks": self.checks, "place": asdict(place)}
         part = self.path.with_suffix(".part")
@@ -122,19 +122,19 @@ class Notes:
         part.replace(self.path)
 
     def due(self) -> bool:
-        """Start the next check; return whether it must be made. It is not made if an earlier process has made it."""
+        """Count the next check, and return whether it must be made. An earlier process may have made it already."""
         self.number += 1
         return self.number >= self.place.first
 
     def add(self, problems: Iterator[str]) -> int:
-        """Add problems, each only once and as one line; return their number."""
+        """Add new problems to the findings, each as one line; return the number of problems."""
         lines = [" ".join(p.split()) for p in problems]
         self.problems += [p for p in dict.fromkeys(lines) if p not in self.problems]
         return len(lines)
 
     @contextmanager
     def check(self, doing: str, tried: str = "") -> Iterator[None]:
-        """Record an activity, to which a crash is attributed; at its end, record the extent of the trial."""
+        """Record the current activity, to which a crash is attributed. At its end, record the extent of the check."""
         self.doing = doing
         self.save(False)
         begin, known, before = time.monotonic(), len(self.problems), TALLY.copy()
@@ -144,7 +144,7 @@ class Notes:
         self.checks.append(found | {"seconds": time.monotonic() - begin})
 
     def reach(self, steps: int) -> None:
-        """Record the number of steps of an FMU; after a crash, other trials make at most this number."""
+        """Record the number of steps that the FMU can make. After a crash, later trials make at most this number."""
         self.steps = steps
         if steps:
             self.failed.discard(STEPPED)
@@ -152,7 +152,7 @@ class Notes:
 
 
 class _NotedFmu(ForeignFmu):
-    """An FMU that records its number of steps in the notes."""
+    """A foreign FMU whose number of possible steps is recorded in the notes."""
 
     def __init__(self, folder: Path, description: Any, seconds: float, notes: Notes) -> None:
         super().__init__(folder, description, seconds)
@@ -164,15 +164,15 @@ class _NotedFmu(ForeignFmu):
 
 
 def _counted(n: int, what: str) -> str:
-    """Return a number with a noun; the first part of the noun gets the plural."""
+    """Return a number with a noun, e.g. "2 values read". The first word of the noun gets the plural form."""
     first, *others = what.split(" ")
     return " ".join([f"{n}", first if n > 1 else first[:-1], *others])
 
 
 def _try(fmu: ForeignFmu, trial: Trial, notes: Notes) -> None:
-    """Make a trial. A finding ends this trial, and the trials that need it."""
+    """Make a trial, unless a trial that it needs has failed; add the problems to the notes."""
     missing = "a binary" if trial.name in notes.failed else repr(trial.needs) if trial.needs in notes.failed else ""
-    notes.failed.add(trial.name)  # until it ends
+    notes.failed.add(trial.name)  # removed when the trial is completed
     if missing:
         with notes.check(trial.name, f"not tried: needs {missing}"):
             return
@@ -181,14 +181,14 @@ def _try(fmu: ForeignFmu, trial: Trial, notes: Notes) -> None:
             notes.add(trial.find(fmu))
             notes.failed.discard(trial.name)
         except Finding as e:
-            # without an instance the same is wrong for every interface: one problem
+            # if no instance can be created, the problem is the same for every interface and is listed once
             notes.add(iter([f"{e} (while {trial.name})" if trial.needs else str(e)]))
         except Exception as e:  # any failure of a foreign FMU is a finding
             notes.add(iter([f"{trial.name}: {type(e).__name__}: {e}"]))
 
 
 def _odd_folder(fmu: ForeignFmu) -> Iterator[str]:
-    """Run from a folder with a space and non-ASCII letters, as some importers do."""
+    """Check that the FMU can be loaded from a folder with a space and non-ASCII letters in its name."""
     odd = fmu.folder.parent / ODD_FOLDER
     fmu.folder.rename(odd)
     there = ForeignFmu(odd, fmu.description)
@@ -204,7 +204,7 @@ def _odd_folder(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def _binary_problems(folder: Path, description: Any, notes: Notes) -> Iterator[str]:
-    """Look for the binary of each interface; without it no instance can be made."""
+    """Yield one problem if the FMU has no binary for this platform, or one for each interface without a binary."""
     from fmpy import platform, platform_tuple
 
     host = platform_tuple if version(description) == 3 else platform
@@ -222,12 +222,12 @@ def _binary_problems(folder: Path, description: Any, notes: Notes) -> Iterator[s
 
 
 def probe(folder: Path, seconds: float, notes: Notes) -> None:
-    """Check the FMU unpacked in `folder` and add the findings to `notes`."""
+    """Make all checks of the FMU that is unpacked in `folder`, and add the findings to `notes`."""
     from fmpy import read_model_description
 
     try:
         description = read_model_description(str(folder), validate=False)
-    except Exception:  # what is wrong with it is found below
+    except Exception:  # the checks below find the reason
         description = None
     if notes.due():
         with notes.check("reading modelDescription.xml", "schema and rules of fmpy"):
@@ -252,7 +252,7 @@ def probe(folder: Path, seconds: float, notes: Notes) -> None:
 
 def main() -> None:
     """Run ``python -m hystfmu.fmu.check.probe FOLDER RESULT SECONDS PLACE``."""
-    import_module("fmpy.validation")  # takes longer than some checks and belongs to none of them
+    import_module("fmpy.validation")  # imported before the first check, because it takes longer than some checks
     folder, result = map(Path, sys.argv[1:3])
     limit_memory(MOST_GIGABYTES)
     notes = Notes(result, Place.of(json.loads(sys.argv[4])))

@@ -1,7 +1,8 @@
-"""Trials of a foreign FMU in Co-Simulation: every trial checks one property and yields its findings as sentences.
+"""Trials of a foreign FMU in Co-Simulation. Every trial checks one property and yields its findings as sentences.
 
-The trials search for defects that occur in published FMUs: states that advance when an output is read, memory leaks in
-every step, global variables shared by instances, an incomplete reset. Runs are compared bit by bit.
+The trials search for defects that occur in published FMUs. Examples are states that change when an output is read,
+memory leaks in every step, global variables shared by instances, and an incomplete reset. Results of equal runs must be
+bit-identical.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ from typing import Any
 from hystfmu.fmu.check.foreign_library import MADE, STEPS, ForeignFmu, Trial, making, tangent_differs
 from hystfmu.fmu.foreign.instance import REAL, Finding, Instance, Values, count
 
-_LEAK, _LEAST_GROWTH = 32, 1 << 20  # bytes per step; total bytes above the noise of the allocator
+_LEAK, _LEAST_GROWTH = 32, 1 << 20  # growth of memory that counts as a leak: bytes per step, and total bytes
 
 
 def reset(fmu: ForeignFmu) -> Iterator[str]:
-    """After reset the run equals the run of a new instance."""
+    """Check that a run after reset equals the run of a new instance."""
     with fmu.running() as made:
         want = fmu.run(made, range(fmu.steps // 2))
         made.call("reset", "reset")
@@ -37,7 +38,7 @@ def reset(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def _reset_parameters(fmu: ForeignFmu) -> Iterator[str]:
-    """Reset restores the start values of parameters and inputs, as in a new instance."""
+    """Check that reset restores the start values of parameters and inputs."""
     kept = [v for v in fmu.variables if v.type in REAL and v.causality in ("parameter", "input") and v.start]
     with fmu.readable() as made:
         starts = [made.get(v) for v in kept]
@@ -48,7 +49,7 @@ def _reset_parameters(fmu: ForeignFmu) -> Iterator[str]:
             other = [x / 2 + 0.125 for x in fmu.start(v)]
             if any((low is not None and x < low) or (high is not None and x > high) for x in other):
                 continue
-            with contextlib.suppress(Finding):  # it may refuse a value that its description does not forbid
+            with contextlib.suppress(Finding):  # the FMU may refuse a value although its description permits it
                 made.set(v, other)
         made.call("reset", "reset")
         made.initialize(fmu.t0)
@@ -60,7 +61,7 @@ def _reset_parameters(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def null_pointers(fmu: ForeignFmu) -> Iterator[str]:
-    """Freeing NULL is ignored, and a freed state is NULL afterwards."""
+    """Check that the FMU ignores a call that frees NULL, and that the pointer to a freed state is NULL."""
     if fmu.version == 1:
         return
     name, spelling = f"fmi{fmu.version}", "FMUstate" if fmu.version == 2 else "FMUState"
@@ -81,7 +82,7 @@ def null_pointers(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def saved_states(fmu: ForeignFmu) -> Iterator[str]:
-    """A run continues with equal bits from a restored state, repeatedly, and from a deserialized state."""
+    """Check that a run continues bit-identically after a saved state is restored twice and after deserialisation."""
     can = fmu.description.coSimulation
     if fmu.version == 1 or not can.canGetAndSetFMUstate:
         return
@@ -109,18 +110,18 @@ def saved_states(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def _resident() -> int:
-    """Return the resident memory of this process in bytes, 0 if it cannot be read."""
+    """Return the resident memory of this process in bytes; 0 if it is not known."""
     statm = Path("/proc/self/statm")
     return int(statm.read_text().split()[1]) * 4096 if statm.exists() else 0
 
 
 def leaks(fmu: ForeignFmu, most: int = 20_000) -> Iterator[str]:
-    """Memory does not grow with the number of steps."""
+    """Check that the memory does not grow with the number of steps."""
     end, done, warm, before = time.monotonic() + fmu.seconds, 0, most // 10, 0
     once = most if fmu.steps == STEPS else max(fmu.steps, 1)
     with fmu.running() as made:
         while done < most and time.monotonic() < end:
-            if done and done % once == 0:  # an FMU that ends the simulation starts again
+            if done and done % once == 0:  # if the FMU ends the simulation, it starts again
                 made.call("reset", "reset")
                 made.initialize(fmu.t0)
                 made.begin()
@@ -136,7 +137,7 @@ def leaks(fmu: ForeignFmu, most: int = 20_000) -> Iterator[str]:
 
 
 def loading(fmu: ForeignFmu) -> Iterator[str]:
-    """Repeated loading and unloading gives equal runs without a memory leak."""
+    """Check that runs are equal, and that the memory does not grow, if the binary is loaded repeatedly."""
     runs, before = [], 0
     for cycle in range(20):
         with fmu.running() as made:
@@ -152,13 +153,13 @@ def loading(fmu: ForeignFmu) -> Iterator[str]:
         yield f"memory grows by {growth // 15} bytes with every load and unload"
 
 
-_SMALL = 1e-4  # fraction of a step: the effect of direct feed-through stays, that of a state vanishes
+_SMALL = 1e-4  # fraction of a step in which direct feed-through has its full effect, but states hardly change
 _MOST_PAIRS = 64
 STEPPED = f"making {STEPS} steps"
 
 
 def start_values(fmu: ForeignFmu) -> Iterator[str]:
-    """All variables can be read, start values agree with the model description, and set values are returned."""
+    """Check that all variables can be read, and that values agree with the model description or with the values set."""
     with fmu.readable() as made:
         for v in fmu.variables:
             if getattr(v, "clocks", None):
@@ -177,14 +178,14 @@ def start_values(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def _stored(v: Any, values: Values) -> Values:
-    """Return values after conversion to the type of the variable v."""
+    """Return the values after conversion to the type of the variable v."""
     return tuple([struct.unpack("f", struct.pack("f", x))[0] for x in values]) if v.type == "Float32" else values
 
 
 def steps(fmu: ForeignFmu) -> Iterator[str]:
-    """Outputs are finite and the run ends with `terminate`.
+    """Check that all outputs of a run are finite, and that the run ends with `terminate`.
 
-    If an FMU ends the simulation earlier, refuses a step or crashes, all other trials make only the steps before.
+    If the FMU ends the simulation earlier, refuses a step or crashes, all other trials make only the steps before.
     """
     names = [v.name for v in fmu.outputs for _ in range(count(v))]
     finite = True
@@ -214,7 +215,7 @@ def steps(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def two_instances(fmu: ForeignFmu) -> Iterator[str]:
-    """Two instances in one process are independent and give equal runs."""
+    """Check that two instances in one process are independent and give equal runs."""
     if fmu.description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
         return
     with fmu.running() as made, fmu.running() as other:
@@ -234,7 +235,7 @@ def two_instances(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def reading(fmu: ForeignFmu) -> Iterator[str]:
-    """Reading an output has no side effect."""
+    """Check that reading an output has no side effect."""
     with fmu.running() as made:
         want = fmu.run(made, range(fmu.steps))
 
@@ -249,7 +250,7 @@ def reading(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def setting(fmu: ForeignFmu) -> Iterator[str]:
-    """Setting an input to another value and back has no effect."""
+    """Check that setting an input to another value and back has no effect."""
     with fmu.running() as made:
         want = fmu.run(made, range(fmu.steps))
 
@@ -265,7 +266,7 @@ def setting(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def _after(fmu: ForeignFmu, v: Any, value: Values, h: float) -> Values:
-    """Read the outputs after several steps and one step of length h with the input v set to `value`."""
+    """Return the outputs after several steps and a last step of length h (s), in which the input v is `value`."""
     n = fmu.steps // 5
     with fmu.running() as made:
         fmu.run(made, range(n))
@@ -276,14 +277,14 @@ def _after(fmu: ForeignFmu, v: Any, value: Values, h: float) -> Values:
 
 
 def _any_step(fmu: ForeignFmu) -> bool:
-    """Return whether the description allows communication steps of any length."""
+    """Return whether the model description permits communication steps of any length."""
     can = fmu.description.coSimulation
     fixed = getattr(can, "fixedInternalStepSize", None)
     return fixed is None and bool(getattr(can, "canHandleVariableCommunicationStepSize", fmu.version == 1))
 
 
 def step_lengths(fmu: ForeignFmu) -> Iterator[str]:
-    """Steps of different lengths are accepted if the description allows them."""
+    """Check that the FMU accepts steps of different lengths if its description permits them."""
     if fmu.version == 1 or not _any_step(fmu):
         return
     with fmu.running() as made:
@@ -296,11 +297,11 @@ def step_lengths(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def dependencies(fmu: ForeignFmu) -> Iterator[str]:
-    """Direct feed-through is declared in `dependencies`.
+    """Check that direct feed-through is declared in `dependencies`.
 
-    Direct feed-through acts within a step of any length. A unit that differentiates a filtered signal shows the same
-    behaviour without direct feed-through. Only Model Exchange can keep the states constant, so an FMU with Model
-    Exchange is checked in Model Exchange.
+    Direct feed-through changes an output within a step of any length. A unit that differentiates a filtered signal
+    behaves similarly, but without direct feed-through. Only Model Exchange can keep the states constant, so an FMU with
+    Model Exchange is checked in Model Exchange.
     """
     can = fmu.description
     if can.modelExchange or not _any_step(fmu):
@@ -323,7 +324,7 @@ def dependencies(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def derivatives(fmu: ForeignFmu) -> Iterator[str]:
-    """Directional derivatives agree with finite differences."""
+    """Check that directional derivatives agree with finite differences."""
     if "CoSimulation" not in fmu.with_derivatives:
         return
     scalar = [v for v in fmu.inputs if v.type in REAL and not v.shape]

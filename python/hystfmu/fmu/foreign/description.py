@@ -1,4 +1,4 @@
-"""Read the model description of a foreign FMU, and refuse in one line an FMU that cannot run on this computer."""
+"""Reader of the model description of a foreign FMU, and check that the FMU has a binary for this platform."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _XML = "modelDescription.xml"
 
 
 def read_description(path: str | Path, folder: Path) -> tuple[Any, ET.Element]:
-    """Read the model description of an FMU unpacked in `folder`; `path` is the archive, for messages.
+    """Return the model description of the FMU that is unpacked in `folder`; `path` is the archive, for messages.
 
-    Returns the description by fmpy, and the root of the same file for elements that fmpy does not read.
+    The result is the description read by fmpy, and the root element of the file, because fmpy ignores some elements.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def read_description(path: str | Path, folder: Path) -> tuple[Any, ET.Element]:
 
     try:
         root = ET.parse(folder / _XML).getroot()
-    except (OSError, ET.ParseError, LookupError, ValueError) as e:  # the last two: an unknown encoding
+    except (OSError, ET.ParseError, LookupError, ValueError) as e:  # LookupError and ValueError: unknown encoding
         raise InputError(f"{path}: {_XML}: {e}") from None
     stated = root.get("fmiVersion", "")
     if not stated.startswith(_VERSIONS):
@@ -53,7 +53,7 @@ def _is_number(text: Any) -> bool:
 
 
 def _reason(folder: Path, error: Exception) -> str:
-    """Return the error of the schema with its line, or else the error of fmpy without a line."""
+    """Return the error that the schema finds, with its line, or otherwise the error of fmpy without a line."""
     from fmpy.model_description import ValidationError, read_model_description
 
     try:
@@ -71,7 +71,7 @@ def check_binary(path: str | Path, folder: Path, description: Any) -> None:
     Raises
     ------
     InputError
-        One line that names the missing file, the available platforms, and a remedy.
+        The binary is missing. The message names the missing file, the available platforms, and a remedy.
     """
     from fmpy import platform, platform_tuple, sharedLibraryExtension
 
@@ -81,7 +81,7 @@ def check_binary(path: str | Path, folder: Path, description: Any) -> None:
     own = platform_tuple if version(description) == 3 else platform
     binaries = folder / "binaries"
     file = f"{name}{sharedLibraryExtension}"
-    if os.path.isfile(binaries / own / file):  # False also for a name that is too long for the system
+    if os.path.isfile(binaries / own / file):  # also False if the name is too long for the system
         return
     others = sorted(p.name for p in binaries.iterdir() if p.is_dir()) if binaries.is_dir() else []
     have = f"it has binaries for {', '.join(others)}" if others else "it has no binaries"

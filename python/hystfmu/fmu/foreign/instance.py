@@ -1,6 +1,6 @@
-"""Instance of an FMU of any origin: the same calls for FMI 1.0, 2.0 and 3.0 and all interfaces (by fmpy).
+"""Instances of an FMU of any origin, based on fmpy, with the same methods for FMI 1.0, 2.0 and 3.0.
 
-Only child processes make instances, because the FMU executes foreign native code.
+Only child processes create instances, because the FMU executes foreign native code.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from typing import Any, Literal
 
 
 class Finding(Exception):
-    """A finding as a sentence; it ends the trial or the run in which it occurs."""
+    """Exception with a finding as a sentence. It ends the trial or the run in which it occurs."""
 
 
 class Ended(Finding):
-    """The FMU ends the simulation by itself, as the standard allows."""
+    """The FMU ends the simulation by itself, which the standard permits."""
 
 
 Values = tuple[float, ...]
@@ -27,7 +27,7 @@ Interface = Literal["CoSimulation", "ModelExchange", "ScheduledExecution"]
 REAL = frozenset({"Real", "Float64", "Float32"})
 NUMBERS = REAL | {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)} | {"Integer", "Enumeration"}
 CARRIED = NUMBERS | {"Boolean"}
-"""Types whose values are represented as numbers."""
+"""Variable types whose values are represented as numbers."""
 
 _KINDS = {"CoSimulation": "Slave", "ModelExchange": "Model", "ScheduledExecution": "ScheduledExecution"}  # of fmpy
 _DISCARD, _TERMINATED = 2, 3  # fmi2Status, fmi2StatusKind
@@ -35,13 +35,13 @@ _TEXT = {"fmi1GetVersion", "fmi1GetTypesPlatform", "fmi1GetModelTypesPlatform"}
 
 
 def version(description: Any) -> Literal[1, 2, 3]:
-    """Return the major version of the FMI standard."""
+    """Return the major version of the FMI standard of an FMU."""
     found = {"1": 1, "2": 2, "3": 3}[str(description.fmiVersion)[0]]
     return found  # type: ignore[return-value]
 
 
 def interface_of(description: Any, interface: Interface) -> Any:
-    """Return the description of an interface; None if the FMU has none."""
+    """Return the description of an interface; None if the FMU does not have this interface."""
     return getattr(description, interface[0].lower() + interface[1:])
 
 
@@ -55,18 +55,19 @@ def _module(fmi: int) -> Any:
 
 
 TALLY: Counter[str] = Counter(dict.fromkeys(["instances", "values read", "values set", "steps", "derivatives"], 0))
-"""Events of the instances in this process so far, in the order in which they are reported."""
+"""Numbers of actions of all instances in this process so far, in the order of a report."""
 
 
 class Instance:
-    """One instance of an unpacked FMU; a failing call raises a `Finding` that names the variable.
+    """One instance of an unpacked FMU. If a call fails, the method raises a `Finding` that names the variable.
 
-    Its description is that of fmpy. `log` takes each log message; by default messages are printed.
+    `description` is the model description read by fmpy. The function `log` is called with each log message; by default,
+    messages are printed.
 
     Raises
     ------
     Finding
-        The binary cannot be loaded, lacks a function of the standard, or creates no instance.
+        The binary cannot be loaded, does not contain a function of the standard, or creates no instance.
     """
 
     def __init__(
@@ -86,10 +87,10 @@ class Instance:
             self.unit = kind(
                 guid=description.guid, modelIdentifier=identifier, unzipDirectory=str(folder), instanceName=name
             )
-        except AttributeError as e:  # fmpy looks up every function of the standard
+        except AttributeError as e:  # fmpy searches every function of the standard in the binary
             raise Finding(f"the binary does not export {str(e).split()[-1]}") from None
         except Exception as e:
-            words = str(e).replace(f"{folder.absolute()}/", "")  # the path of the copy does not help a reader
+            words = str(e).replace(f"{folder.absolute()}/", "")  # a reader does not need the path of the copy
             raise Finding(f"the binary cannot be loaded: {words}") from None
         if self.version == 1:
             self._mend_status()
@@ -101,7 +102,7 @@ class Instance:
             raise Finding("the FMU cannot be instantiated: no instance is returned")
 
     def _mend_status(self) -> None:
-        """Correct the return types that fmpy 0.3 declares: it reads the status of some calls of FMI 1.0 as text."""
+        """Correct the return types of some calls of FMI 1.0, which fmpy 0.3 declares as text."""
         for name, function in self.unit._functions.items():
             if function.restype is C.c_char_p and name not in _TEXT:
                 function.restype = C.c_int
@@ -125,7 +126,7 @@ class Instance:
         self.unit.instantiate(**{"functions" if self.version == 1 else "callbacks": callbacks})
 
     def call(self, what: str, name: str, *args: Any, **more: Any) -> Any:
-        """Call a method of the fmpy instance; `what` describes the call in a finding."""
+        """Return the result of the method `name` of the fmpy instance; `what` describes the call in a finding."""
         try:
             return getattr(self.unit, name)(*args, **more)
         except Finding:
@@ -134,7 +135,7 @@ class Instance:
             raise Finding(f"{what}: {e}") from None
 
     def initialize(self, t: float) -> None:
-        """Enter Initialization Mode at time t (s); FMI 1.0 has no such mode, values are set before its single call."""
+        """Enter Initialization Mode at time t (s). FMI 1.0 has no such mode; its only call follows in `begin`."""
         self._t0 = t
         if self.version == 2:
             self.call("setting up the experiment", "setupExperiment", startTime=t)
@@ -145,7 +146,7 @@ class Instance:
             self.call(f"setting the time {t:g} s", "setTime", t)
 
     def begin(self) -> Any:
-        """Leave Initialization Mode; for Model Exchange in FMI 1.0 return the result of its first event."""
+        """Leave Initialization Mode. For Model Exchange in FMI 1.0, return the result of the first event."""
         if self.version > 1:
             self.call("leaving Initialization Mode", "exitInitializationMode")
             return None
@@ -154,7 +155,7 @@ class Instance:
         return told if self.interface == "ModelExchange" else None
 
     def step(self, what: str, t: float, h: float) -> bool:
-        """Make a communication step; return False if the FMU ends the simulation, as the standard allows."""
+        """Make a communication step of length h (s) at t (s); return False if the FMU ends the simulation."""
         TALLY["steps"] += 1
         if self.version == 3:
             _, ended, early, _ = self.call(what, "doStep", t, h)
@@ -173,14 +174,14 @@ class Instance:
         return True
 
     def _terminated(self) -> bool:
-        """Return whether an FMU of FMI 2.0 discarded the step because it ends the simulation."""
+        """Return whether an FMU of FMI 2.0 has discarded a step because it ends the simulation."""
         try:
             return bool(self.unit.getBooleanStatus(_TERMINATED))
         except Exception:
             return False
 
     def _method(self, verb: str, v: Any) -> Callable[..., Any]:
-        """Return the method of the fmpy instance that reads or sets variables of the type of v."""
+        """Return the method of the fmpy instance that gets or sets variables of the type of v."""
         key = verb, v.type
         if key not in self._methods:
             kind = ("Int64" if self.version == 3 else "Integer") if v.type == "Enumeration" else str(v.type)
@@ -188,7 +189,7 @@ class Instance:
         return self._methods[key]
 
     def get(self, v: Any, n: int | None = None) -> Values:
-        """Read all elements of a variable; their number is `n`, by default the declared number."""
+        """Return the values of all `n` elements of a variable; by default, n is the declared number."""
         references = [v.valueReference]
         TALLY["values read"] += 1
         try:
@@ -200,7 +201,7 @@ class Instance:
             raise Finding(f"{v.name} (value reference {v.valueReference}) cannot be read: {e}") from None
 
     def set(self, v: Any, values: Sequence[float]) -> None:
-        """Set all elements of a variable; floats with whole values are accepted for integers."""
+        """Set all elements of a variable. For integers, floats with whole values are accepted."""
         TALLY["values set"] += 1
         try:
             exact: Any = list(values) if v.type in REAL else [int(x) for x in values]
@@ -210,7 +211,7 @@ class Instance:
             raise Finding(f"{what}: {e}") from None
 
     def derivative(self, unknown: Any, known: Any) -> float:
-        """Read one directional derivative, with seed 1."""
+        """Return the directional derivative of `unknown` with respect to `known`, with seed 1."""
         TALLY["derivatives"] += 1
         what = f"the directional derivative of {unknown.name} with respect to {known.name} cannot be read"
         references = [unknown.valueReference], [known.valueReference], [1.0]
@@ -225,9 +226,9 @@ _WORDS = {"true": 1.0, "false": 0.0}
 
 
 def numbers(text: Any) -> tuple[float, ...]:
-    """Return the numbers in a start value; `true` and `false` are 1 and 0.
+    """Return the numbers in the text of a start value; `true` and `false` are 1 and 0.
 
-    Integers beyond the exact range of doubles remain ints.
+    An integer that a double cannot represent exactly is returned as int.
     """
     return tuple(_WORDS[w] if w in _WORDS else _number(w) for w in str(text).split())
 
@@ -241,7 +242,7 @@ def _number(word: str) -> float:
 
 
 def carried(v: Any, x: float) -> float:
-    """Return the value that a variable takes for the number x; an int for whole numbers.
+    """Return the number x converted to the type of a variable, as an int for integer types.
 
     Raises
     ------

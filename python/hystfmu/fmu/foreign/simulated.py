@@ -1,8 +1,8 @@
-"""Simulate an FMU of any origin: one numeric interface (set, step, get); Model Exchange with steps that locate events.
+"""Simulation of an FMU of any origin, with the same methods for Co-Simulation and Model Exchange.
 
-The steps are adaptive Runge-Kutta 5(4).  The local error of an integrator step is at most 1e-8 of a state plus 1e-11 of
-its nominal value (Dormand & Prince 1980, scipy's RK45).  State events are located to the rounding of the time, on the
-dense output.
+Model Exchange uses an adaptive Runge-Kutta 5(4) method (Dormand & Prince 1980, RK45 of scipy). The local error of a
+solver step is at most 1e-8 of a state plus 1e-11 of its nominal value. State events are located with the precision of
+the time, on the interpolated solution.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 
 from hystfmu.fmu.foreign.instance import Ended, Finding, Instance, carried
 
-_MOST_UPDATES = 100  # iterations of an event
+_MOST_UPDATES = 100  # maximum number of iterations of one event
 _NAMES = {
     1: ("getDerivatives", "eventUpdate", "getNominalContinuousStates"),
     2: ("getDerivatives", "newDiscreteStates", "getNominalsOfContinuousStates"),
@@ -29,9 +29,9 @@ _NAMES = {
 class Continuous:
     """An instance that leaves Initialization Mode and enters Continuous-Time Mode.
 
-    `n` and `signs` are the numbers of continuous states and of event indicators in the model description. In FMI 3.0
-    the binary states these numbers, because structural parameters change them. `next` is the time of the next time
-    event (s), infinite if no event is announced; `ended` states whether the FMU has ended the simulation.
+    `n` and `signs` are the numbers of continuous states and of event indicators in the model description. In FMI 3.0,
+    they are read from the binary, because structural parameters may change them. `next` is the time (s) of the next
+    time event; it is infinite if the FMU announces no event. `ended` states whether the FMU has ended the simulation.
     """
 
     def __init__(self, made: Instance, n: int, signs: int) -> None:
@@ -51,7 +51,7 @@ class Continuous:
         return list(values)
 
     def _update(self, told: tuple[bool, bool, bool, bool, bool, float] | None = None) -> None:
-        """Update the discrete states until the event iteration ends, and enter Continuous-Time Mode."""
+        """Update the discrete states until the event iteration ends, then enter Continuous-Time Mode."""
         first = self.made.version == 1
         for _ in range(_MOST_UPDATES):
             if told is None:
@@ -93,7 +93,7 @@ class Continuous:
             self.made.call("setting the continuous states", "setContinuousStates", (C.c_double * self.n)(*x), self.n)
 
     def completed(self) -> bool:
-        """Accept the step that ends at the present time; return whether the FMU asks for Event Mode."""
+        """Accept the solver step that ends at the present time; return whether the FMU requests Event Mode."""
         if self.made.version == 1:
             return bool(self.made.call("accepting a step", "completedIntegratorStep"))
         asked, ended = self.made.call("accepting a step", "completedIntegratorStep")
@@ -101,7 +101,7 @@ class Continuous:
         return bool(asked)
 
     def event(self, put: Callable[[], None] | None = None) -> None:
-        """Handle an event at the present time; `put` sets discrete inputs in Event Mode."""
+        """Handle an event at the present time. In Event Mode, the function `put` sets the discrete inputs."""
         if self.made.version > 1:
             self.made.call("entering Event Mode", "enterEventMode")
         if put is not None:
@@ -110,18 +110,18 @@ class Continuous:
 
 
 RELATIVE, ABSOLUTE = 1e-8, 1e-11
-_MOST_EVENTS = 10_000  # in one step
-_LOOKS = 4  # points of an integrator step at which the event indicators are read
+_MOST_EVENTS = 10_000  # maximum number of events in one step
+_LOOKS = 4  # number of points of a solver step at which the event indicators are evaluated
 
 
 def _point(dense: Any, solver: Any, t: float) -> list[float]:
-    """Return the states at t in the last step of a solver; at the end of the step, exactly the solver's states."""
+    """Return the states at the time t in the last solver step, interpolated except at the end of the step."""
     x: list[float] = (solver.y if t == solver.t else dense(t)).tolist()
     return x
 
 
 class Integrator:
-    """Integrator that advances an FMU from its start `t` (s) in steps of any length; inputs are held during a step."""
+    """Integrator of an FMU in Model Exchange, from the time `t` (s), in steps of any length with constant inputs."""
 
     def __init__(self, unit: Continuous, t: float) -> None:
         self._unit, self._t = unit, t
@@ -130,7 +130,7 @@ class Integrator:
         self._first: float | None = None
 
     def event(self, put: Callable[[], None] | None = None) -> None:
-        """Handle an event; `put` sets inputs that jump, in Event Mode as the standard requires."""
+        """Handle an event. The function `put` sets inputs that change discontinuously, which requires Event Mode."""
         self._unit.event(put)
         self._ended()
         self._x, self._z = self._unit.states(), self._unit.indicators()
@@ -140,7 +140,7 @@ class Integrator:
             raise Ended(f"the FMU ends the simulation at {self._t:g} s")
 
     def advance(self, end: float) -> None:
-        """Integrate to the time `end` (s), including events at this time."""
+        """Integrate to the time `end` (s), and handle all events, including events at this time."""
         close = 4 * np.spacing(max(abs(self._t), abs(end)))
         for _ in range(_MOST_EVENTS):
             if self._unit.next <= self._t + close:
@@ -158,7 +158,7 @@ class Integrator:
         raise Finding(f"more than {_MOST_EVENTS} events before {end:g} s")
 
     def _integrate(self, limit: float) -> bool:
-        """Integrate to `limit` or the first event; return whether there is an event."""
+        """Integrate to the time `limit` (s), or to the first event; return whether there is an event."""
         if not self._x:
             return self._accept(self._t, limit, lambda t: [])
         from scipy.integrate import RK45
@@ -181,7 +181,7 @@ class Integrator:
         return np.array(self._unit.derivatives())
 
     def _accept(self, before: float, now: float, at: Callable[[float], list[float]]) -> bool:
-        """Accept a step, or its part up to the first sign change of an indicator; return whether events follow."""
+        """Accept a solver step, or its part up to the first sign change of an indicator; return if an event follows."""
         crossed = False
         left, looks = before, _LOOKS if self._z else 1
         for k in range(looks):
@@ -204,7 +204,7 @@ class Integrator:
         return any((a > 0) != (b > 0) for a, b in zip(self._z, self._unit.indicators(), strict=True))
 
     def _located(self, left: float, right: float, at: Callable[[float], list[float]]) -> float:
-        """Return the time just after the first sign change."""
+        """Return the time (s) just after the first sign change of an event indicator between `left` and `right`."""
         while right - left > 2 * np.spacing(abs(right)):
             middle = (left + right) / 2
             if self._changed(middle, at):
@@ -218,7 +218,7 @@ class Integrator:
         return self._t, list(self._x), list(self._z), self._unit.next, self._first
 
     def restore(self, saved: tuple[Any, ...]) -> None:
-        """Return to a saved point; the state of the FMU must be restored first."""
+        """Restore a saved state of the integrator. The state of the FMU must be restored first."""
         self._t, x, z, self._unit.next, self._first = saved
         self._x, self._z = list(x), list(z)
 
@@ -226,8 +226,8 @@ class Integrator:
 class Simulated:
     """One instance in Co-Simulation, or in Model Exchange with an integrator if the FMU has no Co-Simulation.
 
-    `inputs` and `outputs` are variables to set and read, with the number of elements of each. All methods raise
-    `Finding`, as `Instance` does.
+    `inputs` and `outputs` are the variables to set and to read, with the number of elements of each. All methods raise
+    `Finding` if a call of the FMU fails.
     """
 
     def __init__(
@@ -246,7 +246,7 @@ class Simulated:
         self._held: list[float] | None = None
 
     def set_parameters(self, settings: Mapping[str, Any]) -> None:
-        """Set parameters by name before initialization; structural parameters are set in Configuration Mode."""
+        """Set parameters by name before the initialisation. Structural parameters are set in Configuration Mode."""
         variables = {v.name: v for v in self._description.modelVariables}
         structural = {k: x for k, x in settings.items() if variables[k].causality == "structuralParameter"}
         if structural:
@@ -265,7 +265,7 @@ class Simulated:
                 self.made.set(v, [carried(v, x) for x in values])
 
     def start(self, t: float, u: Sequence[float], constants: Sequence[tuple[Any, Sequence[float]]] = ()) -> None:
-        """Initialize at t (s) with the inputs u and the given constant inputs."""
+        """Initialise the instance at the time t (s) with the inputs u and the given constant inputs."""
         self.made.initialize(t)
         for v, values in constants:
             self.made.set(v, [carried(v, x) for x in values])
@@ -288,7 +288,7 @@ class Simulated:
             at += n
 
     def put(self, u: Sequence[float]) -> None:
-        """Set all inputs; the instance holds them until the next call."""
+        """Set all inputs. They stay constant until the next call."""
         if self._integrator is None:
             self._put(u)
         elif self._held is None or list(u) != self._held:
@@ -296,18 +296,18 @@ class Simulated:
             self._held = list(u)
 
     def step(self, t: float, h: float) -> None:
-        """Advance from t to t + h (s)."""
+        """Simulate the FMU from the time t to t + h (s)."""
         if self._integrator is not None:
             self._integrator.advance(t + h)
         elif not self.made.step(f"the step from {t:g} s", t, h):
             raise Ended(f"the FMU ends the simulation in the step from {t:g} s")
 
     def get(self) -> list[float]:
-        """Return all outputs."""
+        """Return the values of all outputs."""
         return [x for v, n in self._outputs for x in self.made.get(v, n)]
 
     def save(self) -> tuple[Any, Any, Any]:
-        """Save the present state."""
+        """Return a saved copy of the present state."""
         state = self.made.call("saving the state", "getFMUState")
         return state, self._integrator and self._integrator.save(), self._held
 

@@ -1,1 +1,1 @@
-"""Export of FMUs: model description, documentation, terminals, reference experiment, binaries, source."""
+"""Export of FMUs: model description, documentation, terminals, reference experiment, binaries and C source."""

@@ -1,7 +1,8 @@
-"""Write modelDescription.xml for FMI 2.0 and 3.0 from a graph, with facts from the fitted model in it.
+"""Writer of modelDescription.xml for FMI 2.0 and 3.0, with data about the fitted model.
 
-Sources: FMI Specification 2.0.4, section 2.2; FMI Specification 3.0.1, section 2.4.  Only capabilities that the binary
-has are declared. All facts come from the model and from the record of its fit, so that equal models give equal bytes.
+The format is defined in FMI Specification 2.0.4, section 2.2, and FMI Specification 3.0.1, section 2.4. Only
+capabilities that the binary has are declared. The content depends only on the model and the provenance of its fit, so
+equal models give bit-identical files.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ from hystfmu.graph.graph import is_hysteretic, is_sampled, needs_step, sample_ti
 from hystfmu.model import Model
 from hystfmu.model.coverage import COVARIATES, KEY
 
-_DIGITS = 8  # of a hash, for a reader
-_MOST = 60  # characters of the name of a record: that of many joined ones has no end
+_DIGITS = 8  # number of digits of a hash that are shown
+_MOST = 60  # maximum number of characters of the name of a record; the name of many joined records is long
 
 
 def record_of(model: Model) -> Mapping[str, Any]:
-    """Return the provenance of the record that a model, or the model that it inverts, was fitted to."""
+    """Return the provenance of the record to which a model was fitted. For an inverse, use the inverted model."""
     told: Any = model.provenance
     while isinstance(told, Mapping) and isinstance(told.get("of"), Mapping):
         told = told["of"]
@@ -38,13 +39,16 @@ def record_of(model: Model) -> Mapping[str, Any]:
 
 
 def name_of(model: Model) -> str:
-    """Return the name of an FMU, made of record and kind."""
+    """Return the name of an FMU, which consists of the name of the record and the kind of model."""
     record = record_of(model)
     return f"{_short(record['data'])} {model.key}" if record else model.key
 
 
 def description_of(model: Model) -> str:
-    """Return one line: kind, record, range and units of measure of the record, and error on the record."""
+    """Return a description of a model in one line.
+
+    It contains the kind of model, the record with its range and units of measure, and the error on this record.
+    """
     record = record_of(model)
     if not record:
         return model.text
@@ -81,10 +85,10 @@ def _error(percent: Any) -> str:
 
 @dataclass(frozen=True)
 class Facts:
-    """Data of one port; unknown data are None or "".
+    """Data about one port. Unknown data are None or "".
 
-    `low` and `high` are the least and largest value of the training rows, including the start value. `nominal` is the
-    typical size of the values.
+    `low` and `high` are the smallest and the largest value in the training rows, including the start value. `nominal`
+    is the typical size of the values.
     """
 
     low: float | None = None
@@ -94,7 +98,7 @@ class Facts:
 
 
 def _size(x: float) -> float | None:
-    """Return a size with two digits; None if the size cannot be a nominal value."""
+    """Return a size rounded to two digits; None if the size cannot be a nominal value."""
     return float(f"{x:.2g}") if math.isfinite(x) and x > 0 else None
 
 
@@ -106,10 +110,10 @@ def _of_input(port: Port, span: object) -> Facts:
 
 
 def facts_of(model: Model, y: Array) -> Mapping[str, Facts]:
-    """Return the data of a model on its real ports, by name; y (n, n_outputs) is its reference run.
+    """Return the data about the real ports of a model by name; y (n, n_outputs) is the output of its reference run.
 
-    Inputs have the range of the training rows. Outputs have the largest size in the reference run. Outputs have no
-    range, because a model may leave the range of the training rows.
+    The data of an input contain its range in the training rows. The data of an output contain its largest magnitude in
+    the reference run. They contain no range, because the output of a model may exceed the range of the training rows.
     """
     found: dict[str, Facts] = {}
     spans = {**model.provenance.get(COVARIATES, {})}
@@ -140,18 +144,21 @@ def _number(v: Var, x: float) -> str:
 
 
 def _without_dust(x: float) -> str:
-    """Write a time without the digits of rounding: 0.001 for 0.0010000000000000009."""
+    """Return a time as text without digits that are rounding errors: 0.001 for 0.0010000000000000009."""
     short = float(f"{x:.12g}")
     return repr(short if abs(short - x) <= 1e-14 * abs(x) else x)
 
 
 def _type_name(graph: Graph, p: Port) -> str:
-    """Return the name of an enumeration type.  Its dot keeps it distinct from variable names."""
+    """Return the name of the type of an enumeration. Its dot distinguishes the name from names of variables."""
     return f"{graph.nodes[p.node].block.class_name}.{p.var.name}"
 
 
 def _limits(v: Var, facts: Facts) -> dict[str, str]:
-    """Return the limits of the block, or narrower limits from a training record, and the nominal value."""
+    """Return the attributes `min`, `max` and `nominal` of a variable.
+
+    The limits are those of the block, or narrower limits from the training rows.
+    """
     if v.type not in ("real", "int"):
         return {}
     low, high = (own if known is None else known for own, known in ((v.lo, facts.low), (v.hi, facts.high)))
@@ -161,7 +168,7 @@ def _limits(v: Var, facts: Facts) -> dict[str, str]:
 
 
 def _attributes(p: Port, name: str, reference: int, facts: Facts) -> dict[str, str]:
-    """Return the attributes that a variable has in FMI 2.0 and in FMI 3.0."""
+    """Return the attributes of a variable that are common to FMI 2.0 and FMI 3.0."""
     found = {"name": name, "valueReference": str(reference), "description": facts.text or p.text}
     if p.is_parameter:
         found |= {"causality": "parameter", "variability": "tunable" if p.kind == "param" else "fixed"}
@@ -171,7 +178,7 @@ def _attributes(p: Port, name: str, reference: int, facts: Facts) -> dict[str, s
 
 
 def _types(graph: Graph, fmi: Fmi) -> ET.Element | None:
-    """Define the enumerations; the values of their items are 0, 1, ..., as in the C core."""
+    """Return the definitions of the enumerations. The values of their items are 0, 1, ..., as in the C core."""
     found = {_type_name(graph, p): p.var.choices for p in graph.ports if p.var.choices}
     if not found:
         return None
@@ -198,9 +205,10 @@ def _log_categories() -> ET.Element:
 
 
 def _continuous(graph: Graph) -> Iterator[tuple[dict[str, str], str, int | None]]:
-    """Yield attributes and unit of measure of all states, then of all derivatives, with the index of their state.
+    """Yield the attributes, the unit of measure and the index of each continuous state, then of each derivative.
 
-    The value references follow the value reference of the time.
+    For a state, the index is None. For a derivative, it is the index of its state. The value references follow the
+    value reference of the time.
     """
     states, first = graph.continuous_states, sum(p.size for p in graph.ports) + 1
     local = {"causality": "local", "variability": "continuous", "initial": "calculated"}
@@ -218,7 +226,7 @@ _TAGS: dict[Fmi, dict[str, str]] = {
 
 
 def _typed(graph: Graph, fmi: Fmi, p: Port, start: Sequence[float], facts: Facts) -> dict[str, str]:
-    """Return the attributes of the type of a variable, or of one of its elements."""
+    """Return the attributes that depend on the type of a variable, for the variable or for one of its elements."""
     found = {"declaredType": _type_name(graph, p)} if p.var.choices else {}
     if p.var.type == "real":
         found |= {"intermediateUpdate": "true"} if fmi == 3 and p.kind == "input" else {}
@@ -228,7 +236,7 @@ def _typed(graph: Graph, fmi: Fmi, p: Port, start: Sequence[float], facts: Facts
 
 
 def _variables(graph: Graph, fmi: Fmi, known: Mapping[str, Facts]) -> ET.Element:
-    """List the variables: in FMI 2.0 every element of an array is one, and its type is an element inside it."""
+    """Return the element ModelVariables. In FMI 2.0, every element of an array is a separate variable."""
     variables = ET.Element("ModelVariables")
 
     def add(kind: str, attributes: dict[str, str], typed: dict[str, str]) -> ET.Element:
@@ -245,7 +253,7 @@ def _variables(graph: Graph, fmi: Fmi, known: Mapping[str, Facts]) -> ET.Element
             variable = add(p.var.type, attributes, _typed(graph, fmi, p, start, facts))
             if fmi == 3 and p.size > 1:
                 ET.SubElement(variable, "Dimension", start=str(p.size))
-    total = sum(p.size for p in graph.ports)  # the binary has the time under this reference
+    total = sum(p.size for p in graph.ports)  # this value is the value reference of the time in the binary
     if fmi == 3:
         name, taken = "time", {p.name for p in graph.ports} | {x.name for x in graph.continuous_states}
         while name in taken:
@@ -253,16 +261,17 @@ def _variables(graph: Graph, fmi: Fmi, known: Mapping[str, Facts]) -> ET.Element
         time = {"name": name, "valueReference": str(total), "causality": "independent", "variability": "continuous"}
         add("real", time, {"unit": "s", "description": "simulation time"})
     for attributes, unit, of in _continuous(graph):
-        # the index from 1 of FMI 2.0, which has no time, is the reference of FMI 3.0
+        # FMI 2.0 has no variable for the time, so its index, counted from 1, equals the value reference in FMI 3.0
         add("real", attributes, {"unit": unit} | ({} if of is None else {"derivative": str(total + 1 + of)}))
     return variables
 
 
 def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
-    """Declare direct feed-through of outputs and derivatives; without it importers assume algebraic loops.
+    """Return the element ModelStructure with the dependencies of outputs and derivatives.
 
-    FMI 3.0 names variables by their references, FMI 2.0 by their indices from 1, and has none for the time. Initial
-    unknowns have no `dependencies` attribute, which means that they may depend on every parameter and input.
+    Without these dependencies, importers assume algebraic loops. FMI 3.0 identifies variables by value references. FMI
+    2.0 identifies them by indices, counted from 1, and has no index for the time. Initial unknowns have no attribute
+    `dependencies`, which means that they may depend on every parameter and input.
     """
     outputs, derivatives = dependencies(graph.nodes, graph.links, graph.ports)
     first = sum(p.size for p in graph.ports) + 1  # continuous state, then the derivatives
@@ -286,9 +295,9 @@ def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
 
 
 def _interfaces(graph: Graph, fmi: Fmi, identifier: str) -> list[ET.Element]:
-    """Declare ModelExchange and CoSimulation with their capabilities.
+    """Return the elements ModelExchange and CoSimulation with their capabilities.
 
-    A graph with sampled blocks but without a sample time has no Model Exchange.
+    A graph that contains sampled blocks but states no sample time does not support Model Exchange.
     """
     spelling = "state" if fmi == 2 else "State"
     common = {
@@ -298,8 +307,9 @@ def _interfaces(graph: Graph, fmi: Fmi, identifier: str) -> list[ET.Element]:
         f"canSerializeFMU{spelling}": "true",
     }
     if fmi == 2:
-        common["canNotUseMemoryManagementFunctions"] = "true"  # the binary does not use the allocator of the importer
-    # a memory takes its input at an accepted step; continuous states ask there for an event where an input jumps
+        common["canNotUseMemoryManagementFunctions"] = "true"  # the binary allocates memory itself
+    # a memory is updated at each accepted step; there, a graph with continuous states requests an event if an input
+    # has changed discontinuously
     steps = is_hysteretic(graph) or bool(graph.continuous_states and graph.inputs)
     simulation = {"canHandleVariableCommunicationStepSize": str(not needs_step(graph)).lower()}
     if fmi == 2:
@@ -313,7 +323,7 @@ def _interfaces(graph: Graph, fmi: Fmi, identifier: str) -> list[ET.Element]:
         simulation |= {"hasEventMode": "true", "providesIntermediateUpdate": "true"}
         derivatives = {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
     exchange |= derivatives
-    simulation |= {} if is_sampled(graph) else derivatives  # sampled blocks respond in steps only
+    simulation |= {} if is_sampled(graph) else derivatives  # the outputs of sampled blocks change only in steps
     listed = [ET.Element("CoSimulation", {**common, **simulation})]
     if graph.step > 0 or not is_sampled(graph):
         listed.insert(0, ET.Element("ModelExchange", {**common, **exchange}))
@@ -330,11 +340,12 @@ def model_description(
     sources: Sequence[str] = (),
     known: Mapping[str, Facts] | None = None,
 ) -> bytes:
-    """Write modelDescription.xml of a graph; in UTF-8 with a final newline.
+    """Return the content of modelDescription.xml for a graph, in UTF-8.
 
-    The name is any text, the identifier a letter or _ followed by letters, digits or _. The default experiment ends at
-    `stop` (s); by default after 1000 steps. `sources` are the files of the sources directory, listed in FMI 2.0 only
-    (FMI 3.0 has buildDescription.xml). `known` has the data about the ports of a fitted model.
+    `name` is any text. `identifier` consists of letters, digits and _, and does not begin with a digit. The default
+    experiment ends at the time `stop` (s), by default after 1000 steps. `sources` are the names of the source files,
+    which are listed only for FMI 2.0, because FMI 3.0 lists them in buildDescription.xml. `known` contains the data
+    about the ports of a fitted model.
     """
     head = {"fmiVersion": "2.0" if fmi == 2 else "3.0", "modelName": name}
     head["guid" if fmi == 2 else "instantiationToken"] = graph.token
@@ -342,7 +353,7 @@ def model_description(
         head["description"] = text
     head |= {"generationTool": f"HystFMU {__version__}", "variableNamingConvention": "flat"}
     if fmi == 2:
-        head["numberOfEventIndicators"] = "0"  # reversals need no event indicators, see fmu_build/README.md
+        head["numberOfEventIndicators"] = "0"  # reversals do not need event indicators, see fmu_build/README.md
     root = ET.Element("fmiModelDescription", head)
     root.extend(_interfaces(graph, fmi, identifier))
     for interface in root if fmi == 2 and sources else ():

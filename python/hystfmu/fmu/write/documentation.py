@@ -1,7 +1,7 @@
-"""Write documentation/index.html of an FMU from the graph, the C tables and the provenance of the model.
+"""Writer of documentation/index.html of an FMU, from the graph, the C tables and the provenance of the model.
 
-The page states the equations and their sources, the parameters, the quality of the fit, the meaning of a step, how to
-check the import, and the licence.
+The page contains the equations and their sources, the parameters, the errors of the fit, the meaning of a step, a
+method to check the import, and the licence.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from hystfmu.report.page import Section, hero, page, section
 from hystfmu.report.plot import Line, Plot
 
 EXPLORED = "The model of this FMU runs in this page. Grey: one rise and fall of its input."
-_MOST_VALUES = 6  # of an array in the table; modelDescription.xml has all
+_MOST_VALUES = 6  # maximum number of values of an array in the table; modelDescription.xml contains all values
 _AHEAD: dict[Fmi, str] = {
     2: "or set those of t and their derivatives (<code>fmi2SetRealInputDerivatives</code>), which hold for one step.",
     3: "or name them in <code>requiredIntermediateVariables</code> and set them in the callback of the step.",
@@ -49,14 +49,14 @@ _HISTORY = {
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table as HTML; the cells are HTML already."""
+    """Return a table as HTML. The cells must already be HTML."""
     top = "".join(f'<th scope="col">{h}</th>' for h in head)
     body = "".join("<tr>" + "".join(f"<td>{c}</td>" for c in row) + "</tr>\n" for row in rows)
     return f'<div class="wide"><table><tr>{top}</tr>\n{body}</table></div>\n'
 
 
 def _text(value: Any) -> str:
-    """Return a value of a model file as HTML."""
+    """Return a value from a model file as HTML."""
     if isinstance(value, float):
         return f"{value:.6g}" if abs(value) < HUGE else "no limit"
     if isinstance(value, dict):
@@ -93,7 +93,7 @@ def _picture(reference: Reference) -> str:
 
 
 def history(model: Model | None) -> str:
-    """Return fit quality and provenance of a model as an HTML table."""
+    """Return the errors of the fit and the provenance of a model as an HTML table."""
     if model is None or not (model.fit or model.provenance):
         return "<p>The values were set by hand, without identification.</p>\n"
     fit = [(title, _text(model.fit[key])) for key, title in _FIT.items() if key in model.fit]
@@ -152,11 +152,11 @@ def documentation(
     source: bool = False,
     explorer: Explorer | None = None,
 ) -> bytes:
-    """Write the page as HTML in UTF-8.
+    """Return the documentation page of an FMU as HTML in UTF-8.
 
-    Name and text are those of modelDescription.xml. The curve of the reference experiment is the plot, unless there is
-    an `explorer`, the model in the page. Fit and provenance are those of the `model`. `source` states whether the
-    archive has a sources directory.
+    `name` and `text` are the same as in modelDescription.xml. The page shows the `explorer` of the model or, without
+    an explorer, a plot of the reference experiment. It also shows the errors of the fit and the provenance of the
+    `model`. `source` states whether the archive contains source files.
     """
     variables = _table(
         ["variable", "kind", "unit", "start", "legal values", "meaning", "block"],

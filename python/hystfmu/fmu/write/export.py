@@ -1,4 +1,4 @@
-"""Write an FMU from a prebuilt binary, without a compiler.  Equal models give equal bytes."""
+"""Export of an FMU with a prebuilt binary, without a compiler. Equal models give bit-identical FMUs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hystfmu.model import Model
 from hystfmu.report.explorer import Explorer
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
-_MOST = 60  # characters of an identifier, which is the name of files
+_MOST = 60  # maximum number of characters of a model identifier, because files have this name
 
 
 @functools.cache
@@ -33,7 +33,7 @@ def _licence() -> bytes:
 
 
 def _identifier(text: str) -> str:
-    """Turn a name into a model identifier."""
+    """Return a name as a valid model identifier."""
     cleaned = re.sub(r"[^A-Za-z0-9_]", "_", text)[:_MOST]
     return cleaned if _IDENTIFIER.match(cleaned) else f"_{cleaned}"
 
@@ -49,32 +49,33 @@ def export_fmu(
     stop: float | None = None,
     text: str | None = None,
 ) -> Path:
-    """Write an FMU for Co-Simulation and Model Exchange.
+    """Write an FMU for Co-Simulation and Model Exchange; return its path.
 
     Parameters
     ----------
     model : Model or Graph
-        Content of the FMU. A model also gives the description, and fit and data range for the documentation. If the
-        model has sampled blocks, its step is their sample time. The FMU then refuses communication steps that are not a
-        multiple of the sample time.
+        Content of the FMU. A model also supplies the description, the errors of the fit and the range of the data for
+        the documentation. If the model contains sampled blocks, their sample time is the step of the model. The FMU
+        then refuses communication steps that are not a multiple of this sample time.
     path : str or Path
-        FMU to write, usually ``*.fmu``; written atomically.
+        Path of the FMU, usually ``*.fmu``. The file is written atomically.
     fmi : {2, 3}
         Version of the standard.
     name : str, optional
-        Model name, any text; by default the record and the key of the model, or the name of its only block. The model
-        identifier is the first 60 characters of the name, with _ for every character that is neither an ASCII letter
-        nor a digit.
+        Name of the model, which may be any text. By default, it consists of the name of the record and the kind of
+        model, or it is the name of the only block. The model identifier consists of the first 60 characters of the
+        name; the character _ replaces all characters except ASCII letters and digits.
     platforms : {"host", "all"}
-        Pack the binary of this machine, or the binaries of all platforms.
+        Whether the FMU contains the binary of this computer, or the binaries of all platforms.
     source : bool
-        Also pack the source: one C file, which needs the headers of the FMI standard and the C library.
+        Whether the FMU also contains the source, one C file that needs the headers of the FMI standard and the C
+        library.
     explorer : Explorer, optional
-        The model in the page of the documentation, instead of the picture of the reference experiment.
+        Interactive part of the documentation page, which replaces the plot of the reference experiment.
     stop : float, optional
-        End (s) of the default experiment; by default 1000 steps.
+        End (s) of the default experiment; by default, 1000 steps.
     text : str, optional
-        Description; by default a text from the model and its record, or from its only block.
+        Description of the model. By default, it is a text about the model and its record, or about its only block.
 
     Returns
     -------
@@ -84,7 +85,7 @@ def export_fmu(
     Raises
     ------
     InputError
-        The version or the name is invalid, FMI defines no folder for this platform, a binary for all platforms is
+        The version or the name is invalid, FMI defines no folder for this platform, binaries of all platforms are
         requested but not installed, or the file cannot be written.
     """
     if fmi not in (2, 3):

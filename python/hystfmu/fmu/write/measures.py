@@ -1,6 +1,6 @@
-"""UnitDefinitions of modelDescription.xml: units of measure with exponents of SI base units.
+"""UnitDefinitions of modelDescription.xml: conversion of units of measure to SI base units.
 
-A unit of measure is a product such as `um/V` or `N.s/m2`: symbols with prefix and exponent.
+A unit of measure is written as a product of symbols with prefixes and exponents, such as `um/V` or `N.s/m2`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,10 @@ from hystfmu.graph import Graph
 
 @dataclass(frozen=True)
 class _Unit:
-    """Exponents of the SI base units, and the factor to SI, `scale` times 10^`ten`, in exact decimal digits."""
+    """A unit of measure as exponents of the SI base units and a factor.
+
+    The factor is `scale` times 10^`ten`, which represents decimal factors exactly.
+    """
 
     exponents: dict[str, int]
     ten: int = 0
@@ -22,7 +25,7 @@ class _Unit:
     offset: float = 0.0
 
     def times(self, other: _Unit, n: int) -> _Unit:
-        """Return the product with the n-th power of another unit."""
+        """Return the product of this unit and the n-th power of another unit."""
         both = {k: self.exponents.get(k, 0) + n * other.exponents.get(k, 0) for k in self.exponents | other.exponents}
         return _Unit(both, self.ten + n * other.ten, self.scale * other.scale**n)
 
@@ -31,7 +34,7 @@ class _Unit:
         return float(f"{self.scale!r}e{self.ten}")
 
     def attributes(self) -> dict[str, str]:
-        """Return the attributes of BaseUnit."""
+        """Return the attributes of the element BaseUnit."""
         found = {k: str(n) for k, n in self.exponents.items() if n}
         found |= {"factor": repr(self.factor)} if self.factor != 1.0 else {}
         return found | ({"offset": repr(self.offset)} if self.offset else {})
@@ -64,7 +67,7 @@ _SYMBOLS = {
     "degC": _Unit({"K": 1}, offset=273.15),
 }
 _PREFIXES = {"p": -12, "n": -9, "u": -6, "m": -3, "c": -2, "k": 3, "M": 6, "G": 9}
-_WHOLE = {"1", "%", "min", "h", "deg", "degC", "bar"}  # without a prefix
+_WHOLE = {"1", "%", "min", "h", "deg", "degC", "bar"}  # symbols that cannot have a prefix
 _FACTOR = re.compile(r"(1|%|[A-Za-z]+)(-?[1-9])?\Z")
 
 
@@ -92,13 +95,13 @@ def _parsed(unit: str) -> _Unit | None:
 
 
 def rate_unit(unit: str) -> str:
-    """Return the unit of measure of a time derivative."""
+    """Return the unit of measure of the time derivative of a variable with a given unit."""
     known = {"1": "1/s", "s": "1", "m/s": "m/s2", "1/s": "1/s2"}
     return known.get(unit, f"{unit}/s")
 
 
 def base_unit(unit: str) -> dict[str, str] | None:
-    """Return the attributes of `BaseUnit` for a unit of measure; None if the unit is not known.
+    """Return the attributes of the element BaseUnit for a unit of measure; None if the unit is not known.
 
     Examples
     --------
@@ -111,7 +114,7 @@ def base_unit(unit: str) -> dict[str, str] | None:
 
 
 def unit_definitions(graph: Graph) -> ET.Element:
-    """Define the units of measure of all real variables, continuous states and derivatives."""
+    """Return the element UnitDefinitions with the units of all real variables, continuous states and derivatives."""
     states = graph.continuous_states
     units = {p.unit for p in graph.ports if p.unit and p.var.type == "real"} | {"s"} | {x.unit for x in states}
     definitions = ET.Element("UnitDefinitions")

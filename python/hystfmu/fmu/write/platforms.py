@@ -1,4 +1,4 @@
-"""Find the prebuilt binaries and their folders in FMI 2.0 and 3.0."""
+"""Platforms of FMUs: the installed prebuilt binaries, and their folders in FMI 2.0 and 3.0."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from hystfmu.fmu.write.description import Fmi
 
 @dataclass(frozen=True)
 class Platform:
-    """A platform: its FMI 3.0 tuple, its folder in FMI 2.0, the suffix of its shared libraries."""
+    """A platform with its FMI 3.0 platform tuple, its folder name in FMI 2.0, and the suffix of shared libraries."""
 
     tuple3: str
     folder2: str
     suffix: str
 
     def folder(self, fmi: Fmi) -> str:
-        """Return the folder in `binaries`."""
+        """Return the name of the folder of this platform in the folder `binaries` of an FMU."""
         return self.folder2 if fmi == 2 else self.tuple3
 
 
-# FMI 2.0.4, section 2.3, names win64, linux64 and darwin64 without a processor: darwin64 holds one universal binary for
-# both processors of macOS, other processors have their own folders
+# FMI 2.0.4, section 2.3, defines win64, linux64 and darwin64 without a processor. Here, darwin64 contains a universal
+# binary for both processors of macOS; other processors of Windows and Linux have their own folders
 PLATFORMS = {
     p.tuple3: p
     for p in (
@@ -66,14 +66,14 @@ def host() -> Platform:
 
 
 def _installed(file: str) -> Path:
-    """Return the path of a binary installed by `make platforms`."""
+    """Return the path of a binary that `make platforms` installs."""
     return PACKAGE / "_platforms" / file
 
 
 def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
-    """Return the prebuilt binary of a platform, the same in all FMUs; None if it is not installed.
+    """Return the path of the prebuilt binary of a platform; None if it is not installed. All FMUs use this binary.
 
-    An FMU for all platforms prefers the cross-compiled binary, which runs with older C libraries.
+    An FMU for all platforms contains the cross-compiled binary if there is one, because it runs with older C libraries.
     """
     own, crossed = PACKAGE / f"_fmu.{p.suffix}", _installed(f"{p.tuple3}.{p.suffix}")
     order = (crossed,) if p != host() else (own, crossed) if which == "host" else (crossed, own)
@@ -82,28 +82,31 @@ def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
 
 @functools.cache
 def _deflated(path: Path) -> Deflated:
-    """Return a deflated binary. `make platforms` has compressed it well, which would take too long in an export."""
+    """Return a compressed binary.
+
+    `make platforms` has already compressed it with a slow method, for which an export has no time.
+    """
     content = path.read_bytes()
     made = path.with_name(f"{path.name}.deflate")
     if made.exists():
         stream = made.read_bytes()
-        if zlib.decompress(stream, -zlib.MAX_WBITS) == content:  # the stream belongs to this build
+        if zlib.decompress(stream, -zlib.MAX_WBITS) == content:  # the compressed file belongs to this binary
             return Deflated(content, stream)
     return Deflated.of(content)
 
 
 def missing() -> list[str]:
-    """Return the platforms whose binaries are not installed."""
+    """Return the names of the platforms whose binaries are not installed."""
     return [p.tuple3 for p in PLATFORMS.values() if _path(p, "all") is None]
 
 
 def binaries(fmi: Fmi, name: str, which: Literal["host", "all"]) -> dict[str, Deflated]:
-    """Return the binaries of an FMU by their paths in `binaries`.
+    """Return the binaries of an FMU by their paths in its folder `binaries`.
 
     Raises
     ------
     ImportError
-        The binary of this machine is not installed.
+        The binary of this computer is not installed.
     InputError
         All platforms are requested, and the binary of a platform is not installed.
     """
@@ -117,7 +120,7 @@ def binaries(fmi: Fmi, name: str, which: Literal["host", "all"]) -> dict[str, De
     found = {}
     for p in PLATFORMS.values() if which == "all" else [host()]:
         path = _path(p, which)
-        both = _installed(f"{p.folder2}.{p.suffix}")  # universal binary of the folder
+        both = _installed(f"{p.folder2}.{p.suffix}")  # universal binary for all processors of this folder
         if which == "all" and fmi == 2 and both.exists():
             path = both
         if path is not None:

@@ -1,8 +1,8 @@
-"""Reference experiment of an FMU, a stimulus with nested loops and the response; icon and terminals.
+"""Reference experiment of an FMU, which is a stimulus with nested loops and the response; icons and terminals.
 
-Importers can repeat the experiment and compare results. The formats are the FMI Layered Standard for References
-(fmi-ls-ref 1.0.0-beta.1) and, for the experiment, MA-HS-Experiments. The documentation and the icon show the loop of
-this experiment: terminalsAndIcons.xml, a PNG of 128 x 128 pixels and an SVG.
+Importers can repeat the experiment and compare the results. The formats are the FMI Layered Standard for References
+(fmi-ls-ref 1.0.0-beta.1) and, for the experiment, MA-HS-Experiments. The documentation and the icons show the
+hysteresis loop of this experiment. The icons are a PNG file of 128 x 128 pixels and an SVG file.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from hystfmu.report.axis import path
 
 SIZE, MARGIN, FRAME = 128, 22, 5
 INK, PAPER, EDGE = (31, 95, 168), (247, 249, 252), (185, 200, 218)
-_STROKE, _REACH = 1.7, 4  # half the line width; distance up to which the line shades a pixel
+_STROKE, _REACH = 1.7, 4  # pixels: half the line width; maximum distance at which a line colours a pixel
 
 
 def _points(curve: tuple[Array, Array]) -> Array:
-    """Return the curve in pixels, shape (n, 2), with y downwards; a constant signal becomes a line in the middle."""
+    """Return the points (n, 2) of a curve in pixels, with y downwards. A constant signal is drawn in the middle."""
     room = SIZE - 2 * MARGIN
     columns = []
     for values, turned in zip(curve, (False, True), strict=True):
@@ -44,7 +44,7 @@ def _points(curve: tuple[Array, Array]) -> Array:
 
 
 def _shades(points: Array) -> Array:
-    """Return the coverage of every pixel by the line, shape (SIZE, SIZE), 0 to 1."""
+    """Return the fraction (SIZE, SIZE) of each pixel that the line covers, 0 to 1."""
     steps = np.maximum(1, np.ceil(2 * np.hypot(*np.diff(points, axis=0).T)).astype(int))
     places = np.concatenate([[0.0], np.cumsum(steps)])
     dense = np.column_stack([np.interp(np.arange(places[-1] + 1), places, column) for column in points.T])
@@ -58,7 +58,7 @@ def _shades(points: Array) -> Array:
 
 
 def png(curve: tuple[Array, Array]) -> bytes:
-    """Return the icon as PNG (8-bit RGB); `curve` is (x, y), each of shape (n,)."""
+    """Return the icon as a PNG file (8-bit RGB). `curve` contains x and y, each of shape (n,)."""
     inside = np.full((SIZE, SIZE, 1), 0.0)
     inside[FRAME:-FRAME, FRAME:-FRAME] = 1.0
     core = np.full((SIZE, SIZE, 1), 0.0)
@@ -77,7 +77,7 @@ def png(curve: tuple[Array, Array]) -> bytes:
 
 
 def svg(curve: tuple[Array, Array]) -> bytes:
-    """Return the icon as SVG; `curve` is (x, y), each of shape (n,)."""
+    """Return the icon as an SVG file. `curve` contains x and y, each of shape (n,)."""
     points = _points(curve)
     ink, paper, edge = ("#{:02x}{:02x}{:02x}".format(*c) for c in (INK, PAPER, EDGE))
     side = SIZE - 2 * FRAME
@@ -93,7 +93,10 @@ _SQUARE = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
 
 
 def terminals_and_icons(graph: Graph) -> bytes:
-    """Write the file of a graph. Terminals match by name ("bus"): ports of two units connect if their names agree."""
+    """Return the content of terminalsAndIcons.xml for a graph.
+
+    The terminals have the matching rule "bus": an importer connects the ports of two FMUs if their names are equal.
+    """
     root = ET.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     picture = ET.SubElement(root, "GraphicalRepresentation")
     ET.SubElement(picture, "CoordinateSystem", {**_SQUARE, "suggestedScalingFactorTo_mm": "0.1"})
@@ -113,20 +116,20 @@ def terminals_and_icons(graph: Graph) -> bytes:
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 _NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
-# a major loop, then minor loops that close inside it; linear ramps give the same bits on every machine
+# a major loop, then minor loops inside it; linear ramps are bit-identical on all computers
 _PEAKS = (0.0, 1.0, -1.0, 1.0, -0.5, 0.5, -0.25, 0.75, -1.0)
-_ROWS = 25  # per ramp
-_NUMBERS = 1500  # in result.csv, about; a model with many outputs records the first ramps only
+_ROWS = 25  # rows per ramp
+_NUMBERS = 1500  # approximate number of values in result.csv; with many outputs, it contains only the first ramps
 
 
 def _path() -> Array:
-    """Return the stimulus in [-1, 1]."""
+    """Return the stimulus (n,) in [-1, 1]."""
     places = np.arange(_ROWS * (len(_PEAKS) - 1) + 1) / _ROWS
     return np.interp(places, np.arange(len(_PEAKS)), _PEAKS)
 
 
 def _span(port: Port, model: Model | None) -> tuple[float, float]:
-    """Return the range of the stimulus: the range of the identification data, else the start value +- 1."""
+    """Return the range of the stimulus at a port. It is the range of the training data, or the start value +- 1."""
     span = model.provenance.get("span_u") if model else None
     if isinstance(span, Sequence) and len(span) == 2 and math.isfinite(span[1] - span[0]) and port.size == 1:
         return float(span[0]), float(span[1])
@@ -136,10 +139,10 @@ def _span(port: Port, model: Model | None) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Reference:
-    """Inputs u (rows, scalar inputs) and outputs y (rows, scalar outputs) of a graph, with a step of h (s).
+    """Inputs u (rows, scalar inputs) and outputs y (rows, scalar outputs) of a graph, with the step h (s).
 
-    Row 0 is the initialisation. For row k, the inputs of row k - 1 are set, and a step to the time of row k is made. So
-    the experiment behaves like a master that sets inputs at the beginning of every step.
+    Row 0 belongs to the initialisation. For the outputs of row k, the inputs of row k - 1 are set, and then a step to
+    the time of row k is made. This is the behaviour of a master that sets the inputs at the beginning of every step.
     """
 
     graph: Graph
@@ -149,9 +152,9 @@ class Reference:
 
     @classmethod
     def of(cls, graph: Graph, model: Model | None = None) -> Reference:
-        """Simulate the response of a graph to the stimulus with its step; `model` gives the range of the data.
+        """Return the reference experiment of a graph. The stimulus has the range of the training data of `model`.
 
-        Covariates drift over the range of the data, from its lower to its upper end.
+        Each covariate increases from the lower to the upper end of its range in the training data.
         """
         h = suitable_step(graph)
         columns = []
@@ -172,9 +175,9 @@ class Reference:
 
     @cached_property
     def curve(self) -> tuple[Array, Array]:
-        """Curve for plots: the first output over the first input at equal times, or over time without inputs.
+        """Curve (x, y) for plots: the first output over the first input or, without inputs, over time.
 
-        Values are finite, even if the model overflows.
+        Its values are finite, even if the output of the model overflows.
         """
         y = np.clip(np.nan_to_num(self.y[:, 0]), -1e150, 1e150)
         if self.u.shape[1]:
@@ -182,7 +185,7 @@ class Reference:
         return np.asarray(self.h * np.arange(len(y)), dtype=np.float64), y
 
     def _csv(self, kind: str, values: Array, fmi: Fmi) -> bytes:
-        """Return a CSV file: the time, then one column per variable, or per element of an array in FMI 2.0."""
+        """Return a CSV file with the time and one column for each variable. In FMI 2.0, each element is a variable."""
         ports = [p for p in self.graph.ports if p.kind == kind]
         names = [n for p in ports for n in (p.scalar_names if fmi == 2 else (p.name,))]
         widths = [w for p in ports for w in ([1] * p.size if fmi == 2 else [p.size])]
@@ -194,7 +197,7 @@ class Reference:
         return ("\n".join(lines) + "\n").encode()
 
     def files(self, fmi: Fmi) -> dict[str, bytes]:
-        """Return the files of the layered standard by their names in the archive."""
+        """Return the files of the FMI Layered Standard for References, by their names in the archive."""
         rows = min(len(self.y), max(2 * _ROWS, _NUMBERS // max(1, self.y.shape[1])) + 1)
         files = {"result.csv": self._csv("output", self.y[:rows], fmi)}
         if self.u.shape[1]:

@@ -1,7 +1,7 @@
-"""A graph as C99 (and C++20) text: the `sources` directory of an FMU, and two files for a target without FMI.
+"""C source of a graph, valid as C99 and C++20: the folder `sources` of an FMU, or two files for a target without FMI.
 
-The package contains the amalgamated text of the core (`fmu_build/sources/amalgamate.py`). The C file contains the block
-file as a constant, then the sections of the amalgamated text that the graph needs.
+The package contains the amalgamated source of the C core (`fmu_build/sources/amalgamate.py`). The C file of a graph
+contains its block file as a constant, followed by those sections of the amalgamated source that the graph needs.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hystfmu.fmu.archive import xml_file
 from hystfmu.fmu.write.description import Fmi
 from hystfmu.graph import Graph, Port
 
-OPTIONS = "-ffp-contract=off -fno-math-errno"  # without them the last bits may differ on some processors
+OPTIONS = "-ffp-contract=off -fno-math-errno"  # without them, results may differ in the last bits
 _PER_LINE = 24
 
 
@@ -33,7 +33,7 @@ def _sections() -> dict[str, str]:
 
 
 def wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
-    """Return whether a section belongs to the source of an FMU: used blocks, and functions of the standard."""
+    """Return whether the source of an FMU needs the section `name`. It needs the used blocks and one FMI version."""
     folder, _, file = name.rpartition("/")
     if folder.startswith("core/blocks/") and file.endswith(".c"):
         return file.removesuffix(".c") in blocks
@@ -42,9 +42,10 @@ def wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
 
 
 def core_text(graph: Graph, name: str, comment: str, wanted: Callable[[str], bool]) -> str:
-    """Return the licence, a comment of one line, the block file as a constant, and the sections of the core.
+    """Return the C source of a graph: licence, comment, block file as a constant, and sections of the C core.
 
-    `wanted` decides from the name of a section whether it is included. Every public symbol begins with ``name_``.
+    The function `wanted` decides, for the name of a section, whether the section is included. Every public symbol
+    begins with ``name_``.
     """
     content = graph.to_bytes()
     lines = [",".join(map(str, content[k : k + _PER_LINE])) for k in range(0, len(content), _PER_LINE)]
@@ -52,7 +53,7 @@ def core_text(graph: Graph, name: str, comment: str, wanted: Callable[[str], boo
     head = [
         sections.pop("licence"),
         f"/* {comment} */\n",
-        # a graph does not use every function of a header
+        # a graph need not use every function of a header
         '#if defined(__clang__)\n#pragma clang diagnostic ignored "-Wunused-function"\n#endif\n',
         f"#define HYST_PREFIX {name}_\n",
         "#define HYST_BLOCKS(B) " + " ".join(f"B({b})" for b in sorted({n.type for n in graph.nodes})) + "\n",
@@ -62,10 +63,10 @@ def core_text(graph: Graph, name: str, comment: str, wanted: Callable[[str], boo
 
 
 def source_file(graph: Graph, fmi: Fmi, name: str) -> bytes:
-    """Return the C file: licence, data, the sections of the core for the blocks in use, the functions of one standard.
+    """Return the C source of an FMU for one version of FMI, with the blocks that the graph uses.
 
-    Every public symbol begins with ``name``. This applies to the functions of the standard if the build defines
-    FMI2_FUNCTION_PREFIX (FMI3_FUNCTION_PREFIX) as ``name_``.
+    Every public symbol begins with ``name``. The functions of FMI have this prefix if the build defines
+    FMI2_FUNCTION_PREFIX or FMI3_FUNCTION_PREFIX as ``name_``.
     """
     blocks = {n.type for n in graph.nodes}
     comment = (
@@ -75,7 +76,10 @@ def source_file(graph: Graph, fmi: Fmi, name: str) -> bytes:
 
 
 def build_description(name: str) -> bytes:
-    """Write buildDescription.xml (FMI Specification 3.0.1, section 2.5.1.3): a C99 compiler with the options above."""
+    """Return the content of buildDescription.xml (FMI Specification 3.0.1, section 2.5.1.3).
+
+    The file states a C99 compiler and the compiler options `OPTIONS`.
+    """
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=name, description="C library only")
     attributes = {"name": "gcc", "language": "C99", "compiler": "gcc", "compilerOptions": OPTIONS}
@@ -164,9 +168,9 @@ int {name}_step(const {name}_inputs *in, double *u) {{
 
 
 def target_files(graph: Graph, name: str, step: float, text: str) -> dict[str, bytes]:
-    """Return ``name.h`` and ``name.c`` of a graph with one scalar output, called every `step` (s).
+    """Return the files ``name.h`` and ``name.c`` for a graph with one scalar output, which is called every `step` (s).
 
-    Every public symbol begins with ``name_``. `text` is one line for a reader.
+    Every public symbol begins with ``name_``. `text` is a description in one line.
     """
     inputs = [p for p in graph.ports if p.kind == "input"]
     (output,) = (p for p in graph.ports if p.kind == "output")
@@ -202,7 +206,7 @@ def _meaning(p: Port) -> str:
 
 
 def _bytes(graph: Graph) -> int:
-    """Return the memory of an instance on a machine with pointers of 8 bytes; other machines need less."""
+    """Return the memory (bytes) of an instance on a computer with 64-bit pointers. Other computers need less."""
     content, size, error = graph.to_bytes(), C.c_size_t(), RawError()
     if library().hyst_graph_measure(content, len(content), C.byref(size), C.byref(error)):
         raise RuntimeError("the core does not open its own block file")
@@ -210,5 +214,5 @@ def _bytes(graph: Graph) -> int:
 
 
 def _comment(text: str) -> str:
-    """Return a text that is safe in a C comment."""
+    """Return a text in a form that cannot end a C comment."""
     return " ".join(text.replace("*/", "* /").replace("/*", "/ *").split())
