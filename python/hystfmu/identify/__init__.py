@@ -1,4 +1,4 @@
-"""Identification: `fit(data, key, ...)` makes a Model from measured data. Each kind has one file in `methods`."""
+"""Identification of models from measured data. The folder `methods` contains one module for each kind of model."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from hystfmu.model.accuracy import errors
 __all__ = ["GRAPH", "METHODS", "description", "errors", "fit", "fit_graph", "options"]
 
 GRAPH = "graph"
-"""Key of a model that was fitted as a graph."""
+"""Key of a model that was made by `fit_graph`."""
 
 
 def fit(
@@ -41,40 +41,45 @@ def fit(
     only_invertible: bool = False,
     **given: Any,
 ) -> Model:
-    """Identify a model.
+    """Fit a model of a given kind to data.
 
     Parameters
     ----------
     data : Dataset
-        Measured data. The model runs free from row 0; a fit minimises the residuals on the rows `data.train`.
+        Measured data. The model is simulated from row 0 without measured outputs. The fit minimises the residuals on
+        the training rows, `data.train`.
     key : str
         Kind of model, one of `METHODS`.
     seed : int
-        Seed of random starts; the same seed gives the same model.
+        Seed of random start values. The same seed gives the same model.
     progress : function, optional
-        Function that is called with the fraction done, 0..1.
+        Function that is called with the completed fraction of the fit, 0 to 1.
     inverses : Inverses, optional
-        Object that states the inverses of models, for ``auto``.
+        Object by which ``auto`` finds out whether a model has an inverse.
     only_invertible : bool
-        Whether only models with a useful inverse compete in ``auto``.
+        Whether ``auto`` compares only models with a useful inverse.
     **given
-        Options of the method; `options(key)` lists them.
+        Options of the kind of model. `options(key)` lists them.
 
     Returns
     -------
     Model
-        Model with the key of the method, or after ``auto`` the key of the chosen method. `fit` contains rms and max
-        (unit of measure of y), rms_percent and max_percent (of the span of y in the training rows), parameters (their
-        number), seconds, and any warnings. For a network it contains coverage_percent (`hystfmu.model.coverage`). If y
-        lags u, it contains lag_rows, lag (a text), and dead_rows (rows of dead time) if kinks of u show the dead time.
-        After ``auto`` it also contains memory, loops, gap_percent and rate. `provenance` contains data, rows, options
-        and versions.
+        Model with the key of its kind. After ``auto`` this is the chosen kind.
+
+        `fit` contains the errors ``rms`` and ``max`` in the unit of measure of y, the same errors ``rms_percent`` and
+        ``max_percent`` in percent of the span of y in the training rows, the number of ``parameters``, the duration
+        ``seconds``, and any ``warnings``. For a network it also contains ``coverage_percent``
+        (`hystfmu.model.coverage`). If y lags u, it also contains the lag as ``lag_rows`` and as the text ``lag``, and
+        the number of rows of dead time, ``dead_rows``, if kinks of u show the dead time. After ``auto`` it also
+        contains ``memory``, ``loops``, ``gap_percent`` and ``rate``.
+
+        `provenance` contains the origin of the data, the rows, the options and the versions of the software.
 
     Raises
     ------
     InputError
-        The method or an option is unknown, a value is out of range, the data have no output or no variation, or the fit
-        needs more than half of the memory of the machine.
+        The kind or an option is unknown, a value is out of range, the data have no output, a signal does not vary, or
+        the fit needs more than half of the memory of the computer.
     """
     report = progress or silent
     resolve(key, options(key), given)
@@ -100,20 +105,20 @@ def fit_graph(
     progress: Progress | None = None,
     **given: Any,
 ) -> Model:
-    """Fit the free parameters of a graph of blocks.
+    """Fit the free parameters of a graph of blocks to data.
 
     Parameters
     ----------
     data : Dataset
-        Measured data. The model runs free from row 0 of each record; a fit minimises the residuals on the rows
-        `data.train`.
+        Measured data. The graph is simulated from row 0 of each record without measured outputs. The fit minimises the
+        residuals on the training rows, `data.train`.
     graph : Graph, Block or Path
-        Graph, or path of a file with the graph and its free parameters. For a single block, a graph is built: a scaling
-        of the input to [-1, 1], the block, and a weighted sum of its outputs with an offset. Its parameters are named
-        without a node.
+        Graph, single block, or path of a file that contains a graph and its free parameters. From a single block, a
+        graph of three parts is built: a scaling of the input to [-1, 1], the block, and a weighted sum of its outputs
+        with an offset. The names of the parameters of a single block have no node name.
     free : mapping of str to True, (lower, upper) or a table
-        Free parameters. The default for a single block is all real parameters without a given value, except redundant
-        parameters.
+        Free parameters by name. The default for a single block is all real parameters without a given value, except
+        redundant parameters.
     seed, progress
         As in `fit`.
     **given
@@ -122,13 +127,14 @@ def fit_graph(
     Returns
     -------
     Model
-        Model with the key ``graph``. Its `fit` contains the errors as after the function `fit`. ``free`` contains the
-        value of each free parameter with its standard error.
+        Model with the key ``graph``. Its `fit` contains the same errors as the result of the function `fit`. The entry
+        ``free`` contains the value and the standard error of each free parameter.
 
     Raises
     ------
     InputError
-        As in `fit`. Also: the graph does not have a free parameter, bounds exclude its value, or no parameter is free.
+        No parameter is free, the graph does not contain a named parameter, or the bounds exclude the value of a
+        parameter. The function also raises the errors of `fit`.
     """
     chosen = resolve("a graph", graph_fit.OPTIONS, given)
     check(data)
@@ -157,7 +163,7 @@ def fit_graph(
 
 
 def _told(model: Model, seen: Excitation, lag: tuple[dict[str, Any], list[str]], feedback: list[str]) -> Model:
-    """Add what the record shows: lag of the output, warnings about excitation, lag and closed-loop data."""
+    """Return the model with findings about the record: the lag, and warnings about excitation, lag and feedback."""
     static = [] if guards.follows_late(model.graph) else [*seen.coarse, *lag[1]]
     warned = [*seen.warnings, *static, *feedback]
     found = {**model.fit, **lag[0]}

@@ -1,20 +1,24 @@
-"""Choice of the kind of model: candidates compete on validation blocks inside the training rows, the cheapest first.
+"""Automatic choice of the kind of model by cross-validation on blocks of the training rows.
 
-The blocks are cut between reversals and are spread over the whole record. A single block at the end would test
-extrapolation if the record changes with time (a decaying sine, a staircase of minor loops). The blocks form disjoint
-folds. After each fold, losers are stopped (racing: Maron & Moore 1994; Birattari et al. 2002); `race` states errors and
-losers. A loser returns if the errors of the other kinds turn out to be uncertain.
+Validation blocks. The blocks are cut between reversals and are spread over the whole record. A single block at the end
+would test extrapolation if the record changes with time, such as a decaying sine or a staircase of minor loops. The
+blocks form disjoint folds. The candidates are fitted without one fold and tested on this fold, the cheapest candidate
+first. After each fold, candidates with clearly larger errors (losers) are stopped. This method is called racing (Maron
+& Moore 1994; Birattari et al. 2002). A loser is fitted again if the errors of the other kinds turn out to be uncertain.
+`hystfmu.identify.race` defines the errors and the losers.
 
-Each model also runs on the input of the record with another initial memory. If the output then leaves the range of the
-record, a model whose output stays inside is preferred, unless that model is a loser. Of equally good kinds, one with an
-exact inverse is preferred, then the one with the fewest parameters. If the record is one oscillation, its blocks are
-similar; then all kinds except losers are equally good. If the best error without noise is above `REFUSED` %, the record
-is refused (`refusal`).
+Choice. Each model is also simulated with the input of the record and another initial memory. If its output leaves the
+range of the record, a model whose output stays inside this range is preferred, unless it is a loser. Among equally good
+kinds, a kind with an exact inverse is preferred, and then the kind with the fewest parameters. If the record is one
+oscillation, its blocks are similar, so all kinds except losers count as equally good. If the smallest error, without
+noise, is above `REFUSED` %, an error is raised (`refusal`).
 
-No kind is omitted because of its cost. If fits to the whole record would take too long, all kinds compete on a shorter
-part of the record (`hystfmu.identify.cuts`). If there are several records, they compete on the longest record. The
-chosen kind is then fitted to all rows. A kind does not compete if its memory contradicts the minor loops in the data.
-Rate-dependent kinds do not compete if the input has one speed.
+Cost. No kind is excluded because of its cost. If the fits to all rows would take too long, all kinds are compared on a
+shorter part of the record (`hystfmu.identify.cuts`), or on the longest of several records. The chosen kind is then
+fitted to all training rows.
+
+Exclusion. A kind is not compared if its memory contradicts the minor loops in the data. Rate-dependent kinds are not
+compared if the input has only one speed.
 """
 
 from __future__ import annotations
@@ -51,45 +55,57 @@ from hystfmu.model.accuracy import rms
 
 TEXT = "selection by minor loops, rate dependence and validation blocks between reversals of the training rows"
 OPTIONS: tuple[Option, ...] = ()
-CLEARLY, FINE = 1.2, 0.1  # error ratio and error in % of the span: static models must exceed both to show a rate
-REFUSED = 5.0  # % of the span beside the noise: no model rather than a worse one
+# the data show rate dependence if the error of the best other kind exceeds CLEARLY times the error of the best
+# rate-dependent kind, and exceeds FINE % of the span
+CLEARLY, FINE = 1.2, 0.1
+REFUSED = 5.0  # largest accepted error of the best model, without noise (% of the span)
 EXACT_INVERSE = "exact"
-LARGE = 2.0  # % of the span: if minor loops stay open by more, no static return-point model can represent the data
-CLOSED = 0.05  # and by more than this, a memory that opens them may be the better one: the record decides
-BUDGET = 24.0  # s for all candidates; estimated, not timed: the load must not decide
-HOPEFUL = 0.3  # of the time of kinds with a trial fit: most of them end there
-LEAST_ROWS, FEWER = 2000, 0.9  # rows that race, however expensive all are; how much fewer are tried at a time
-SHORT = 0.2  # of the time of a full fit: a short trial fit
+LARGE = 2.0  # gap of minor loops (% of the span) above which static return-point models are excluded
+CLOSED = 0.05  # gap of minor loops (% of the span) up to which models with open loops are excluded
+BUDGET = 24.0  # estimated time for all candidates (s); it is not measured, so that the load does not change the choice
+HOPEFUL = 0.3  # expected share of the full cost for kinds with a trial fit, because most of them fail the trial
+LEAST_ROWS, FEWER = 2000, 0.9  # minimum number of rows of the comparison, and factor by which the number is reduced
+SHORT = 0.2  # cost of a short trial fit, relative to a full fit
 
 
 class Inverses(Protocol):
-    """Protocol by which `auto` asks for the inverse of a model; `hystfmu.inverse` implements this protocol."""
+    """Interface by which `auto` finds out whether a model has an inverse; `hystfmu.inverse` implements it."""
 
     def kind(self, model: Model) -> str:
-        """Return the method of the inverse of a model, or the reason why there is none."""
+        """Return the method that can invert a model, or the reason why no method can."""
 
     def fault(self, model: Model) -> str:
-        """Return the reason why the model has no useful inverse; empty if it has one."""
+        """Return the reason why a model has no useful inverse, or an empty text if it has one."""
 
 
 def choose(
     data: Dataset, seed: int, progress: Progress, inverses: Inverses | None = None, only_invertible: bool = False
 ) -> Model:
-    """Compare the candidates that suit the data, choose one, and fit it to all training rows.
+    """Compare all candidates that do not contradict the data, choose one, and fit it to all training rows.
 
-    `inverses` states the inverse of a model. With `only_invertible`, only models with a useful inverse compete. The
-    function raises InputError if no candidate can be fitted, none represents the data, or none has a useful inverse.
+    With `only_invertible`, a model without a useful inverse is not chosen. The function raises an InputError if no
+    candidate can be fitted, if no candidate represents the data, or if no suitable candidate has a useful inverse.
 
     Returns
     -------
     Model
-        `fit` also contains ``memory`` (class of the minor loops), ``gap_percent``, ``loops`` and ``rate`` (``seen``,
-        ``not seen``, which discards rate-dependent kinds, or ``one speed only``). `provenance` also contains: ``auto``:
-        RMS error of every candidate on the validation blocks, in percent of the span of y, the best candidate first;
-        ``auto_blocks``: RMS errors on single blocks; ``auto_choice``: the chosen candidate; ``auto_parameters``: number
-        of parameters of each candidate; ``auto_inverse``: inverse of each candidate; ``auto_left_out``: the kinds that
-        were left out, with reasons; ``auto_not_tried``: names of the kinds without any fit; ``auto_rows``: number of
-        rows used for the choice, if it differs from the number of rows of the record.
+        Fitted model of the chosen kind.
+
+        `fit` also contains the memory class ``memory``, the number of minor loops ``loops``, their gap ``gap_percent``,
+        and the text ``rate``. The text is ``seen`` if the data show rate dependence, ``not seen`` if they do not, and
+        ``one speed only`` if the input has one speed.
+
+        `provenance` also contains
+
+        - ``auto``: RMS error of each candidate on the validation blocks, in percent of the span of y, the candidate
+          with the smallest error first;
+        - ``auto_blocks``: RMS errors of each candidate on the single blocks, in percent of the span of y;
+        - ``auto_choice``: name of the chosen candidate;
+        - ``auto_parameters``: number of parameters of each candidate;
+        - ``auto_inverse``: method that inverts each candidate;
+        - ``auto_left_out``: excluded candidates, each with the reason;
+        - ``auto_not_tried``: names of the candidates that were never fitted;
+        - ``auto_rows``: number of training rows that were used for the choice, if not all were used.
     """
     started = time.perf_counter()
     where = data.path or data.name
@@ -104,7 +120,7 @@ def choose(
     costs = {n: c.cost(rows) for n, (_, c) in entered.items()}
     order = sorted(entered, key=lambda n: costs[n])
     report = _Report(progress)
-    total = 2 * sum(costs.values())  # the other folds and the last fit come after the first
+    total = 2 * sum(costs.values())  # the further folds and the last fit are assumed to take as long as the first fold
     done = 0.0
     for name in order:
         key, candidate = entered[name]
@@ -144,7 +160,7 @@ def choose(
         fault = inverses.fault(model) if only_invertible and inverses is not None else ""
         if not fault:
             break
-        faults[best.name] = fault  # the race saw fits to other rows
+        faults[best.name] = fault  # the fit to all rows can have a fault that the fits to fewer rows do not have
     told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "rate": rate}
     told["warnings"] = [*_warnings(best, seen), *model.fit.get("warnings", [])]
     told["seconds"] = round(time.perf_counter() - started, 4)
@@ -152,7 +168,7 @@ def choose(
 
 
 def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
-    """Return the candidates that suit the data, each with its key, and the reasons against all other kinds."""
+    """Return the candidates to compare by name, each with its key, and the reasons why the others are excluded."""
     found = candidates()
     reasons = left_out({n: c for n, (_, c) in found.items()}, seen)
     if data.covariates:
@@ -162,7 +178,10 @@ def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Cand
 
 
 def affordable(entered: Sequence[Candidate], rows: int) -> int:
-    """Return the number of rows, up to `rows`, on which all candidates can be tried within the budget."""
+    """Return the number of rows, at most `rows`, to which all candidates can be fitted in the time `BUDGET`.
+
+    The result is at least `LEAST_ROWS` if `rows` is, even if the fits take longer.
+    """
     n = rows
     while n > LEAST_ROWS and sum(c.cost(n) * (HOPEFUL if c.tries(n) else 1.0) for c in entered) > BUDGET:
         n = max(LEAST_ROWS, int(FEWER * n))
@@ -170,7 +189,7 @@ def affordable(entered: Sequence[Candidate], rows: int) -> int:
 
 
 def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]:
-    """Return the candidates that contradict the data, with the reasons."""
+    """Return the reasons why candidates contradict the data, by name of the candidate."""
     reasons: dict[str, str] = {}
     for name, candidate in found.items():
         if candidate.memory in (OPENS, LATE) and seen.memory == NONE:
@@ -185,7 +204,7 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]
 
 
 class _Report:
-    """Progress of several parts; the fraction never decreases, even with rounding errors."""
+    """Report of the progress of several fits in sequence; the reported fraction never decreases."""
 
     def __init__(self, progress: Progress) -> None:
         self.progress, self.told = progress, 0.0
@@ -202,11 +221,11 @@ def _preferred(
     only_invertible: bool,
     known: Mapping[str, str],
 ) -> Trial | dict[str, str]:
-    """Return the best candidate. Among equally good candidates, prefer an exact inverse, then fewer parameters.
+    """Return the best candidate; among equally good ones, prefer an exact inverse, then fewer parameters.
 
-    Static kinds with a larger error than a rate-dependent kind remain if the record shows no rate dependence. The
-    function returns a list of reasons if no kind represents the data, or if an inverse is required and no such kind has
-    one.
+    If the record shows no rate dependence (`rate` is False), a static kind is chosen even if a rate-dependent kind has
+    a smaller error. If no kind represents the data, or none of them has the required inverse, the function returns the
+    faults of the candidates by name.
     """
     follow = [t for t in race.trials.values() if race.follows(t, REFUSED) and t.name not in known]
     able = follow if rate else [t for t in follow if t.candidate.memory != LAGS] or follow
@@ -232,7 +251,7 @@ def _best(race: Race, able: list[Trial], inverses: Inverses | None) -> Trial:
 
 
 def _rate(race: Race, seen: Excitation) -> str:
-    """Decide whether a rate-dependent kind has a clearly smaller error than all others."""
+    """Return whether the data show rate dependence: the best rate-dependent kind is clearly better than all others."""
     if not seen.several_speeds:
         return "one speed only"
     lags = [race.risk(t) for t in race.trials.values() if t.candidate.memory in (LAGS, LATE)]
@@ -252,7 +271,7 @@ def _warnings(best: Trial, seen: Excitation) -> list[str]:
 
 
 def refusal(where: str, only_invertible: bool, race: Race, seen: Excitation, faults: Mapping[str, str]) -> InputError:
-    """Return the error that refuses the record `where`; it lists the faults and the errors of the candidates."""
+    """Return the error for a record `where` that no kind represents; it lists the errors and faults of all kinds."""
     also = " and have a useful inverse" if only_invertible else ""
     rule = f"A kind of model must follow the data to {REFUSED:g} % of the span{also}"
     ranked = sorted(race.trials.values(), key=race.excess)

@@ -1,8 +1,7 @@
-"""Kinds of model by key: description, options, memory use, and entries for ``auto``.
+"""Kinds of model: description, options, memory use, and candidates for ``auto``.
 
-The kinds are the files of `methods`, and ``auto``. A module is loaded on first use. Each row of a table of options
-defines the check, the error message and the listing of one option. A fit may use at most half of the memory of the
-machine; the estimate uses the measured bytes per row of each kind.
+The kinds are the modules in the folder `methods`, and ``auto``. A module is imported when it is first used. A fit may
+use at most half of the memory of the computer. The needed memory is estimated from measured bytes per row.
 """
 
 from __future__ import annotations
@@ -24,16 +23,16 @@ from hystfmu.graph import Graph
 from hystfmu.identify import methods
 
 Options = Mapping[str, Any]
-"""Values of the options of a kind by name, checked."""
+"""Valid values of the options of a kind, by name."""
 Built = tuple[Graph, int, dict[str, Any]]
-"""A fitted graph, the number of its parameters, and further results such as ``warnings`` and ``bounded``."""
+"""Fitted graph, number of fitted parameters, and further results such as ``warnings`` and ``bounded``."""
 CLOSES, OPENS, LAGS, LATE, ANY = "return-point", "open", "rate", "open, then rate", ""
-SHARE = 0.5  # of the memory: the system and other programs have the rest
-LEAST = 400.0  # bytes per row of any fit
-EXPENSIVE = 3.0  # s: a fit that takes longer, and has no quick options, is tried on a part of the rows first
+SHARE = 0.5  # share of the memory that a fit may use; the system and other programs use the rest
+LEAST = 400.0  # minimum memory of any fit (bytes per row)
+EXPENSIVE = 3.0  # cost (s) above which a kind without quick options is first fitted to a part of the rows
 AUTO = "auto"
 METHODS: tuple[str, ...] = (*(module.name for module in pkgutil.iter_modules(methods.__path__)), AUTO)
-REMOVED = {  # kinds of older versions: what takes their place
+REMOVED = {  # kinds of older versions, each with the kinds that replace it
     "prandtl_ishlinskii_asym": "actuator or preisach",
     "prandtl_ishlinskii_rate": "actuator or preisach",
 }
@@ -41,20 +40,20 @@ REMOVED = {  # kinds of older versions: what takes their place
 
 @dataclass(frozen=True)
 class Option:
-    """One option of a method.
+    """One option of a kind of model.
 
     Parameters
     ----------
     name : str
-        Name, as in ``--set name=value``.
+        Name of the option in ``--set name=value``.
     default : bool, int, float, str or None
-        Default; its type is the type of the option.  None means that a number is chosen from the data.
+        Default value, which also defines the type of the option. None means that a number is computed from the data.
     lo, hi : float
-        Range of a number, ends included.
+        Smallest and largest valid number.
     choices : tuple of str
-        Legal words of a str option.
+        Valid words of a str option.
     text : str
-        Description, one line.
+        Description in one line.
     """
 
     name: str
@@ -66,7 +65,7 @@ class Option:
 
     @property
     def rule(self) -> str:
-        """Valid values in words."""
+        """Description of the valid values, for error messages."""
         if self.choices:
             return f"one of {', '.join(self.choices)}"
         if isinstance(self.default, bool):
@@ -75,7 +74,7 @@ class Option:
 
     @property
     def shown_default(self) -> str:
-        """The default in words."""
+        """Text of the default value, for lists of options."""
         if self.default is None:
             return "from the data"
         if isinstance(self.default, float):
@@ -83,7 +82,7 @@ class Option:
         return str(self.default).lower() if isinstance(self.default, bool) else str(self.default)
 
     def check(self, value: Any) -> Any:
-        """Convert a value to the type of the option; InputError if it is not legal."""
+        """Convert a value to the type of the option; an invalid value raises an InputError."""
         if self.choices:
             if value in self.choices:
                 return value
@@ -98,9 +97,9 @@ class Option:
 
 
 def resolve(method: str, table: Sequence[Option], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return all options of a method: validated values of the given options, and defaults of all other options.
+    """Return the values of all options of a kind: given values after a check, and default values of all other options.
 
-    An unknown option raises an InputError that lists the legal options. A value out of range raises an InputError, too.
+    An unknown option raises an InputError that lists the valid options. An invalid value also raises an InputError.
     """
     rows = {o.name: o for o in table}
     for name in given:
@@ -112,24 +111,26 @@ def resolve(method: str, table: Sequence[Option], given: Mapping[str, Any]) -> d
 
 @dataclass(frozen=True)
 class Candidate:
-    """An entry of the table ``CANDIDATES`` of a kind of model.
+    """A candidate of ``auto``: a kind of model with some of its options.
 
     Parameters
     ----------
     memory : str
-        `CLOSES`: static, minor loops close. `OPENS`: static, minor loops stay open. `LAGS`: rate-dependent. `LATE`:
-        linear dynamics after an operator whose loops stay open; an input with one speed can also show them. `ANY`:
-        creep or lags may open a loop.
+        Memory class. `CLOSES` is a static kind whose minor loops close. `OPENS` is a static kind whose minor loops stay
+        open. `LAGS` is a rate-dependent kind. `LATE` is a kind with linear dynamics after an operator whose minor loops
+        stay open; an input with one speed is enough to show its dynamics. `ANY` is a kind whose minor loops can be
+        closed, or opened by creep or lags.
     seconds, per_1000 : float
         Estimated cost of a fit (s): a fixed part, and a part per 1000 rows up to the last training row.
     options : dict
-        Options of the kind that differ from its defaults.
+        Options of the kind that differ from its default options.
     quick : dict
-        Options of a short trial fit. A kind must pass this trial before it is fitted in full. Empty: no trial fit. The
-        trial may be coarser than the full fit but must have all parts of the full fit.
+        Options of a short trial fit. A candidate is fitted with its full options only if the error of the trial fit is
+        not too large. The trial may be coarser than the full fit, but its model must contain the same components. With
+        an empty dict there is no such trial.
     local : bool
-        Whether each parameter acts only on some states of the memory, so that states outside the record remain
-        undetermined. A network states its coverage itself.
+        Whether each parameter affects only some states of the memory, so that the data determine no parameters for
+        states outside the record. For a network this is False, because its coverage is computed separately.
     """
 
     memory: str
@@ -140,24 +141,25 @@ class Candidate:
     local: bool = False
 
     def cost(self, rows: int) -> float:
-        """Return the estimated cost (s) for this number of rows."""
+        """Return the estimated cost of a fit (s) for this number of rows."""
         return self.seconds + self.per_1000 * rows / 1000
 
     def tries(self, rows: int) -> bool:
-        """Return whether a short trial fit comes before a full one."""
+        """Return whether a short trial fit precedes the full fit."""
         return bool(self.quick) or self.cost(rows) > EXPENSIVE
 
     def named(self, key: str) -> str:
-        """Return the kind with its options, e.g. ``zhao_tan_mlp memory=last``."""
+        """Return the name of the candidate: the kind and its options, for example ``zhao_tan_mlp memory=last``."""
         return " ".join([key, *(f"{k}={v}" for k, v in self.options.items())])
 
 
 @dataclass(frozen=True)
 class Memory:
-    """Measured memory of a fit; a kind whose module has no ``MEMORY`` is assumed to need the least memory.
+    """Measured memory of a fit. A kind whose module has no ``MEMORY`` is assumed to need `LEAST` bytes per row.
 
-    `per_row` is the peak memory of a fit with the default options (bytes per row of a long record). The peak grows with
-    a power of the named option; without a name it depends on no option.
+    `per_row` is the peak memory of a fit with the default options, in bytes per row of a long record. The peak is
+    proportional to the value of the option `option`, raised to the power `power`. If `option` is empty, the peak
+    depends on no option.
     """
 
     per_row: float
@@ -165,13 +167,13 @@ class Memory:
     power: int = 1
 
     def grown(self, given: Mapping[str, Any], default: float) -> float:
-        """Return the bytes per row of a fit with these options; `default` is the default value of the named option."""
+        """Return the bytes per row of a fit with the options `given`; `default` is the default value of `option`."""
         size = float(given.get(self.option, default))
         return float(self.per_row * (size / default) ** self.power)
 
 
 def method(key: str) -> ModuleType:
-    """Import the module of a kind of model; it states ``TEXT`` and ``OPTIONS``. An unknown key raises an InputError."""
+    """Import and return the module of a kind of model. An unknown key raises an InputError."""
     if key in REMOVED:
         raise InputError(f"The model must be {REMOVED[key]}, which replace {key}. Got {key!r} instead.")
     if key not in METHODS:
@@ -180,38 +182,38 @@ def method(key: str) -> ModuleType:
 
 
 def candidates() -> dict[str, tuple[str, Candidate]]:
-    """Return the kinds that compete in ``auto``: name, e.g. ``zhao_tan_mlp memory=last``, to key and candidate."""
+    """Return the key and the candidate by name (for example ``zhao_tan_mlp memory=last``) for all candidates."""
     kinds = ((key, getattr(method(key), "CANDIDATES", ())) for key in METHODS if key != AUTO)
     return {candidate.named(key): (key, candidate) for key, table in kinds for candidate in table}
 
 
 def takes_records(key: str) -> bool:
-    """Return whether the method `key` fits several records, each from a fresh start (``RECORDS`` of its module)."""
+    """Return whether the kind `key` can be fitted to several records, each from the initial state (``RECORDS``)."""
     return bool(getattr(method(key), "RECORDS", False))
 
 
 def takes_covariates(key: str) -> bool:
-    """Return whether the method `key` takes further inputs beside u (``COVARIATES`` of its module)."""
+    """Return whether models of the kind `key` accept covariates (``COVARIATES`` of its module)."""
     return bool(getattr(method(key), "COVARIATES", False))
 
 
 def description(key: str) -> str:
-    """Return the line that describes the method `key`."""
+    """Return the description of the kind `key` in one line."""
     line: str = method(key).TEXT
     return line
 
 
 def options(key: str) -> tuple[Option, ...]:
-    """Return the options of the method `key`."""
+    """Return the options of the kind `key`."""
     table: tuple[Option, ...] = method(key).OPTIONS
     return table
 
 
 def too_large(rows: int, key: str, given: Options) -> str:
-    """Return the reason why a fit to so many rows would take too much memory; empty if it would not.
+    """Return the reason why a fit to `rows` rows needs too much memory, or an empty text if it does not.
 
-    ``"auto"`` means the kind that takes least memory. `given` contains options of the kind that differ from their
-    defaults.
+    For the key ``"auto"``, the kind that needs the least memory is assumed. `given` contains the options that differ
+    from their default values.
     """
     have = _memory()
     if have is None:
@@ -229,7 +231,7 @@ def too_large(rows: int, key: str, given: Options) -> str:
 
 
 def _memory() -> float | None:
-    """Return the memory of the machine, or of the container if it has less (bytes); None where it is not known."""
+    """Return the smaller of the memory of the computer and the limit of the container (bytes); None if not known."""
     found = []
     with suppress(AttributeError, ValueError, OSError):  # not on Windows
         found.append(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))

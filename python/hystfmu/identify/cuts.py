@@ -1,20 +1,20 @@
-"""Cuts of a record: validation blocks, a shorter record on which kinds of model compete, and records as one run.
+"""Selection of rows: validation blocks, a shorter record for ``auto``, and the connection of several records.
 
-If a record changes with time (a decaying sine, a staircase), a fit to its first part extrapolates in its last part.
-With blocks between reversals, the model interpolates: the fitted rows and the blocks contain large and small, early and
-late loops. The outermost loop is an exception. A fit without this loop extrapolates as long as the memory of the loop
-lasts (`without_outermost`).
+Validation blocks. If a record changes with time, such as a decaying sine or a staircase, a fit to its first part
+extrapolates in its last part. Therefore the validation blocks are cut between reversals and spread over the record.
+Training rows and blocks then both contain large and small, early and late loops. The outermost loop is an exception: a
+fit without this loop extrapolates until its memory is wiped out (`without_outermost`).
 
-A record is shortened in two steps. First, rows are thinned evenly as far as extrema and spectra allow: `SAMPLES` rows
-remain per cycle of the input, and the output has no significant content above half of the new Nyquist rate. If the
-record is still too long, only the part that covers most of the range and of the speeds is used; of equal parts, the
-earliest is used.
+Shorter record. First, the rows are thinned evenly. `SAMPLES` rows per cycle of the input remain, and the signals must
+have no significant content above half of the new Nyquist frequency. If the record is still too long, one part of it is
+used, which covers the largest shares of the range and of the speeds. If several parts cover almost as much, the
+earliest of them is used.
 
-Several records become one run for kinds that fit a single run. Every record begins at rest. So a decaying oscillation
-about the first input of a record is inserted before this record. The oscillation wipes out the memory of the previous
-record, like demagnetisation, at the speed of the records. The inserted rows are held out: they have an input only. If a
-record begins near an end of the range, the oscillation stays inside the range, and the memory is then displaced to one
-side. In this case the rows up to the first full swing are also held out.
+Several records. Some kinds can be fitted only to a single run, so the records are connected to one run. Each record
+begins at rest. Therefore a decaying oscillation about the first input of a record is inserted before this record. It
+wipes out the memory of the previous record, like a demagnetisation, at the speed of the records. The inserted rows have
+no measured output and are held out. If a record begins near an end of the range, the range limits the oscillation, and
+a one-sided memory remains. In this case the rows up to the first full swing are also held out.
 """
 
 from __future__ import annotations
@@ -31,34 +31,32 @@ from hystfmu.data.columns import Covariates
 from hystfmu.data.reversals import noise, reversals
 from hystfmu.model.accuracy import rms
 
-BLOCKS = 40  # by default, at most
-EVERY = 4  # one of so many consecutive blocks is a validation block
-ALONE = (
-    0.01  # of the range: a block that reaches an end of the range farther than all other rows holds the outermost loop
-)
+BLOCKS = 40  # default of the maximum number of blocks
+EVERY = 4  # one of `EVERY` consecutive blocks is a validation block
+ALONE = 0.01  # excess over the extreme of all other rows, relative to the range, that identifies the outermost loop
 
-SAMPLES = 100  # rows in a mean cycle that thinning leaves
-ABOVE = 1e-3  # of the span: RMS beyond the noise that may lie above half of the Nyquist rate of the thinned rows
-PLACES = 9  # parts that are compared
-AS_MUCH = 0.95  # of the most range and speed of any part: the earliest such part is taken
-FAST = 95.0  # percentile of the speeds
+SAMPLES = 100  # minimum number of rows in a mean cycle after thinning
+ABOVE = 1e-3  # largest RMS, without noise, above half of the new Nyquist frequency, relative to the span of the signal
+PLACES = 9  # number of compared parts
+AS_MUCH = 0.95  # the earliest part that reaches this fraction of the best score is used
+FAST = 95.0  # percentile of the speeds that represents the speed of a part
 
-CYCLES, DECAY = 12, 0.4  # of the oscillation; its last cycle has 1 % of the first
-ROWS = (40, 200)  # in a cycle
-SETTLE = 200  # rows at the first input
-CENTRED = 0.2  # of half the range: a first input nearer to the middle leaves no memory that leans
-SWUNG = 0.9  # of the range: a full swing
+CYCLES, DECAY = 12, 0.4  # number of cycles of the oscillation and decay per cycle; the last cycle has 1 % of the first
+ROWS = (40, 200)  # smallest and largest number of rows in a cycle
+SETTLE = 200  # number of rows at the first input of the record after the oscillation
+CENTRED = 0.2  # distance of the first input from the middle, in half ranges, up to which the memory counts as centred
+SWUNG = 0.9  # amplitude of a full swing, peak to peak, relative to the range
 
 
 def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> NDArray[np.bool_]:
-    """Return which rows of an input u (n,) belong to validation blocks, (n,).
+    """Return for each row of an input u (n,) whether it belongs to a validation block, (n,).
 
-    There are at most `blocks` blocks. Of every `EVERY` consecutive blocks, block number `which`, counted from 0, is a
-    validation block. Different numbers give disjoint rows.
+    The input is cut into at most `blocks` blocks. In each group of `EVERY` consecutive blocks, block number `which`,
+    counted from 0, is a validation block. Different values of `which` give disjoint rows.
     """
     n = len(u)
     turns = reversals(u)
-    # without reversals enough, cuts at even distances serve
+    # an input with few reversals is cut at equal distances
     cuts = turns if len(turns) >= 2 * EVERY else np.arange(1, 5 * EVERY) * n // (5 * EVERY)
     wanted = np.arange(1, blocks) * n // blocks
     chosen = np.unique(cuts[np.searchsorted(cuts, wanted).clip(0, len(cuts) - 1)])
@@ -67,7 +65,10 @@ def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> N
 
 
 def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return validation rows (n,) without the blocks that alone reach an end of the range of u, if others remain."""
+    """Remove from the validation rows (n,) the blocks with the outermost loop, unless no validation row would remain.
+
+    A block contains the outermost loop if u exceeds its extreme on all other rows by a share `ALONE` of the range.
+    """
     left, block = held.copy(), np.cumsum(np.diff(held, prepend=False))
     for v in (u, -u):
         if v[held].max(initial=-np.inf) > v[~held].max(initial=-np.inf) + ALONE * float(np.ptp(u)):
@@ -76,9 +77,12 @@ def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """Return three sets of rows, thinned evenly to at most `most`: counted, fitted, and validation rows."""
+    """Return three arrays of row numbers: all training rows without held-out rows, fitted rows, and validation rows.
+
+    The training rows are thinned evenly to at most `most` rows. The other two arrays are a partition of them.
+    """
     held = np.zeros(data.train.stop, dtype=bool)
-    for which in range(EVERY - 1, 0, -1):  # the data may hold out a fold themselves
+    for which in range(EVERY - 1, 0, -1):  # all rows of a fold may already be held out
         held[data.train] = validation_rows(data.u[data.train], which)
         if held[data.counted].any():
             break
@@ -89,7 +93,10 @@ def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray
 
 
 def shortened(data: Dataset, most: int) -> Dataset:
-    """Return a record of at most about `most` training rows without later rows. Several records stay unchanged."""
+    """Return a shorter data set with about `most` training rows at most. Data of several records stay unchanged.
+
+    Rows after the last training row are removed.
+    """
     n = data.train.stop - data.train.start
     if n <= most or len(data.starts) > 1:
         return data
@@ -98,13 +105,13 @@ def shortened(data: Dataset, most: int) -> Dataset:
     if n <= most:
         return thinned
     first = _place(thinned.u[thinned.train], most) + thinned.train.start
-    # memory begins at the first training row: rows before it are run where they belong to the beginning
+    # rows before the training rows determine the memory only if the part begins with the first training row
     start = 0 if first == thinned.train.start else first
     return _rows(thinned, slice(start, first + most), first)
 
 
 def beginning(data: Dataset, rows: int) -> Dataset:
-    """Return the data up to the first `rows` training rows, with the held-out rows."""
+    """Return the data up to the training row number `rows`, with the same held-out rows."""
     n = data.train.start + rows
     if n >= data.train.stop or len(data.starts) > 1:
         return data
@@ -113,14 +120,14 @@ def beginning(data: Dataset, rows: int) -> Dataset:
 
 
 def _rows(data: Dataset, rows: slice, first: int) -> Dataset:
-    """Return selected rows; training rows begin at row `first` of the data."""
+    """Return the selected rows of a data set; its training rows begin at row `first` of the original data."""
     t, u, y, beside = data.t[rows], data.u[rows], data.y[rows], data.covariates.rows(rows)
     begin = -(-(first - rows.start) // (rows.step or 1))
     return replace(data, t=t, u=u, y=y, covariates=beside, train=slice(begin, len(t)))
 
 
 def _factor(data: Dataset, wanted: int) -> int:
-    """Return the thinning factor, up to the wanted one."""
+    """Return the largest permitted thinning factor that does not exceed `wanted`."""
     u, y = data.u[data.train], data.y[data.train]
     turns = reversals(u)
     between = np.diff(turns)
@@ -132,8 +139,8 @@ def _factor(data: Dataset, wanted: int) -> int:
 
 
 def _lost(v: Array, factor: int) -> bool:
-    """Return whether a signal exceeds the noise above half of the Nyquist rate of every `factor`-th row."""
-    smooth = v - np.linspace(v[0], v[-1], len(v))  # without a jump from the last row to the first
+    """Return whether thinning by `factor` would lose content of a signal above half of the new Nyquist frequency."""
+    smooth = v - np.linspace(v[0], v[-1], len(v))  # the Fourier transform would see a jump from the last to row 0
     lines = np.fft.rfft(smooth)
     lines[: len(lines) // (2 * factor)] = 0
     above = rms(np.fft.irfft(lines, len(v)))
@@ -141,7 +148,7 @@ def _lost(v: Array, factor: int) -> bool:
 
 
 def _place(u: Array, most: int) -> int:
-    """Return the first row of the most informative part of `most` rows."""
+    """Return the first row of the part of `most` rows that covers the largest shares of the range and of the speeds."""
     speed = np.abs(np.diff(u, append=u[-1]))
     places = np.unique(np.linspace(0, len(u) - most, PLACES).astype(int))
     parts = [slice(a, a + most) for a in places]
@@ -152,7 +159,7 @@ def _place(u: Array, most: int) -> int:
 
 
 def one_run(data: Dataset) -> Dataset:
-    """Return the records as one run with held-out rows between records; a single record is returned unchanged."""
+    """Connect several records to one run with held-out rows between them; return a single record unchanged."""
     if len(data.starts) == 1:
         return data
     lo, hi = float(data.u.min()), float(data.u.max())
@@ -193,7 +200,11 @@ def one_run(data: Dataset) -> Dataset:
 
 
 def _way(last: float, first: float, lo: float, hi: float, step: float) -> Array:
-    """Return the input from the last row of a record to the first row of the next, in steps of about `step`."""
+    """Return the inserted input between two records: a ramp, a decaying oscillation, and a constant part.
+
+    `last` is the last input of the record before, `first` is the first input of the next record. The input stays
+    between `lo` and `hi` and has steps of about `step`.
+    """
     size = max(hi - first, first - lo)
     rows = int(np.clip(4 * size / max(step, 1e-300), *ROWS))
     c = np.arange(CYCLES * rows) / rows
@@ -203,9 +214,9 @@ def _way(last: float, first: float, lo: float, hi: float, step: float) -> Array:
 
 
 def _leaning(u: Array, lo: float, hi: float) -> NDArray[np.bool_]:
-    """Return the rows up to the first full swing if a record does not begin in the middle of the range.
+    """Return for each row of a record whether it precedes the first full swing of a record with one-sided memory.
 
-    Without a full swing, the result is empty.
+    No row is selected if the record begins near the middle of the range, or if it has no full swing.
     """
     held = np.zeros(len(u), dtype=bool)
     if abs(u[0] - (lo + hi) / 2) <= CENTRED * (hi - lo) / 2:

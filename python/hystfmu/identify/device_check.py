@@ -1,15 +1,17 @@
-"""Check of a device by a new record: whether the error of its model has grown, and the probable cause.
+"""Check of a device by a new record: whether the device has changed since the fit of its model, and in what way.
 
-The model runs free on the record. Its RMS error on the rows with an input in the trained range is compared with an
-error in the model file: the error on held-out rows, or else the error on the training rows. Each of the following
-changes of the device is then tried alone, by least squares of the measured output on the output of the model:
+The model is simulated with the input of the record. Its RMS error is computed on the rows whose input lies in the
+trained range. It is compared with the error in the model file: the error on held-out rows if there is one, otherwise
+the error on the training rows. Then four corrections of the model output y are fitted separately to the measured output
+by least squares. Each of them represents one change of the device:
 
-- offset  y + a: the mean changed (a sensor, a temperature).
-- gain    a + b y: the stroke changed (depolarisation, a spring, a sensor).
-- lag     a + b y some rows later or earlier: the timing changed (a sampling of the sensor, dynamics).
-- loop    a + b y + c u + plays of u: the shape of the hysteresis changed.
+- offset: y + a. The mean changed, for example by a sensor offset or the temperature.
+- gain: a + b y. The stroke changed, for example by depolarisation, another spring, or a sensor gain.
+- lag: a + b y with y some rows later or earlier. The timing changed, for example by the sampling of the sensor.
+- loop: a + b y + c u + a sum of plays of u. The shape of the hysteresis loop changed.
 
-The stated cause is the first change in this list whose remaining error is at most `AS_GOOD` times the least one.
+The reported cause is the first correction in this list whose remaining error is at most `AS_GOOD` times the smallest
+remaining error.
 """
 
 from __future__ import annotations
@@ -27,17 +29,17 @@ from hystfmu.model import Model, run_along
 from hystfmu.model.accuracy import rms
 from hystfmu.model.coverage import KEY, span_of
 
-FACTOR = 2.0  # growth of the error that counts as drift
+FACTOR = 2.0  # ratio of the new error to the error of the fit above which the device counts as drifted
 AS_GOOD = 1.25
-MOST_LAG = 8  # rows
+MOST_LAG = 8  # largest lag (rows)
 PLAYS = 10
-MOST_ROWS = 4000  # of the regressions; more are thinned evenly
+MOST_ROWS = 4000  # maximum number of rows of a regression; more rows are thinned evenly
 LEAST_ROWS = 4 * (PLAYS + 3)
 
 
 @dataclass(frozen=True)
 class Part:
-    """A tested change: its name, its value in words, and the remaining RMS error."""
+    """A tested correction: its name, its value as a text, and the remaining RMS error `left`."""
 
     name: str
     value: str
@@ -46,28 +48,28 @@ class Part:
 
 @dataclass(frozen=True)
 class DeviceCheck:
-    """Result of a check.
+    """Result of the check of a device.
 
     Parameters
     ----------
     drifted : bool
-        Whether the error is more than `factor` times the stated one.
+        Whether the RMS error on the new record is more than `factor` times the error `stated`.
     rms, max : float
-        Error on the new record, in the unit of measure of y.
+        RMS error and largest error on the new record, in the unit of measure of y.
     stated : float
-        RMS error that the model file states.
+        RMS error in the model file.
     of : str
-        ``held-out`` or ``training``: the rows of the stated error.
+        Rows for which `stated` was computed: ``held-out`` or ``training``.
     factor : float
-        Growth of the error above which the device has drifted.
+        Ratio of the errors above which the device counts as drifted.
     inside : float
-        Share of the rows with an input in the trained range (%); only these rows are used.
+        Percentage of the rows whose input lies in the trained range. Only these rows are used.
     reached : float
-        Share of the trained range that the new record reaches (%).
+        Percentage of the trained range that the input of the new record covers.
     parts : tuple of Part
-        Changes, each tried alone.
+        The four corrections.
     moved : str
-        Name of the change that explains the error; empty without drift.
+        Name of the correction that explains the larger error. Empty if the device has not drifted.
     """
 
     drifted: bool
@@ -82,7 +84,7 @@ class DeviceCheck:
     moved: str
 
     def __str__(self) -> str:
-        """Verdict in one line."""
+        """Result in one line."""
         ratio = f"{self.rms / self.stated:.3g} times the {self.of} error of the fit"
         if not self.drifted:
             return f"no drift: RMS {self.rms:.4g}, {ratio}"
@@ -95,17 +97,17 @@ def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceC
     Parameters
     ----------
     model : Model
-        Model that states its error and the range of its input.
+        Model whose file contains its RMS error and the range of its input.
     data : Dataset
-        New record, with a measured output.
+        New record with a measured output.
     factor : float
-        Growth of the RMS error above which the device has drifted.
+        Ratio of the new RMS error to the error in the model file above which the device counts as drifted.
 
     Raises
     ------
     InputError
-        The data have no measured output, the model states no error, too few rows are in the trained range, or the
-        factor is at most 1.
+        The data have no measured output, the model has no error or no input range, too few rows are in the trained
+        range, or the factor is at most 1.
     """
     where = data.path or data.name
     if not data.has_output:
@@ -154,7 +156,7 @@ def _moved(parts: tuple[Part, ...]) -> str:
 
 
 def _parts(data: Dataset, y: Array, counted: NDArray[np.bool_]) -> tuple[Part, ...]:
-    """Try each change alone by least squares on the counted rows."""
+    """Fit each correction separately by least squares on the rows `counted`, whose input is in the trained range."""
     rows = np.flatnonzero(counted)
     rows = rows[(rows >= MOST_LAG) & (rows < len(y) - MOST_LAG)]
     rows = rows[:: -(-len(rows) // MOST_ROWS)]

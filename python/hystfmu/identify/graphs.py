@@ -1,4 +1,4 @@
-"""Graph of a fitted device: ports from its record, including covariates, and the wires of a chain."""
+"""Functions that build the graph of a fitted model: its ports, the scaling of its input, and the wires of a chain."""
 
 from __future__ import annotations
 
@@ -21,29 +21,32 @@ def device(
     start: float | None = None,
     beside: Sequence[Input] = (),
 ) -> Graph:
-    """Return a graph with input `u` and output `y`, in the units of the record.
+    """Return a graph with the input `u` and the output `y`, in the units of measure of the record.
 
-    The input u drives the endpoints `to`; its start value is its first value, or `start`. `source` gives y. Further
-    inputs follow u.
+    The input u is connected to the endpoints `to`. Its start value is `start`, by default the first input of the
+    record. The output y is the output `source` of a node. The further inputs are `beside`.
     """
     first = Input("u", tuple(to), data.unit_u, float(data.u[0]) if start is None else start)
     return Graph(nodes, wires, [first, *beside], [Output("y", source, data.unit_y)])
 
 
 def scaled_input(seen: Array, span: float = 2.0) -> tuple[Node, float, float]:
-    """Return the block ``input``, by which `seen` fills a range of `span` around 0, with its gain and offset."""
+    """Return the block ``input``, which scales `seen` to a range of width `span` around 0, and its gain and offset."""
     gain = span / float(np.ptp(seen))
     offset = -gain * float(seen.min() + seen.max()) / 2
     return Node("input", "scaling", {"n": 1}, {"gain": gain, "offset": offset}), gain, offset
 
 
 def wired(nodes: list[Node]) -> list[tuple[str, str]]:
-    """Return the wires of a chain of nodes with ports u and y."""
+    """Return the wires that connect nodes in series, from the output y of a node to the input u of the next node."""
     return [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
 
 
 def covariate_inputs(data: Dataset, to: Sequence[tuple[str, ...]]) -> list[Input]:
-    """Return an input for each covariate; the input drives endpoints, and starts at its mean over the training rows."""
+    """Return one graph input for each covariate.
+
+    `to` contains the endpoints of each input. The start value is the mean of the covariate over the training rows.
+    """
     return [
         Input(name, ends, unit, float(values[data.train].mean()), "covariate")
         for (name, unit, values), ends in zip(data.covariates, to, strict=True)

@@ -1,9 +1,10 @@
-"""Identification of a given kind of model: check the data, build, run free, compute errors, record provenance.
+"""Fit of a given kind of model: the steps that all kinds have in common.
 
-A kind of model is a module of `hystfmu.identify.methods` with a line ``TEXT``, a table ``OPTIONS`` and a function
-``build(data, options, seed, progress)``. `build` returns the graph, the number of fitted parameters and, optionally, a
-dict of identified physical quantities, with ``warnings`` and ``bounded`` (`hystfmu.model.guards`). This module does
-everything that is common to all kinds, including the dead band.
+These steps are the check of the data, the dead band, the call of ``build``, the simulation of the fitted model, its
+errors and warnings, and the provenance. A kind of model is a module of `hystfmu.identify.methods` with a description
+``TEXT``, a table ``OPTIONS`` and a function ``build(data, options, seed, progress)``. `build` returns the graph and the
+number of fitted parameters. It can also return a dict with identified physical quantities, ``warnings``, and the
+searched parameters ``bounded`` (see `hystfmu.model.guards`).
 """
 
 from __future__ import annotations
@@ -27,17 +28,17 @@ from hystfmu.model import Model, guards, run_along
 from hystfmu.model.accuracy import errors
 from hystfmu.model.coverage import coverage, trained_range
 
-WORST = 0.5  # of the span: no constant has a larger RMS error
+WORST = 0.5  # largest accepted RMS error, relative to the span; a constant in the middle of the span is never worse
 SMALLEST = 1e-100
-"""Least span of the data; 1 / `SMALLEST` is the largest value.
+"""Smallest permitted span of a signal. The largest permitted value is 1 / `SMALLEST`.
 
-Outside these limits squares overflow or become 0, and NNLS aborts the process.
+Outside these limits, squares overflow or become 0, and the solver for non-negative least squares ends the process.
 """
-_LEAST = 2  # letters of a heading that says more than the name of the port
+_LEAST = 2  # a column heading with fewer letters is not used as a description
 
 
 def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[str, Any]) -> Model:
-    """Identify a model of the kind `key`; parameters, result and errors as in `hystfmu.identify.fit`."""
+    """Fit a model of the kind `key`. Parameters, result and errors are those of `hystfmu.identify.fit`."""
     module = method(key)
     chosen = resolve(key, module.OPTIONS, given)
     check(data)
@@ -52,7 +53,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
         chosen[DEAD_BAND.name] = dead_band(data.u[: data.train.stop])
     band = chosen.get(DEAD_BAND.name, 0.0)
     run = data if len(data.starts) == 1 or takes_records(key) else one_run(data)
-    # small matrices: several threads wait for each other, up to twenty times longer on a loaded machine
+    # for small matrices, several threads wait for each other: on a busy computer a fit takes up to twenty times longer
     with threadpool_limits(1):
         graph, parameters, *more = module.build(behind_dead_band(run, band) if band else run, chosen, seed, progress)
     built = with_dead_band(graph, band), parameters, dict(more[0]) if more else {}
@@ -63,9 +64,9 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
 def finished(
     data: Dataset, key: str, text: str, built: Built, seconds: float, chosen: dict[str, Any], seed: int
 ) -> Model:
-    """Run a fitted graph free, compute its errors, check what the data support, record the provenance.
+    """Return the model of a fitted graph, with its errors, its warnings and its provenance.
 
-    If the run diverges or does not follow the data, an InputError is raised.
+    If the simulation of the graph diverges, or its RMS error exceeds half of the span of y, an InputError is raised.
     """
     import scipy
 
@@ -124,8 +125,7 @@ def finished(
 def check(data: Dataset) -> None:
     """Check that a model can be fitted to the data.
 
-    An InputError is raised for data without output, for a value that is too large, and if u, y or a covariate does not
-    vary.
+    An InputError is raised if the data have no output, if a value is too large, or if u, y or a covariate is constant.
     """
     where = data.path or data.name
     if not data.has_output:
@@ -149,6 +149,6 @@ def check(data: Dataset) -> None:
 
 
 def _text(port: str, title: str, unit: str, name: str) -> str:
-    """Describe a port by the heading of its column, else by the name of the record."""
+    """Return the description of a port from the heading of its column, or from the name of the record."""
     what = title if len(title) >= _LEAST else f"{port} of the record {name}"
     return f"{what}, in {unit}" if unit else what

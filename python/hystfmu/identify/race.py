@@ -1,9 +1,10 @@
-"""Racing of candidates over folds of validation blocks: errors without noise, plus errors in states outside the record.
+"""Comparison of candidates on folds of validation blocks, where candidates with large errors are stopped early.
 
-Validation blocks of one record are similar, so they do not show errors of extrapolation to other states of the memory.
-Differences between fits to different rows show these errors. The folds are a delete-group jackknife (Shao & Wu, Annals
-of Statistics 17 (1989) 1176-1197). The standard error of the output for an input with another memory is added to the
-error (root of the sum of squares).
+The validation blocks of one record are similar. Therefore the errors on the blocks do not contain the errors for other
+states of the memory. Differences between fits to different rows show these errors. Each fold gives one fit, and the
+fits form a delete-group jackknife (Shao & Wu, Annals of Statistics 17 (1989) 1176-1197). The jackknife gives the
+standard error of the output for an input with another memory. The compared error of a candidate is the root of the sum
+of two squares: the error on the blocks without noise, and this standard error.
 """
 
 from __future__ import annotations
@@ -25,29 +26,29 @@ from hystfmu.identify.one import fit_one
 from hystfmu.model import Model, guards, run_along, with_starts
 from hystfmu.model.accuracy import rms
 
-BLOCKS = 8  # long ones: where a record repeats its loops, short blocks have been seen by their neighbours
-SPREAD = 2  # folds that tell a spread
-FOLDS = (1, 3, 2)  # of every four blocks, the one that is held out; never the first, which alone starts from rest
-AS_GOOD = 1.2  # candidates with errors up to 20 % above the least count as equally good
-PART = 0.25  # of the rows: trial fit of an expensive kind without quick options
-SHOWN = 0.5  # of the range of the input: else a part says nothing of the whole
-LOSER, HOPE = 1.5, 4.0  # error ratios at which a candidate is dropped: after a fold, after its trial fit
-EXACT = 0.002  # % of the span: errors below it count as equal
-SURE = 2.0  # standard errors by which a difference must exceed what the noise of the output explains
-UNCERTAIN = 4.0  # n times the relative variance of the error and of the noise on n rows: 2 for the error, and as much
-OUTSIDE = 3.0  # % of the span: error of a network or of local parameters in states that no row has seen
+BLOCKS = 8  # maximum number of blocks; if a record repeats its loops, the neighbours of short blocks contain them
+SPREAD = 2  # number of folds that gives a standard error
+FOLDS = (1, 3, 2)  # number of the held-out block of every four blocks; never block 0, which begins at rest
+AS_GOOD = 1.2  # candidates with errors up to 20 % above the smallest error count as equally good
+PART = 0.25  # share of the rows for the trial fit of an expensive kind without quick options
+SHOWN = 0.5  # a part of the rows must cover this share of the range of the input; otherwise all rows are used
+LOSER, HOPE = 1.5, 4.0  # ratio to the smallest error above which a candidate is stopped: after a fold, after a trial
+EXACT = 0.002  # error (% of the span) below which all errors count as equal
+SURE = 2.0  # number of standard errors of a difference that noise can explain
+UNCERTAIN = 4.0  # n times the relative variance of error minus noise on n rows; error and noise contribute 2 each
+OUTSIDE = 3.0  # assumed error (% of the span) of a network or of local parameters in states outside the training rows
 
 
 @dataclass
 class Trial:
-    """A candidate in the race: an entry of the table of its kind, and its fit without the blocks of the first fold.
+    """A candidate and the results of its fits so far.
 
-    `outside` is the share of the states of other signals that the training rows do not cover. `errors` (m,) contains
-    the errors on the validation rows so far; `by_block` contains their RMS in each block. `others` contains, for each
-    fold from the second on, the output (n,) for the input with another memory. `first` is the mean square of the errors
-    after the first fold. `whole` is the RMS error over the whole training part. On fitted rows a model usually has a
-    smaller error than on other rows. So a large error on fitted rows is real, also in parts without held-out blocks
-    such as a sweep at the end.
+    `model` is the fit without the first fold. `errors` (m,) contains the errors on the rows of all folds so far, and
+    `by_block` contains the RMS error on each block. `others` contains one output (n,) for each fit, for an input with
+    another memory; it is empty after one fold. `first` is the mean square error on the first fold. `outside` is the
+    share of the states of other signals that have no near training row. `whole` is the RMS error of `model` over all
+    training rows. It is used because a large error on fitted rows is also an error of the candidate, for example in a
+    sweep at the end of a record, which no block contains.
     """
 
     name: str
@@ -67,17 +68,17 @@ class Trial:
 
     @property
     def square(self) -> float:
-        """Mean square of the errors on the validation rows so far, or on the whole record if that is larger."""
+        """Mean square error on the validation rows so far, or on all training rows if this value is larger."""
         return max(float(np.mean(self.errors**2)), self.whole**2)
 
     @property
     def parameters(self) -> int:
-        """Number of parameters."""
+        """Number of fitted parameters."""
         return int(self.model.fit["parameters"])
 
     @property
     def spread(self) -> float:
-        """Standard error of the output in states outside the record (RMS); 0 after one fold only."""
+        """Standard error of the output for another memory (RMS over the rows); 0 after the first fold."""
         n = len(self.others)
         if n < 2:
             return 0.0
@@ -87,10 +88,10 @@ class Trial:
 
 
 class Race:
-    """Folds, remaining candidates, and the reasons why others were excluded.
+    """Comparison of candidates on one data set: the folds, the fitted candidates, and the reasons for exclusions.
 
-    A record is `poor` if it has few different reversals, such as one oscillation. Its blocks resemble the fitted rows,
-    so only losers differ clearly from other candidates.
+    A record is `poor` if its reversals are not informative, as in a single oscillation. The blocks of such a record are
+    similar to the fitted rows. Therefore all candidates except losers count as equally good.
     """
 
     def __init__(self, data: Dataset, seed: int, poor: bool = False) -> None:
@@ -102,11 +103,14 @@ class Race:
         self.other: Array = other_memory(u[self.data.longest().train], float(self.data.u[0]))
         kept = [self.data.u[self.held(fold)[0].counted] for fold in FOLDS]
         lo, hi = max(v.min() for v in kept), min(v.max() for v in kept)
-        # beyond the range of the rows of any fold fits differ by what they extrapolate, as no fit to all rows does
+        # outside the range of the rows of a fold, a fit extrapolates, but the fit to all rows does not
         self.inside: NDArray[np.bool_] = (self.other >= lo) & (self.other <= hi)
 
     def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]:
-        """Return the data without the blocks of a fold, the counted rows of these blocks, and the block of each row."""
+        """Return the data without the blocks of a fold, the rows of these blocks, and the block number of each row.
+
+        Rows of the blocks whose input is outside the range of the remaining rows are omitted.
+        """
         data, rows = self.data, self.data.train
         held = np.zeros(len(data.u), dtype=bool)
         held[rows] = without_outermost(data.u[rows], validation_rows(data.u[rows], fold, BLOCKS))
@@ -118,12 +122,16 @@ class Race:
     def fitted(
         self, fold: int, key: str, options: Options, progress: Progress, share: float = 1.0
     ) -> tuple[Model, Array, list[float], float]:
-        """Fit to a share of the rows outside a fold; return model, errors in the fold, RMS of blocks, RMS of all."""
+        """Fit a model to the rows outside a fold, or to the first part of these rows if `share` is below 1.
+
+        Return the model, its errors on the rows of the fold, the RMS error on each block, and the RMS error over all
+        training rows.
+        """
         part, rows, block = self.held(fold)
         if share < 1:
             short = beginning(part, int(share * (part.train.stop - part.train.start)))
             u, whole = short.u[short.counted], part.u[part.counted]
-            # a staircase may begin with a level that no kind can be fitted to
+            # a staircase may begin with a constant input, to which no kind can be fitted
             part = short if len(u) and np.ptp(u) >= SHOWN * np.ptp(whole) else part
         model = fit_one(part, key, self.seed, progress, {**remembered(key, self.rest, part), **options})
         every = run_along(model.graph, self.data) - self.data.y
@@ -133,14 +141,17 @@ class Race:
     def trial(
         self, name: str, key: str, candidate: Candidate, options: Options, progress: Progress, share: float = 1.0
     ) -> Trial:
-        """Fit a candidate without the first fold."""
+        """Fit a candidate to the rows outside the first fold, or to a share of them, and return the result."""
         model, errors, blocks, whole = self.fitted(FOLDS[0], key, options, progress, share)
         network = 1 - float(model.fit.get("coverage_percent", 100.0)) / 100
         outside = self.unseen if candidate.local else network
         return Trial(name, key, candidate, model, errors, outside, by_block=blocks, whole=whole)
 
     def excess(self, trial: Trial) -> float:
-        """Return the error without noise, in % of the span; it includes the error in uncovered states."""
+        """Return the error of a candidate without the noise, in % of the span.
+
+        The error contains a contribution of states that have no near training row.
+        """
         return self._beside_noise(trial, trial.square)
 
     def _beside_noise(self, trial: Trial, square: float) -> float:
@@ -148,18 +159,18 @@ class Race:
         return 100 * float(np.sqrt(left / self.data.span**2 + (OUTSIDE / 100 * trial.outside) ** 2))
 
     def risk(self, trial: Trial) -> float:
-        """Return the expected error on other signals, in % of the span, from `excess` and the spread between folds."""
+        """Return the expected error on other signals (% of the span): root of the squares of `excess` and `spread`."""
         return float(np.hypot(self.excess(trial), 100 * trial.spread / self.data.span))
 
     def best(self) -> Trial:
-        """Return the candidate with the least error."""
+        """Return the candidate with the smallest expected error."""
         return min(self.trials.values(), key=self.risk)
 
     def floor(self) -> float:
-        """Return the variance of the noise, which no model can explain.
+        """Return the variance of the noise of the output, which is part of the error of every model.
 
-        The result is 0 if the error of a model is clearly smaller than the estimate. Then the estimate is wrong,
-        because coarse rows look like noise.
+        If the mean square error of a model is clearly smaller than the estimated variance, the estimate is wrong, and
+        the result is 0. This happens with a low sampling rate, at which the signal looks like noise.
         """
         least = self.sigma**2
         for t in self.trials.values():
@@ -170,27 +181,33 @@ class Race:
         return least
 
     def least(self) -> float:
-        """Return the least expected error so far, in % of the span."""
+        """Return the smallest expected error of all candidates so far, in % of the span."""
         return max(min((self.risk(t) for t in self.trials.values()), default=np.inf), EXACT)
 
     def follows(self, trial: Trial, percent: float) -> bool:
-        """Return whether the error is at most `percent` of the span; a later fold may contain a different loop."""
+        """Return whether the error on all folds, or on the first fold, is at most `percent` of the span.
+
+        The first fold alone is sufficient, because a later fold can contain a loop of another kind.
+        """
         return min(self.excess(trial), self._beside_noise(trial, trial.first)) <= percent
 
     def leaves(self, trial: Trial) -> bool:
-        """Return whether a model with another initial memory leaves the range of the output."""
+        """Return whether the output of a model leaves the range of the record for an input with another memory."""
         return guards.leaves(trial.model.graph, self.other, self.data)
 
     def explained(self) -> bool:
-        """Return whether a model has no error; with noise always False, because the noise estimate is uncertain."""
+        """Return whether the error of a model is 0 except for rounding. With noise in the data the result is False."""
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
 
     def first(self, name: str, key: str, candidate: Candidate, progress: Progress) -> None:
-        """Add a candidate: a short trial fit if it has one, then a fit without the first fold."""
+        """Fit a candidate without the first fold, and add it to the comparison or to the exclusions.
+
+        An expensive candidate is fitted only if the error of a short trial fit is not too large.
+        """
         try:
             if candidate.tries(self.data.train.stop) and self.trials:
                 share = 1.0 if candidate.quick else PART
-                # a short fit is not reported: the progress of the full one starts from 0
+                # the trial fit reports no progress, because the progress of the full fit begins at 0
                 options = {**candidate.options, **candidate.quick}
                 short = self.excess(self.trial(name, key, candidate, options, silent, share))
                 if not short <= HOPE * self.least():
@@ -209,13 +226,13 @@ class Race:
             self.trials[name] = trial
 
     def contenders(self) -> list[Trial]:
-        """Return the candidates except losers, cheapest first."""
+        """Return the candidates except losers, in the order in which they were added."""
         return [t for t in self.trials.values() if self.risk(t) <= LOSER * self.least()]
 
     def late(self) -> list[Trial]:
-        """Return the candidates to run next: candidates that are not losers and have run on the fewest folds.
+        """Return the candidates to fit next: the candidates, except losers, that were fitted on the fewest folds.
 
-        If only one candidate remains and its spread is known, no further fold is needed.
+        If only one candidate remains and its standard error is known, the result is empty.
         """
         contenders = self.contenders()
         if len(contenders) == 1 and contenders[0].folds >= SPREAD:
@@ -224,7 +241,7 @@ class Race:
         return [t for t in left if t.folds == min(other.folds for other in left)]
 
     def again(self, trials: list[Trial]) -> None:
-        """Let candidates run on their next fold."""
+        """Fit candidates without their next fold, and add the results."""
         for t in trials:
             try:
                 model, more, blocks, _ = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, silent)
@@ -236,12 +253,12 @@ class Race:
             t.folds += 1
 
     def _other(self, model: Model) -> Array:
-        """Return the output of a model for the input with another memory; covariates stay at their first values."""
+        """Return the output of a model for an input with another memory; covariates have their start values."""
         y = model.graph.run(with_starts(model.graph, self.other), self.data.h)
         return np.asarray(y).reshape(-1)[self.inside]
 
     def as_good(self, trial: Trial, best: Trial) -> bool:
-        """Return whether a candidate is as good as the best one, or noise explains the difference."""
+        """Return whether a candidate is as good as the best one, or noise can explain the difference of the errors."""
         if self.risk(trial) <= (LOSER if self.poor else AS_GOOD) * max(self.risk(best), EXACT):
             return True
         if trial.outside > best.outside or len(trial.errors) != len(best.errors):
@@ -252,5 +269,5 @@ class Race:
 
 
 def doubt(rows: int) -> float:
-    """Return the relative difference of the variances of errors and noise that can occur by chance on few rows."""
+    """Return the relative difference between the variances of error and noise that chance can cause on `rows` rows."""
     return SURE * float(np.sqrt(UNCERTAIN / rows))

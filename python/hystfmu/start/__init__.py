@@ -1,1 +1,1 @@
-"""`hystfmu start`: from one record to a model, its inverse, a tuned loop, FMUs and a report."""
+"""The command `hystfmu start` creates a model, its inverse, a tuned loop, FMUs and a report from one record."""

@@ -1,9 +1,10 @@
-"""The loop around a fitted model: plants that agree with the record, controllers, and a scenario with a verdict.
+"""Designs and simulates the closed loop for a fitted model, and decides whether the loop is approved.
 
-A controller is used only if it meets its margins for all plants of the set, and if every drawn device stays bounded in
-simulation. Otherwise the loop consists of feed-forward and inverse, and a note states this.
+The design considers a set of plants that agree with the record. A controller is used only if the loop has the required
+margins for all these plants, and if the error of every simulated device stays bounded. Otherwise the loop consists of
+feed-forward and inverse, and a note states the reason.
 
-For the table of compared structures, each structure has an error for each reference, and overshoot and settling time.
+The table of compared controller structures states the expected error for each reference, overshoot and settling time.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ WITHIN = 0.02  # of a step: settled
 
 @dataclass(frozen=True)
 class StepResponse:
-    """Overshoot and settling time of the worst step of a reference."""
+    """Largest overshoot and longest settling time over all steps of a reference."""
 
     name: str  # name of the reference
     overshoot: float  # overshoot beyond the new level, in percent of the step
@@ -46,7 +47,7 @@ class StepResponse:
 
 
 def step_response(tried: Tried, result: Result) -> StepResponse:
-    """Measure overshoot and settling time in the run of the case of a reference."""
+    """Return overshoot and settling time in the simulated case of a reference with steps."""
     trace = result.trace
     if trace is None:
         return StepResponse(tried.name, np.inf, np.inf)
@@ -66,7 +67,7 @@ def step_response(tried: Tried, result: Result) -> StepResponse:
 
 @dataclass(frozen=True)
 class Contender:
-    """One row of the comparison table."""
+    """One row of the table that compares controller structures."""
 
     tuned: Tuned
     errors: dict[str, float]  # expected RMS error in percent of peak to peak, for each reference without jumps
@@ -81,13 +82,13 @@ SLOW = 0.02  # of the band: a bandwidth below is a slow integrator
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """A simulated loop with its results."""
+    """A designed loop with the results of its simulation."""
 
     device: Device
     race: Race  # comparison of structures, best first; empty if no feedback is allowed
-    contenders: tuple[Contender, ...]  # the structures of `race`, with figures for the user
+    contenders: tuple[Contender, ...]  # the structures of `race` with their results for the table
     tuned: Tuned | None  # controller of the loop; None for feed-forward alone
-    promises: tuple[Promise, ...]  # expected errors on the device, one for each reference
+    promises: tuple[Promise, ...]  # expected errors of the real loop, one for each reference
     steps: tuple[StepResponse, ...]  # overshoot and settling time for each reference with jumps
     results: Results  # of the cases of the scenario
     margins: MarginTable
@@ -97,14 +98,14 @@ class ClosedLoop:
     def approved(self) -> bool:
         """True if the loop is approved.
 
-        The model must follow its record, the margins must hold for all plants of the set, all drawn devices must stay
-        bounded, and all requirements must be met.
+        A loop is approved if the model reproduces its record, the loop has the required margins for all plants of the
+        set, the errors of all simulated devices stay bounded, and all requirements are met.
         """
         return self.results.passed and not self.margins.broken() and not self.misfitted
 
     @property
     def misfitted(self) -> tuple[str, ...]:
-        """Reason why the model does not follow its record; empty if it follows the record."""
+        """Reasons why the model does not reproduce its record; empty if it does."""
         return tuple(dict.fromkeys(p.why for p in self.promises if not p.follows))
 
     @property
@@ -114,7 +115,7 @@ class ClosedLoop:
 
     @property
     def feedback(self) -> str:
-        """``full``, ``slow`` or ``none``. ``slow`` is an integrator far below the band of the record."""
+        """``full``, ``slow`` or ``none``. ``slow`` means a bandwidth far below the frequency band of the record."""
         if self.tuned is None:
             return "none"
         return "full" if self.tuned.bandwidth >= SLOW * self.device.band or self.device.plant.f_n else "slow"
@@ -129,7 +130,7 @@ def close(
     told: Callable[[str], None],
     shown: Callable[[str], AbstractContextManager[Callable[[float], None]]],
 ) -> ClosedLoop:
-    """Invert the model that was fitted to `data`, tune a controller, and run the scenario of the loop in `folder`.
+    """Invert the model that was fitted to `data`, tune a controller, and simulate the loop as a scenario in `folder`.
 
     `name` is the name of the scenario; for `told` and `shown` see `hystfmu.start.run.start`. An InputError is raised if
     the model cannot be used in a loop, a reference is not possible, or a requirement is not met.
@@ -182,7 +183,7 @@ def close(
     steps = tuple(step_response(t, r) for t in tried if t.jumps for r in results if r.case == t.name)
     faults += _missed(said, steps, asked)
     faults += [line for t in tried for r in results if r.case == t.name and (line := plan.too_fast(t, r))]
-    if faults:  # a loop that does not do what is asked for is none: all outputs say so
+    if faults:  # a loop that misses a requirement is no result: all outputs state this
         raise InputError("; ".join(faults))
     told(f"loop: {_said(tuned)}" if tuned else f"loop: feed-forward and inverse; {reasons[0]}")
     table = plan.contenders(outcome, plants, aim)
@@ -190,7 +191,7 @@ def close(
 
 
 def _margins(into: Path) -> tuple[MarginTable, str]:
-    """Return the margins of a scenario, and a line for the first missed margin; empty if none is missed."""
+    """Return the margins of a scenario, and a line of text for the first violated limit, or ""."""
     try:
         table = margin_table([into])
     except InputError as e:  # such as a case that its command drives into saturation
@@ -207,7 +208,7 @@ def _raced(found: Device, plants: PlantSet, aim: Aim, asked: Requirements) -> Ra
 
 
 def _aim(found: Device, missed: Misfit, tried: tuple[Tried, ...]) -> Aim:
-    """Return the aim of the tuning: the disturbances of the loop, averaged over the references."""
+    """Return the aim of the tuning: mean spectra of model error and reference over all references, and the noise."""
     f = np.unique(np.concatenate([t.frequency * HARMONICS for t in tried]))
     f = f[f < 0.45 / found.h]
     if found.band:
@@ -229,10 +230,10 @@ def _said(t: Tuned) -> str:
 
 
 class _Runs(LoopPlan):
-    """Runs of the scenario of a loop."""
+    """Simulations of the scenario of a loop."""
 
     def run(self, tuned: Tuned | None, folder: Path, progress: Callable[[float], None]) -> tuple[Results, Path, str]:
-        """Run the scenario and record its results; the last returned value names a device that becomes unbounded."""
+        """Simulate the scenario, write its baseline, and return results, folder and the first violated limit."""
         limits: dict[str, float] = {}
         if tuned is not None:
             limits = self.bounds()
@@ -247,7 +248,7 @@ class _Runs(LoopPlan):
         return results, into, f"case {bad[0].case}: {bad[0].failures()[0]}" if bad else ""
 
     def contenders(self, outcome: Race, plants: PlantSet, aim: Aim) -> tuple[Contender, ...]:
-        """Return the structures with an error for each reference and the response to a simulated jump."""
+        """Return the tuned structures with the expected error for each reference and a simulated step response."""
         rows = []
         jump = next((t for t in self.tried if t.jumps), None)
         for tuned in outcome.found:
@@ -264,7 +265,7 @@ class _Runs(LoopPlan):
         return tuple(rows)
 
     def shaped(self, tuned: Tuned | None) -> float:
-        """Return the factor by which the shaping of jumps must be slower than usual to meet the required overshoot."""
+        """Return the factor on the time constant of the reference filter with which the overshoot meets its limit."""
         jumps = [t for t in self.tried if t.jumps]
         for slower in SLOWER if jumps else ():
             loop = self.scenario(tuned, {}, slower)
@@ -276,7 +277,7 @@ class _Runs(LoopPlan):
         return SLOWER[0]
 
     def too_fast(self, t: Tried, result: Result) -> str:
-        """Return a line if the given amplifier is too slow for a reference; otherwise an empty string."""
+        """Return a line of text if the slew rate of the amplifier is too low for a reference, else ""."""
         amplifier, trace = self.asked.amplifier, result.trace
         if amplifier is None or trace is None:
             return ""
@@ -287,7 +288,7 @@ class _Runs(LoopPlan):
         return f"{t.name}: needs a slew rate of {needs:.3g}; the amplifier has {amplifier.slew:.3g}"
 
     def bounds(self) -> dict[str, float]:
-        """Return the largest allowed error of each drawn device: twice its error without feedback, plus noise."""
+        """Return the largest allowed error of each simulated device: twice the error without feedback, plus noise."""
         loop = self.scenario(None, {})
         noise = 100 * NOISY * self.found.noise / (2 * self.tried[0].amplitude)
         return {
@@ -301,7 +302,7 @@ def _tracking(result: Result) -> float:
 
 
 def _missed(said: tuple[Promise, ...], steps: tuple[StepResponse, ...], asked: Requirements) -> list[str]:
-    """Return a line for each requirement that is not met."""
+    """Return a line of text for each requirement that the loop does not meet."""
     lines = []
     for p in said:
         if asked.error is None or p.shape in JUMPS:

@@ -1,8 +1,8 @@
-"""Parts of a fitted model for a loop: hysteresis with inverse, linear dynamics, and unknown properties.
+"""Splits a fitted model into the parts that a loop needs: hysteresis with inverse, and linear dynamics.
 
-The dynamics are taken from the evidence in the record (`hystfmu.identify.evidence`), not from the fit. If a fitted
-natural frequency lies outside the band in which input and output are coherent, the record does not determine it. The
-model is then static, with a possible resonance at any frequency above the band.
+The dynamics come from the evidence in the record (`hystfmu.identify.evidence`), not from the fit. The record does not
+determine a natural frequency outside the band in which input and output are coherent. In this case the plant is static,
+with a possible resonance at any frequency above the band.
 """
 
 from __future__ import annotations
@@ -47,20 +47,22 @@ Errors = tuple[tuple[float, float, float], ...]
 
 @dataclass(frozen=True)
 class Device:
-    """A fitted model and its parts."""
+    """Parts of a fitted model that the design of a loop needs."""
 
     model: Model  # model of hysteresis and creep, without dynamics
     inverse: Model  # inverse of `model`
     plant: Plant  # dynamics after the hysteresis, as the record shows them. Computing time is not included.
-    errors: Errors  # standard errors of frequency (Hz), damping ratio and share for each mode
+    errors: (
+        Errors  # standard errors of natural frequency (Hz), damping ratio and share of the static gain for each mode
+    )
     delay_error: float  # standard error of the delay (s)
     unseen: Unseen | None  # resonance that the record did not excite
     h: float  # step (s)
-    frequency: float  # frequency of the references (Hz). It is the frequency of the record, limited by the step.
+    frequency: float  # frequency of the references (Hz): mean cycle frequency of the record, limited by the step
     band: float  # highest frequency at which input and output are coherent (Hz); 0 if there is no such frequency
-    noise: float  # RMS of the noise of the sensor
-    # smallest and largest output that the device keeps for the time of a run, and output before the first step, in the
-    # unit of measure of y. Because of creep, a quick sweep may have another range.
+    noise: float  # RMS value of the sensor noise
+    # smallest and largest output that the device can hold during a run, and output before the first step, in the
+    # unit of measure of y. Because of creep, a fast sweep may have another range.
     low: float
     high: float
     rest: float
@@ -87,10 +89,10 @@ def device(
 ) -> Device:
     """Split a model that was fitted to `data` into the parts that a loop needs.
 
-    The speed of the data is that of the references. `resonance` is the frequency (Hz) and the damping ratio of a mode
-    that the user states. A finite limit of the amplifier in `commands` replaces the limit of the record. An InputError
-    is raised if the model has further inputs, dynamics within its hysteresis, or no inverse, or if its output does not
-    last.
+    `resonance` contains the natural frequency (Hz) and the damping ratio of a mode that the user states. `commands`
+    contains the limits of the amplifier; a finite limit replaces the limit of the input in the record. An InputError is
+    raised if the model has further inputs, dynamics within the hysteresis, or no inverse, or if a constant input cannot
+    hold an output.
     """
     if fault := unsuited(model):
         raise InputError(f"{data.path or data.name}: {fault}")
@@ -127,17 +129,17 @@ def device(
 
 
 def _determined(evidence: Evidence) -> tuple[Mode, ...]:
-    """Return the modes of a record; empty if the modes do not form a plant of static gain 1.
+    """Return the modes that the record determines, or () if the sum of their shares is far from the static gain 1.
 
-    A mode above half the sampling rate of the record appears as a broad mode below this frequency. The share of such a
-    mode is meaningless.
+    Aliasing: a mode above half the sampling rate of the record appears as a broad mode below this frequency. The share
+    of such a mode is meaningless.
     """
     modes = tuple(m for m in evidence.modes if m.share_se < SHARE_KNOWN and m.f_n_se < FREQUENCY_KNOWN * m.f_n)
     return modes if SHARES[0] < sum(m.share for m in modes) < SHARES[1] else ()
 
 
 def described_to(evidence: Evidence, plant: Plant) -> float:
-    """Return the frequency up to which a plant describes the response of the record (Hz), within its coherent band.
+    """Return the highest frequency (Hz) in the coherent band up to which a plant agrees with the measured response.
 
     If the record shows a resonance but does not determine it, this frequency is below the resonance.
     """
@@ -155,7 +157,7 @@ def described_to(evidence: Evidence, plant: Plant) -> float:
 
 
 def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str]]:
-    """Return the dynamics that the record shows, and a line for each property that it does not show."""
+    """Return the dynamics that the record shows, their standard errors, and a line for each unknown property."""
     modes = _determined(evidence)
     plant = Plant(
         tuple(m.f_n for m in modes),
@@ -177,7 +179,7 @@ def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str
 
 
 def _behind_hold(model: Model, evidence: Evidence) -> float:
-    """Return the delay of the device after a held command (s), without the half step of the hold.
+    """Return the delay of the device (s). The average delay of a hold, half a step, is not included.
 
     If the record does not show the delay, the delay of the fit is used.
     """
@@ -187,7 +189,7 @@ def _behind_hold(model: Model, evidence: Evidence) -> float:
 
 
 def _within(model: Model, commands: tuple[float, float]) -> Model:
-    """Return the model with another range of its input."""
+    """Return the model with the input range limited by the amplifier; infinite limits do not change the range."""
     lo, hi = input_range(model, "A loop must have the input range of its model")
     low, high = (b if math.isfinite(b) else a for a, b in zip((lo, hi), commands, strict=True))
     if not low < high:
@@ -196,7 +198,7 @@ def _within(model: Model, commands: tuple[float, float]) -> Model:
 
 
 def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[float, float] | None) -> Unseen | None:
-    """Return the resonance that the user states, else the resonance that the record did not excite."""
+    """Return the resonance stated by the user, or else the possible resonance above the band of the record."""
     share = max(UNSEEN_SHARE, plant.rest) if plant.f_n else 1.0  # a rest is a mode above the band
     if resonance is not None:
         f, zeta = resonance
@@ -207,11 +209,11 @@ def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[fl
 
 
 def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) -> Model:
-    """Return the model of a device, which runs `FINE` times per step of the controller.
+    """Return the model of a device. The model makes `FINE` steps in each step of the controller.
 
-    The model consists of delay, hysteresis, an additive input ``d``, and dynamics, by default those of the device
-    without computing time. The model error ``d`` acts in front of the dynamics, because a lightly damped mode amplifies
-    harmonics of the model error. `gain` is a gain of the output around its rest value.
+    The model consists of a delay, the hysteresis, an additive input ``d`` and the dynamics `plant`, by default
+    `found.plant`. The input ``d`` is the model error. It acts in front of the dynamics, because a lightly damped mode
+    amplifies harmonics of the model error. The deviation of the output from its rest value is multiplied by `gain`.
     """
     plant = found.plant if plant is None else plant
     g, fine = found.model.graph, found.h / FINE
@@ -241,7 +243,7 @@ def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) ->
 
 
 def at_rest(model: Model) -> Model:
-    """Return a model whose dynamics and delays are replaced by static gains."""
+    """Return the model with static gains instead of linear dynamics and delays."""
     g = model.graph
     for n in (split(model) or Parts(model, ())).tail:
         if n.type in (DYNAMICS, "delay"):
@@ -251,9 +253,9 @@ def at_rest(model: Model) -> Model:
 
 
 def reach(model: Model, rows: int) -> tuple[float, float, bool]:
-    """Return smallest and largest lasting output of a sweep, and whether the output decreases with the input.
+    """Return the smallest and the largest lasting output, and whether the output decreases with the input.
 
-    An output is lasting if it remains for `rows` steps while the input is at an end of its range.
+    An output is lasting if a constant input at an end of the input range holds it for `rows` steps.
     """
     sweep = np.concatenate([np.linspace(a, b, 2000) for a, b in ((1, -1), (-1, 1))])
     y = model.predict(over_range(model, sweep))
@@ -262,7 +264,7 @@ def reach(model: Model, rows: int) -> tuple[float, float, bool]:
 
 
 def unsuited(model: Model) -> str:
-    """Return the reason why a model cannot be used in a loop; empty if the model can be used."""
+    """Return the reason why `start` cannot build a loop with a model, or "" if it can."""
     if names := beside(model.graph):
         return f"A loop is made for a model of one input. Got {', '.join(names)} beside it: use hystfmu fit."
     front = (split(model) or Parts(model, ())).front
@@ -273,9 +275,10 @@ def unsuited(model: Model) -> str:
 
 
 def reference_frequency(data: Dataset) -> float:
-    """Return half the mean rate of the large reversals of the input; a period has at least `SAMPLES` steps.
+    """Return the mean cycle frequency of the input (Hz): half the number of large reversals per second.
 
-    Small reversals are ignored, because a superposed chirp does not show the wanted speed of full strokes.
+    The frequency is limited such that a period has at least `SAMPLES` steps. Small reversals are ignored, because a
+    superposed chirp does not show the frequency of full strokes.
     """
     size = LARGE * float(np.ptp(data.u))
     turns = [len(turning_points(data.u[rows], size)) for rows in data.records]

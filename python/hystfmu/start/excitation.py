@@ -1,7 +1,7 @@
-"""Input for the next measurement. It shows properties that a record does not show.
+"""Designs the input for the next measurement. It excites properties that the record does not show.
 
-These properties are memory, other speeds, creep and dynamics. The input stays in the range of the record and below the
-greatest speed of the record. It consists of these parts:
+These properties are memory, rate dependence, creep and dynamics. The input does not exceed the range and the greatest
+speed of the input in the record. It consists of these parts:
 
 - a full loop,
 - nested half cosines: minor loops of all sizes and levels, at all speeds down to a fifth of the greatest speed,
@@ -9,14 +9,15 @@ greatest speed of the record. It consists of these parts:
 - tones from half the frequency of a loop to eight times this frequency,
 - a sweep of small amplitude up to the required frequency.
 
-Levels and phases are random. Several inputs are drawn, and the input with the most information about the model is used
-(`information`), in addition to the record of the fit.
+Levels and phases are random. Several random inputs are compared. The input with the most additional information about
+the model is used (function `information`).
 
 J contains the derivatives of the output with respect to relative changes of each parameter, on the record and on the
 new input. sigma is the error of the fit. The information is log det(I + J'J / sigma^2). Thus each direction of the
 parameters contributes the factor by which its uncertainty decreases from 100 % (D-optimal design; Pukelsheim, Optimal
-Design of Experiments, 1993). A direction that the record determines contributes little. For a model with many
-parameters, the information is the share of its states on the new input that have no near state in the record.
+Design of Experiments, 1993). A direction that the record already determines contributes little. For a model with many
+parameters, the information is another quantity: the share of the model states on the new input that are far from all
+states in the record.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ LEAST_NOISE = 1e-4  # of the span: a fit without noise
 
 
 def information(model: Model, data: Dataset, u: Array, h: float) -> float:
-    """Return the information of an input u (m,) with the step h (s), in addition to the data of the fit."""
+    """Return the information about the model that an input u (m,) with the step h (s) adds to the data of the fit."""
     values = {
         f"{model.graph.nodes[p.node].name}.{p.var.name}": np.asarray(p.start, dtype=np.float64)
         for p in model.graph.ports
@@ -57,7 +58,7 @@ def information(model: Model, data: Dataset, u: Array, h: float) -> float:
     runs, sigma = Runs(model.graph), max(float(model.fit.get("rms", 0.0)), LEAST_NOISE * data.span)
 
     def scaled(v: Array, step: float) -> Array:
-        """Return derivatives over sigma of some rows of a run, weighted for all rows, shape (rows, changes)."""
+        """Return the derivatives of the output divided by sigma, on rows that represent all, shape (rows, changes)."""
         rows = np.arange(len(v))[:: -(-len(v) // MOST_COUNTED)]
         j = runs.sensitivities(v.reshape(-1, 1), step, changes, rows)[1]
         return np.asarray(j * (np.sqrt(len(v) / len(rows)) / sigma))
@@ -68,7 +69,7 @@ def information(model: Model, data: Dataset, u: Array, h: float) -> float:
 
 
 def _log_det(a: Array) -> float:
-    """Return log det a'a, by QR; infinite or NaN where a is not finite."""
+    """Return log det a'a, computed by a QR decomposition. The result is NaN if `a` is not finite."""
     if not np.isfinite(a).all():
         return float("nan")
     return float(2 * np.log(np.abs(np.diag(np.linalg.qr(a, mode="r")))).sum())
@@ -92,8 +93,8 @@ def write_excitation(
 ) -> str:
     """Write the columns t and u of `excitation` to a CSV file.
 
-    Return a line with last frequency of the sweep, number of rows, duration and rate. It also states a rate that is
-    higher than the rate of the record.
+    Return a line of text with the last frequency of the sweep, the number of rows, the duration and the sampling rate.
+    The line also states whether the sampling rate is higher than in the record.
     """
     u, h = excitation(data, frequency, up_to, model)
     unit = f" [{data.unit_u}]" if data.unit_u else ""
@@ -118,17 +119,19 @@ def excitation(
     frequency : float
         Frequency of a full loop (Hz) at the speed of the record.
     up_to : float, optional
-        Last frequency of the sweep (Hz): at least twice the highest frequency of interest.
+        Last frequency of the sweep (Hz). It should be at least twice the highest frequency of interest.
     model : Model, optional
-        Model with one input, fitted to the record. It selects the drawn input with the most information.
+        Model with one input, fitted to the record. With a model, the random input with the most information is
+        selected; without a model, the first one.
 
     Returns
     -------
     u : array, shape (n,)
-        Input in the unit of measure of u. It starts and ends at the first input of the record. If the input would
-        otherwise have more than `MOST_ROWS` rows, it is faster than the record.
+        Input in the unit of measure of u. The first and the last value are the first input of the record. If an input
+        with the speed of the record needs more than `MOST_ROWS` rows, the input is faster than the record.
     h : float
-        Step (s): the step of the record, or an integer fraction of this step with `ROWS` rows per period of `up_to`.
+        Step (s). It is the step of the record or an integer fraction of it, such that a period of `up_to` has at least
+        `ROWS` rows.
 
     Raises
     ------
@@ -146,7 +149,7 @@ def excitation(
     last = FASTEST if up_to is None else up_to * h
     moved = np.concatenate([np.abs(np.diff(data.u[rows])) for rows in data.records]) / half
     speed = max(float(np.percentile(moved, 99)) / finer, 4 / cycle)
-    while _rows(cycle, last) > MOST_ROWS and cycle > LEAST_ROWS:  # never cut off: it would end far from where it begins
+    while _rows(cycle, last) > MOST_ROWS and cycle > LEAST_ROWS:  # a cut would not end at the start
         cycle, speed = cycle / 2, speed * 2
     drawn = [middle + half * _path(start, cycle, speed, last, seed) for seed in range(1, 1 + DRAWS)]
     if model is None:
@@ -155,15 +158,15 @@ def excitation(
 
 
 def _rows(cycle: float, last: float) -> float:
-    """Return the approximate number of rows of an input."""
+    """Return the approximate number of rows of the designed input."""
     return (1 + REST) * (REVERSALS + CYCLES + 3) * cycle + PERIODS * WIDEST / last
 
 
 def _path(start: float, cycle: float, speed: float, last: float, seed: int) -> Array:
     """Return a path in [-1, 1] that starts and ends at `start`.
 
-    `cycle` is the number of rows of a full loop, `speed` the greatest step between two rows, and `last` the last
-    frequency of the sweep, per row.
+    `cycle` is the number of rows of a full loop. `speed` is the greatest change between two rows. `last` is the last
+    frequency of the sweep in cycles per row.
     """
     rng = np.random.default_rng(seed)
     step = min(4 / cycle, 2 / LEAST_ROWS)
@@ -177,7 +180,7 @@ def _path(start: float, cycle: float, speed: float, last: float, seed: int) -> A
 
 
 def _nested(first: float, speed: float, rng: np.random.Generator) -> Array:
-    """Return half cosines from `first` to 0; each level is drawn between the last level and an end of the range."""
+    """Return half cosines from `first` to 0. Each level is random between the last level and an end of the range."""
     levels = [first]
     for k in range(REVERSALS):
         levels.append(float(rng.uniform(levels[-1], 1.0) if k % 2 else rng.uniform(-1.0, levels[-1])))
@@ -191,7 +194,7 @@ def _nested(first: float, speed: float, rng: np.random.Generator) -> Array:
 
 
 def _tones(cycle: float, speed: float, rng: np.random.Generator) -> Array:
-    """Return tones that start and end at 0, with the largest amplitude that range and speed allow."""
+    """Return a sum of sines that starts and ends at 0, with the largest amplitude that range and speed allow."""
     n = round(CYCLES * cycle)
     f = np.geomspace(0.5 / cycle, min(FAST / cycle, FASTEST), TONES)
     k = np.arange(n)
@@ -201,7 +204,7 @@ def _tones(cycle: float, speed: float, rng: np.random.Generator) -> Array:
 
 
 def _sweep(first: float, last: float, speed: float) -> Array:
-    """Return a sine whose frequency (per row) increases exponentially; its steps are at most `speed`."""
+    """Return a sine with exponentially increasing frequency (cycles per row). It changes by at most `speed` per row."""
     first = max(first, last / WIDEST)
     if first >= last:
         return np.zeros(0)

@@ -1,8 +1,9 @@
 """The scenario of a device and its cases: reference, feed-forward, controller, inverse, limits, delay and plant.
 
 The feedback acts in front of the inverse, u = H^-1(v + C(z) (r - y)), where v is the feed-forward of the dynamics. The
-plant runs `FINE` times per step. Tones represent the model error of the record, and a noise source represents the noise
-of the sensor. Drawn devices represent the uncertainty of the record.
+plant makes `FINE` steps in each step of the controller. A sum of sines represents the error of the model on the record,
+and a noise source represents the sensor noise. Devices with changed parameters represent the uncertainty that the
+record leaves.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ CONTROLLER = "controller"
 
 @dataclass(frozen=True)
 class Draw:
-    """A device that agrees with the record. `late` are additional steps of delay compared with the design."""
+    """A device that agrees with the record. `late` is its delay in steps beyond the delay of the design."""
 
     name: str
     text: str
@@ -45,7 +46,8 @@ class Draw:
 def draws(found: Device) -> tuple[Draw, ...]:
     """Return the devices that are simulated in addition to the identified device.
 
-    These devices have corner values of gain and modes, additional delay, or a resonance that the record did not excite.
+    Each of these devices has worst-case values of gain and modes, an additional delay, or a resonance that the record
+    did not excite.
     """
     p = found.plant
     made = [Draw("two_steps", "one step of delay more than in the design", p, 1.0, 1)]
@@ -74,7 +76,7 @@ def draws(found: Device) -> tuple[Draw, ...]:
 class LoopPlan:
     """Parts of the scenario of a loop: device, feed-forward of its dynamics, model error, references, requirements.
 
-    Each reference of `tried` is a case; the drawn devices follow the first reference.
+    Each reference in `tried` becomes a case of the scenario. The cases with other devices use the first reference.
     """
 
     found: Device
@@ -86,14 +88,14 @@ class LoopPlan:
 
     @property
     def command(self) -> str:
-        """Output that is the command of the device."""
+        """Name of the signal that is applied to the input of the device."""
         return "delay.y" if self.asked.delay else "limits.y"
 
     def scenario(self, tuned: Tuned | None, limits: Mapping[str, float], slower: float = 1.0) -> Scenario:
-        """Build the scenario with a controller, or with feed-forward alone. It has not run yet.
+        """Build the scenario with a controller, or without feedback if `tuned` is None. The scenario is not simulated.
 
-        `limits` are the largest allowed RMS errors (percent of the stroke), by name of the case. The shaping of
-        references with jumps is slower by the factor `slower`.
+        `limits` contains the largest allowed RMS error of each case in percent of the stroke. The time constant of the
+        filter for references with jumps is multiplied by `slower`.
         """
         found, first, missed = self.found, self.tried[0], self.missed
         title = f"{tuned.structure.text} in front of the inverse" if tuned else "feed-forward and inverse, no feedback"
@@ -139,7 +141,7 @@ class LoopPlan:
         return loop.margins(case=first.name, Ms_db=self.asked.ms, corners=corners, slopes=SLOPES, stable_to_steps=0.0)
 
     def _add_cases(self, loop: Scenario, limits: Mapping[str, float], slower: float) -> None:
-        """Add cases for references and drawn devices, and cases without parts of the loop for comparison."""
+        """Add cases for references and other devices, and two comparisons: without feedback, and without inverse."""
         found = self.found
         bounds = {name: {"tracking": limit} for name, limit in limits.items()}
         for t in self.tried:
@@ -170,7 +172,10 @@ class LoopPlan:
         loop.case("neither", "for comparison: a gain alone", units={CONTROLLER: alone, "inverse": straight})
 
     def _feedforward(self) -> Graph:
-        """Return the weights of the last samples behind the filter of the zeros. Before the first sample is rest."""
+        """Return the feed-forward: a filter for the zeros of the plant, and a weighted sum of its last outputs.
+
+        Before the first sample, the device is at rest.
+        """
         ahead = self.ahead
         dims = {"n_u": len(ahead.taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
         taps = Node("taps", "polynomial_narx", dims, {"theta": [*ahead.taps.tolist(), 0.0]})
@@ -180,7 +185,7 @@ class LoopPlan:
         return Graph([*first, taps], wires, inputs, [Output("y", "taps.y")], sort=False)
 
     def _leading(self, tried: Tried) -> blocks.Reference:
-        """Return a reference with the preview of the feed-forward."""
+        """Return a reference block whose output r_lead is ahead by the preview time of the feed-forward."""
         node, lead = tried.block.node, self.ahead.lead * self.found.h
         given: dict[str, Any] = {**node.dims, **node.values, "lead": float(f"{lead:.12g}")}
         return blocks.Reference(**given)
@@ -199,7 +204,7 @@ def controller(found: Device, tuned: Tuned | None) -> Graph:
 
 
 def shaping(found: Device, slower: float = 1.0) -> Node:
-    """Return the critically damped filter of a reference with jumps, slower than the known dynamics of the device."""
+    """Return a critically damped filter for references with jumps, slower than the known dynamics of the device."""
     known = [f / SHAPING for f in found.plant.f_n] + [found.band / SHAPING] * (found.band > 0 and not found.plant.f_n)
     f = min([*known, 1 / (FASTEST * found.h)])
     f = max(f, 2 * found.frequency) / slower
@@ -209,5 +214,5 @@ def shaping(found: Device, slower: float = 1.0) -> Node:
 
 
 def _late(found: Device, n: int) -> blocks.Delay:
-    """Return a delay of the command by n steps. Before the first command the device is at rest."""
+    """Return a delay of the command by n steps. Its initial output is the initial input of the model."""
     return blocks.Delay(n=n, y0=float(found.model.graph.inputs[0].start))

@@ -1,8 +1,8 @@
-"""The page of `hystfmu start`: verdict, device before and after, errors, explorer and controller.
+"""Writes the report of `hystfmu start`: verdict, plots without and with the loop, errors, explorer and controller.
 
-If there is no loop, the page states the reason.
+If no loop could be built, the report states the reason.
 
-Terminal, page, verdict.json and exit status have the same verdict.
+Terminal, report, verdict.json and exit status state the same verdict.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ SCHEMA: dict[str, Any] = {
     "additionalProperties": False,
     "properties": {
         "approved": {"type": "boolean", "description": "true if and only if the exit status is 0"},
-        "feedback": {"enum": ["full", "slow", "none"], "description": "slow: an integrator far below the band"},
-        "controller": {"type": "string", "description": "structure of the controller; none: feed-forward alone"},
+        "feedback": {"enum": ["full", "slow", "none"], "description": "slow: bandwidth far below the band"},
+        "controller": {"type": "string", "description": "structure of the controller; none: no feedback"},
         "step": {"type": ["number", "null"], "description": "step of the loop (s); null: no loop"},
         "reasons": {"type": "array", "items": {"type": "string"}},
         "references": {
@@ -45,9 +45,9 @@ SCHEMA: dict[str, Any] = {
                 "properties": {
                     "name": {"type": "string"},
                     "shape": {"enum": ["sine", "nested", "triangle", "step", "staircase", "file"]},
-                    "frequency": {"type": "number", "description": "Hz; of steps the rate of the levels"},
+                    "frequency": {"type": "number", "description": "Hz; for steps the number of levels per second"},
                     "amplitude": {"type": "number", "description": "half of peak to peak, in the unit of measure of y"},
-                    "offset": {"type": "number", "description": "middle, in the unit of measure of y"},
+                    "offset": {"type": "number", "description": "mid-range value, in the unit of measure of y"},
                     "rms_percent": {
                         "type": ["number", "null"],
                         "description": "RMS error expected on the device, percent of peak to peak; null: not known",
@@ -66,12 +66,12 @@ SCHEMA: dict[str, Any] = {
 
 
 def verdict(loop: ClosedLoop | str) -> dict[str, Any]:
-    """Return the verdict as described by `SCHEMA`.
+    """Return the content of verdict.json, as described by `SCHEMA`.
 
     Parameters
     ----------
     loop : ClosedLoop or str
-        The loop, or the reason why there is none.
+        The loop, or the reason why no loop could be built.
     """
     if isinstance(loop, str):
         return {
@@ -115,12 +115,12 @@ def sentence(told: dict[str, Any]) -> str:
 
 
 def percent(value: float | None) -> str:
-    """Return an error in percent with three digits as text; for None the text "not known"."""
+    """Return an error in percent as text with three digits, or "not known" for None."""
     return "not known" if value is None else page.percent(value)
 
 
 def write_verdict(folder: Path, told: dict[str, Any]) -> Path:
-    """Write verdict.json; return its path."""
+    """Write verdict.json, and return the path of this file."""
     path = folder / "verdict.json"
     write_text(path, json.dumps(told, indent=1) + "\n")
     return path
@@ -135,7 +135,7 @@ def write_page(
     told: dict[str, Any],
     notes: list[str],
 ) -> Path:
-    """Write report.html and return its path. `told` is the verdict; `loop` may be the reason why there is no loop."""
+    """Write report.html, and return its path. `told` is the verdict; `loop` may be the reason for a missing loop."""
     if isinstance(loop, str):
         path = folder / "report.html"
         write_text(path, fit_page(model, data, f"{sentence(told)}."))
@@ -145,7 +145,7 @@ def write_page(
 
 
 def reference_table(told: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """Return head and rows of the table of errors, for page and terminal."""
+    """Return the head and the rows of the table of expected errors."""
     head = [
         "reference",
         "rate, Hz",
@@ -169,9 +169,10 @@ def reference_table(told: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
 
 
 def race_table(loop: ClosedLoop, page: bool = True) -> tuple[list[str], list[list[str]]]:
-    """Return head and rows of the table of structures, best first.
+    """Return the head and the rows of the table of controller structures, beginning with the best one.
 
-    With `page`, the table has the chosen values of each structure, and a row for each structure that was left out.
+    If `page` is True, the table also contains the tuned parameters of each structure, and a row with the reason for
+    each structure that cannot be used.
     """
     names = list(loop.contenders[0].errors) if loop.contenders else []
     head = ["structure", *(f"{n}, RMS %" for n in names), "bandwidth, Hz", "Ms, dB", "Ms of all, dB"]
@@ -203,7 +204,7 @@ def race_table(loop: ClosedLoop, page: bool = True) -> tuple[list[str], list[lis
 
 
 def _verdict(loop: ClosedLoop, data: Dataset, told: dict[str, Any]) -> tuple[Section, Section]:
-    """Return two sections: the verdict with plots of the device behind a gain and in the loop, and the errors."""
+    """Return two sections: the verdict with plots for a gain alone and for the loop, and the table of errors."""
     shown = {"before: a gain alone": "neither", "after: the loop": loop.promises[0].name}
     unit = f" ({data.unit_y})" if data.unit_y else ""
     plots, under = [], []

@@ -1,13 +1,13 @@
-"""The expected error of a loop on the device itself, or the statement that it is not known.
+"""Computes the expected error of a loop on the real device, or the reason why this error is not known.
 
-A run of the scenario contains the model error of the record and the noise of the sensor. The expected error also
-includes the uncertainty of modes and delay. Because of this uncertainty, the feed-forward causes an error for every
-tone of the reference; the feedback reduces this error. A record with only one kind of signal gives no information about
-other signals. A model that does not follow its record gives no information about the device.
+The simulated error includes the error of the model on the record and the sensor noise. The expected error also includes
+the effect of uncertain modes and delay: the feed-forward then causes an error at every harmonic of the reference, and
+the feedback reduces this error. A record with only one kind of signal gives no information about other signals. A model
+that does not reproduce its record gives no information about the device.
 
-The model error is simulated as tones. The residual of a record has a spectrum. Its frequencies are stated relative to
-the cycle rate of the record, because errors of the hysteresis are at fixed harmonics of a slower or faster reference.
-The white noise of the sensor is subtracted.
+In the simulation, the model error is a sum of sines. It has the spectrum of the residual of the record, without the
+white sensor noise. The frequencies of this spectrum are relative to the mean cycle frequency of the record, because
+errors of the hysteresis are at fixed harmonics of the reference.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ LEAST_SHARE = 1e-4  # of the power of the residual: a tone
 
 @dataclass(frozen=True)
 class Misfit:
-    """Power of the residual in bands of harmonics of a cycle. `EDGES` are the edges of the bands."""
+    """Power of the residual in bands of harmonics of the cycle frequency. `EDGES` contains the edges of the bands."""
 
     power: Array  # power in front of the dynamics, in the square of the unit of measure of y, shape (len(EDGES) - 1,)
     plant: Plant  # dynamics
@@ -49,14 +49,14 @@ class Misfit:
 
     @property
     def rms(self) -> float:
-        """RMS of the residual in front of the dynamics."""
+        """RMS value of the residual in front of the dynamics."""
         return float(np.sqrt(self.power.sum()))
 
     def lines(self, frequency: float) -> tuple[Array, Array]:
-        """Return frequency (Hz) and power of a tone for each band, for a reference of the given frequency (Hz).
+        """Return the frequencies (Hz) and powers of the sines that represent the bands, for a reference frequency (Hz).
 
-        The power of each tone after the dynamics equals the power of all harmonics of its band. A harmonic may excite a
-        lightly damped mode that the tone does not excite.
+        Behind the dynamics, each sine has the same power as all harmonics of its band. This matters if a harmonic
+        excites a lightly damped mode that the sine does not excite.
         """
         f, power = [], []
         for (low, high), n, p in zip(pairwise(EDGES), HARMONICS, self.power, strict=True):
@@ -69,10 +69,9 @@ class Misfit:
         return np.array(f), np.array(power)
 
     def tones(self, frequency: float, seed: int, strength: float = 1.0) -> blocks.Reference:
-        """Return a source with the tones of `lines`, for references of a frequency (Hz). Phases are random.
+        """Return a source that outputs the sines of `lines` with random phases.
 
-        The model error is proportional to the stroke. `strength` is the size of the strokes relative to the strokes of
-        the record.
+        The model error is proportional to the stroke. `strength` is the stroke of the reference relative to the record.
         """
         f, power = self.lines(frequency)
         a = strength * np.sqrt(2 * power)
@@ -83,7 +82,7 @@ class Misfit:
         return blocks.Reference(m=len(f), shape="multisine", amplitude=1.0, **values)
 
     def _passed(self, f: Array) -> Array:
-        """Return the square of the gain of the dynamics at frequencies (Hz)."""
+        """Return the squared gain of the dynamics at the frequencies f (Hz)."""
         return np.asarray(np.abs(self.plant.response(np.exp(2j * np.pi * f * self.h), self.h)) ** 2)
 
 
@@ -131,19 +130,19 @@ SLIGHT = 0.2  # percent of the span: an error that is never far, such as on rows
 
 @dataclass(frozen=True)
 class Promise:
-    """Expected error for one reference."""
+    """Expected error of the loop on the real device for one reference."""
 
     name: str
     shape: str
     frequency: float  # frequency (Hz), amplitude and offset of the reference (unit of measure of y)
     amplitude: float
     offset: float
-    # RMS error of the identified device with its model error in the run, in percent of peak to peak of the reference
+    # simulated RMS error with the identified model as the device, in percent of the peak-to-peak value of the reference
     model_percent: float
     rms_percent: float | None  # expected RMS error on the device, and a bound of this error; None if not known
     bound_percent: float | None
     why: str = ""  # reason why the error is not known
-    follows: bool = True  # false if this reason is that the model does not follow its record
+    follows: bool = True  # False if the reason is that the model does not reproduce its record
 
 
 def promises(
@@ -156,7 +155,7 @@ def promises(
     data: Dataset,
     model: Model,
 ) -> tuple[Promise, ...]:
-    """Return the expected errors for all references."""
+    """Return the expected error on the real device for each reference."""
     made, fault = [], misfitted(model, 100 * found.noise / data.span)
     values = {r.case: v.value for r in results for v in r.verdicts if v.metric == "tracking"}
     for t in tried:
@@ -174,7 +173,7 @@ def promises(
 
 
 def expected_percent(found: Device, plants: PlantSet, aim: Aim, missed: Misfit, tuned: Tuned, t: Tried) -> float:
-    """Estimate the error of a structure without a run, from remaining misfit, uncertainty and noise."""
+    """Estimate the RMS error (%) of a tuned structure without a simulation, from model error, uncertainty and noise."""
     f, power = missed.lines(t.frequency)
     G = np.abs(plants.plants[0].response(np.exp(2j * np.pi * f * found.h), found.h))
     power = (t.strength * G * _sensitivity(found, plants, tuned, f)) ** 2 * power
@@ -183,7 +182,7 @@ def expected_percent(found: Device, plants: PlantSet, aim: Aim, missed: Misfit, 
 
 
 def unknown(found: Device, t: Tried, data: Dataset, model: Model, fault: str) -> str:
-    """Return the reason why the error on the device is not known; empty if it is known."""
+    """Return the reason why the error on the real device is not known, or "" if it is known."""
     size = SMALL * float(np.ptp(data.u))
     turns = sum(len(turning_points(data.u[rows], size)) for rows in data.records)
     if turns < LEAST_REVERSALS or any("informative" in w for w in model.fit.get("warnings", ())):
@@ -198,9 +197,9 @@ def unknown(found: Device, t: Tried, data: Dataset, model: Model, fault: str) ->
 
 
 def misfitted(model: Model, noise: float) -> str:
-    """Return the reason why a model does not follow its record; empty if it follows the record.
+    """Return the reason why a model does not reproduce its record, or "" if it does.
 
-    `noise` is the RMS of the noise of the record in percent of the span.
+    `noise` is the RMS value of the noise of the record in percent of the span.
     """
     fit = model.fit
     error = max(float(fit.get(k, 0.0)) for k in ("rms_percent", "validation_percent", "held_out_rms_percent"))
@@ -214,14 +213,14 @@ def misfitted(model: Model, noise: float) -> str:
 
 
 def _left(found: Device, plants: PlantSet, aim: Aim, tuned: Tuned | None, t: Tried) -> float:
-    """Return the power of the error due to the uncertainty of modes and delay."""
+    """Return the power of the error that uncertain modes and delay cause."""
     z = np.exp(2j * np.pi * aim.f * found.h)
     S = _sensitivity(found, plants, tuned, aim.f)
     return float((t.powers(aim.f) * plants.missed(z) * S**2).sum())
 
 
 def _sensitivity(found: Device, plants: PlantSet, tuned: Tuned | None, f: Array) -> Array:
-    """Return abs(S) of the identified plant at frequencies (Hz)."""
+    """Return the absolute value of the sensitivity at the frequencies f (Hz) for the identified plant."""
     if tuned is None:
         return np.ones(len(f))
     z = np.exp(2j * np.pi * f * found.h)

@@ -1,4 +1,4 @@
-"""References for the test of a loop: shape, rate, size and tones."""
+"""References for the test of a loop: shape, frequency, amplitude and spectrum."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DEFAULT = tuple(Wanted(shape) for shape in ("sine", "nested", "triangle", "step"
 
 @dataclass(frozen=True)
 class Tried:
-    """A reference as a block of the scenario."""
+    """A reference that is tested in the loop, as a block of the scenario."""
 
     name: str
     shape: str
@@ -37,10 +37,10 @@ class Tried:
     amplitude: float
     offset: float
     block: blocks.Reference
-    stop: float  # end of the run (s), and first time at which errors are evaluated (s)
+    stop: float  # end of the simulation (s); `after`: first time at which errors are evaluated (s)
     after: float
     jumps: bool = False  # whether the reference jumps. The loop shapes a reference with jumps.
-    strength: float = 1.0  # size of the strokes relative to a sine with this amplitude
+    strength: float = 1.0  # RMS value relative to a sine with this amplitude
 
     @property
     def periodic(self) -> bool:
@@ -48,7 +48,10 @@ class Tried:
         return self.shape in ("sine", "triangle")
 
     def powers(self, f: Array) -> Array:
-        """Return the power of the harmonics at the frequencies f (Hz), shape (k,), each at the nearest frequency."""
+        """Return the power of the reference at the frequencies f (Hz), shape (k,).
+
+        The power of each harmonic is added at the nearest frequency in f.
+        """
         n = np.arange(1, MOST_TONES, 2)
         a = 0.5 / n**2.0  # half cosines between random levels, or shaped steps
         if self.shape == "triangle":
@@ -61,7 +64,7 @@ class Tried:
 
 
 def references(found: Device, wanted: Sequence[Wanted]) -> tuple[Tried, ...]:
-    """Return the references for the test of a loop. The default is `DEFAULT` at the rate of the record.
+    """Return the references for the test of a loop, by default `DEFAULT` with the mean cycle frequency of the record.
 
     Raises
     ------
@@ -77,7 +80,7 @@ def references(found: Device, wanted: Sequence[Wanted]) -> tuple[Tried, ...]:
 
 
 def _tried(found: Device, wanted: Wanted) -> Tried:
-    """Scale a reference to the range of the output. The reference starts at rest."""
+    """Scale a reference to the range of the output. The reference starts at the output at rest."""
     f, h = wanted.frequency or found.frequency, found.h
     amplitude, offset = STROKE * (found.high - found.low) / 2, (found.high + found.low) / 2
     if wanted.shape == "file":
@@ -115,7 +118,7 @@ def _tried(found: Device, wanted: Wanted) -> Tried:
 
 
 def _strength(block: blocks.Reference, amplitude: float, stop: float, h: float) -> float:
-    """Return the size of the strokes of nested reversals relative to a sine with this amplitude."""
+    """Return the RMS value of nested reversals relative to the RMS value of a sine with this amplitude."""
     r = Graph.single(block.node).run(np.zeros((_rows(stop, h), 0)), h)[:, 0]
     return min(float(np.std(r)) / (amplitude / math.sqrt(2)), 1.0)
 

@@ -27,7 +27,8 @@ class Wanted:
     shape : str
         One of `SHAPES`, or "file".
     frequency : float
-        Frequency in Hz; 0 for the rate of the record. For a step and a staircase it is the rate of the levels.
+        Frequency (Hz), or 0 for the mean cycle frequency of the record. For a step and a staircase, it is the number of
+        levels per second.
     file : str
         CSV file with columns t and r, for the shape "file".
     """
@@ -38,7 +39,7 @@ class Wanted:
 
     @classmethod
     def of(cls, text: str) -> Wanted:
-        """Read ``triangle:100``, ``step``, or the path of a file."""
+        """Return the reference for a text such as ``triangle:100`` or ``step``, or for the path of a file."""
         shape, _, rest = text.partition(":")
         if shape not in SHAPES:
             if not Path(text).is_file():
@@ -59,7 +60,7 @@ class Amplifier:
     Attributes
     ----------
     slew : float
-        Largest rate (unit of measure of u / s).
+        Largest slew rate (unit of measure of u per second).
     low, high : float
         Smallest and largest command.
     """
@@ -70,7 +71,7 @@ class Amplifier:
 
     @classmethod
     def of(cls, text: str) -> Amplifier:
-        """Read ``slew=..,max=..,min=..,current=..,capacitance=..``.
+        """Return the limits in a text ``slew=..,max=..,min=..,current=..,capacitance=..``.
 
         A current limit I (A) limits the slew rate: dU/dt = I / C. Therefore it needs the capacitance C (F) of the
         actuator.
@@ -105,7 +106,7 @@ class Amplifier:
 
 @dataclass(frozen=True)
 class Requirements:
-    """Requirements of a loop; None means no requirement.
+    """Requirements of a loop. None means that a quantity is not limited.
 
     Attributes
     ----------
@@ -152,9 +153,10 @@ class Requirements:
 
     @property
     def wanted(self) -> tuple[Wanted, ...]:
-        """References.
+        """Required references of the loop.
 
-        If a requirement on steps or on the error has no matching reference, a step or a sine is added.
+        A step is added if settling time or overshoot is limited but no reference has steps. A sine is added if the
+        error is limited but all references have steps.
         """
         kinds = {w.shape in JUMPS for w in self.reference}
         missing = []
@@ -196,7 +198,7 @@ class Requirements:
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Requirements:
-        """Build requirements from options of the command line or keys of a TOML file; empty values are ignored.
+        """Return the requirements in options of the command line or in keys of a TOML file. Empty values are ignored.
 
         Raises
         ------

@@ -1,6 +1,7 @@
-"""The steps of `hystfmu start`: read, fit, invert, tune, run, export, report.
+"""The steps of `hystfmu start`: fit, invert, tune, simulate, export, report.
 
-A study draws devices around the fitted model, and computes the share within the limits.
+It also writes a study file. This study simulates random devices around the fitted model, and computes the share of
+devices that meet the limits.
 """
 
 from __future__ import annotations
@@ -35,10 +36,10 @@ DRAWS = 200
 
 
 def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
-    """Write a study file, and return whether the model has parameters that can be drawn.
+    """Write a study file with random devices; return False if the model has no parameter that can vary.
 
-    `scenario` is the name of the folder of the scenario, beside the file. The limit of each draw is the largest limit
-    of the drawn devices in the scenario.
+    `scenario` is the name of the scenario folder, which is in the same folder as the file. The limit for each random
+    device is the largest limit of the cases with other devices in the scenario.
     """
     parameters = drawn(loop.device)
     limits = [r.system.case.metrics["tracking"].limit for r in loop.results if r.case not in loop.references]
@@ -62,9 +63,10 @@ def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
 
 
 def drawn(found: Device) -> dict[str, dict[str, Any]]:
-    """Return the drawn parameters with their ranges.
+    """Return the varied parameters of the study with their ranges.
 
-    These are gain, natural frequency, damping and width of the loops, if the model has such parameters.
+    These parameters are gain, natural frequency, damping ratio and width of the hysteresis loops, if the model has
+    them.
     """
     graph = found.model.graph
     ranges: dict[str, dict[str, Any]] = {}
@@ -104,7 +106,7 @@ class Started:
     model: Model
     loop: ClosedLoop | str  # the loop with the inverse of the model, or the reason why there is none
     verdict: dict[str, Any]  # content of verdict.json, see `hystfmu.start.page.SCHEMA`
-    files: dict[str, tuple[Path, str]]  # each file or folder, with the command that makes it
+    files: dict[str, tuple[Path, str]]  # path of each file or folder, and the command that creates it
     notes: list[str]  # notes on decisions
 
     @property
@@ -114,7 +116,7 @@ class Started:
 
 
 def _unseen(step: str) -> AbstractContextManager[Callable[[float], None]]:
-    """Show nothing."""
+    """Return a context manager whose progress function shows nothing."""
     return nullcontext(lambda fraction: None)
 
 
@@ -128,14 +130,14 @@ def start(
     told: Callable[[str], None] = lambda line: None,
     shown: Callable[[str], AbstractContextManager[Callable[[float], None]]] = _unseen,
 ) -> Started:
-    """Make model, inverse, loop, FMUs and report from one record.
+    """Create model, inverse, loop, FMUs and report from one record.
 
     Parameters
     ----------
     data : Dataset
         Record with a measured output.
     folder : Path
-        Folder of all files.
+        Folder for all files.
     asked : Requirements
         Requirements of the loop.
     key : str
@@ -143,12 +145,12 @@ def start(
     seed : int
         Seed of the random start values of the fit.
     source : sequence of str
-        Arguments of a command line that read the data.
+        Arguments of the command line that specify the data file and its columns.
     told : function
-        Called with a line at the end of each step.
+        Called with a line of text at the end of each step.
     shown : function
-        Called with the name of a long step. It returns a context manager, which yields a function for the fraction
-        done.
+        Called with the name of a long step. It returns a context manager that yields a function. This function is
+        called with the completed fraction, 0 to 1.
 
     Raises
     ------
@@ -177,13 +179,13 @@ def start(
     told(_fitted(model) + (", from the run before" if steps.kept else ""))
     words = [*source, *_fit_words(model, key, seed, "model" if why else "inverse")]
     files = _files_of_model(folder, name, model, words)
-    for old in _of_a_loop(folder, name):  # of a run before; they would stand beside another verdict
+    for old in _of_a_loop(folder, name):  # delete files of an earlier run: they do not belong to the new verdict
         shutil.rmtree(old) if old.is_dir() else old.unlink(missing_ok=True)
     loop: ClosedLoop | str = why
     if not why:
         try:
             loop = close(model, data, folder / "loop", name, asked, told, shown)
-        except InputError as e:  # the model stays: it was waited for
+        except InputError as e:  # keep the model: its fit may have taken long
             shutil.rmtree(folder / "loop", ignore_errors=True)
             loop = str(e)
     report = f"{files['model'][1]} --report {folder}"
@@ -206,20 +208,20 @@ def start(
 
 
 def _of_a_loop(folder: Path, name: str) -> list[Path]:
-    """Return the files that this command writes for a loop."""
+    """Return the paths of the files that this command writes for a loop."""
     inverse = [f"{name}_inverse.model.toml", f"{name}_inverse.fmu", f"{name}_controller.fmu"]
     return [folder / n for n in ("loop", "devices.study.toml", "report.json", "measure_next.csv", *inverse)]
 
 
 def _measure_next(path: Path, data: Dataset, asked: Requirements, model: Model) -> str:
-    """Write the input for the next measurement, up to at least the highest frequency of the record."""
+    """Write the input for the next measurement, and return a note about it."""
     top = float(model.fit["evidence"]["band"][1])
     up_to = max(CARRIED / data.h, FASTER * (asked.bandwidth or 0.0), SEEN * top)
     return f"measure next: {write_excitation(path, data, reference_frequency(data), up_to, model)}"
 
 
 def _model(data: Dataset, key: Any, seed: int, progress: Callable[[float], None]) -> tuple[Model, str, list[str]]:
-    """Return the best model for a loop, the reason if there is none, and notes.
+    """Return a model, the reason why it cannot be used in a loop (or ""), and notes.
 
     A note states that another model has a smaller error but cannot be used in a loop.
     """
