@@ -1,4 +1,4 @@
-"""Closed-loop scenarios: read a scenario.toml, run its cases, compare them with limits and baseline, report."""
+"""Closed-loop scenarios: read a scenario.toml, run its cases, compare the results with limits and baseline."""
 
 from __future__ import annotations
 

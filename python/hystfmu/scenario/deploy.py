@@ -1,14 +1,15 @@
-"""The controller of a loop: the units from reference and measured output to the command, for another target.
+"""Export the controller of a loop: the units from reference and measured output to the command.
 
-The plant is the unit whose output the first metric with `against` evaluates. The actuator side of the plant consists of
-the units upstream of the plant that belong to it: units at the rate of the plant, converters, delays for computing
-time, and amplifiers. The sensor side consists of the downstream units that read only the plant and noise. The
-controller consists of the units upstream of the command.
+The plant is the unit whose output the first metric with `against` evaluates. Some units upstream of the plant belong to
+the actuator side of the plant: units at the rate of the plant, converters, delays for computing time, and amplifiers.
+The sensor side consists of the downstream units whose only inputs are the plant and noise. The controller consists of
+all units upstream of the command.
 
 The controller is written as one graph with the ports r, y and u, as an FMU, or as C files. The inputs are the measured
-output `y` and the outputs of sources that the controller reads. These are `r`, `r_ahead`, `r_dot`, `r_ddot` of the
-reference, and `unit_output` of any other source. `u_present` starts a hand-over, see `bumpless_transfer`. Without
-`u_present`, the output equals the command in the scenario bit by bit.
+output `y` and the outputs of sources that are connected to the controller. The inputs from the reference have the names
+`r`, `r_ahead`, `r_dot` and `r_ddot`. An input from any other source has the name `unit_output`. A value at the input
+`u_present` starts a bumpless transfer to this controller (see the block `bumpless_transfer`). Without this value, the
+output is bit-identical to the command in the scenario.
 """
 
 from __future__ import annotations
@@ -29,18 +30,18 @@ from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import Link, Part, System, build, fuse
 
-LATE = {"delay", "quantiser"}  # blocks of converters and of computing time
+LATE = {"delay", "quantiser"}  # blocks that represent converters and computing time
 NOISE = {"noise", "disturbance"}
 
 
 @dataclass(frozen=True)
 class ControlSide:
-    """The indices of the units of a controller in the order of the scenario, and the boundary of the controller.
+    """Indices of the units of a controller in the order of the scenario, and the boundary of the controller.
 
-    `command` and `measured` are indices of values; `measured` is None without feedback. `actuated` contains the units
-    between command and plant, the plant first. `sensed` contains the plant and the units that measure its output. If
-    `early` is True, the controller precedes the plant in the order, so that it reads the measured output of the
-    previous step.
+    `command` and `measured` are indices of values. Without feedback, `measured` is None. `actuated` contains the plant,
+    followed by the units between command and plant. `sensed` contains the plant and the units that measure the output
+    of the plant. If `early` is True, the controller precedes the plant in the order, so that its input is the measured
+    output of the previous step.
     """
 
     units: tuple[int, ...]
@@ -52,13 +53,14 @@ class ControlSide:
 
 
 def control_side(system: System) -> ControlSide:
-    """Find the control side of a loop.
+    """Return the units of the controller in a loop, and the boundary of the controller.
 
     Raises
     ------
     InputError
-        No metric names the plant, or the number of commands or measured outputs is not one. Units of the controller
-        have different rates, or a unit is a foreign FMU or runs at the rate of the plant. The coupling has no order.
+        No metric names the plant. There is not exactly one command and one measured output. Units of the controller
+        have different rates. A unit of the controller is a foreign FMU or runs at the rate of the plant. The coupling
+        scheme has no order of units.
     """
     case = system.case
     if case.coupling.scheme != "gauss_seidel":
@@ -108,7 +110,7 @@ class _Sides:
         return self.system.parts[k].period < self.system.case.ripple
 
     def _drivers(self, k: int) -> list[int]:
-        """Return the values that a unit reads, except noise.
+        """Return the values that are connected to a unit, except noise.
 
         Values of sources are omitted if there are other values.
         """
@@ -117,7 +119,7 @@ class _Sides:
         return driven or sorted(s for s in read if not is_noise(self.system.parts[self.owner[s]]))
 
     def _command(self) -> tuple[int, tuple[int, ...]]:
-        """Search upstream from the plant; return the command and the units between it and the plant."""
+        """Return the command, and the units between the command and the plant."""
         k, way, ends = self.plant, [self.plant], 0
         command = -1
         while True:
@@ -140,7 +142,7 @@ class _Sides:
         return command, tuple(way[:ends])
 
     def _sensed(self) -> frozenset[int]:
-        """Return the plant, and the units that read only the plant and noise."""
+        """Return the plant, and the units whose only inputs are the plant and noise."""
         found = {self.plant}
         noise = {k for k in self.sources if is_noise(self.system.parts[k])}
         while new := {k for k in self.into if k not in found and self._measures(k, found, noise)}:
@@ -154,7 +156,7 @@ class _Sides:
         return fine or bool(read & noise) or types(self.system.parts[k]) <= LATE
 
     def _control(self, command: int, sensed: frozenset[int]) -> tuple[set[int], list[Link]]:
-        """Return all units upstream of the command, and the connections that bring measured outputs and sources."""
+        """Return all units upstream of the command, and the connections from measured outputs and sources to them."""
         units: set[int] = set()
         bounds: list[Link] = []
         left = [self.owner[command]]
@@ -186,12 +188,12 @@ class _Sides:
 
 
 def types(part: Part) -> set[str]:
-    """Return the types of the blocks of a unit; empty for a foreign FMU."""
+    """Return the types of the blocks in a unit, or an empty set for a foreign FMU."""
     return {n.type for n in part.graph.nodes} if isinstance(part.graph, Graph) else set()
 
 
 def is_source(part: Part) -> bool:
-    """Return whether a unit is a source: it reads no other unit and has a source block."""
+    """Return whether a unit is a source, that is, has no connected input and contains a source block."""
     if not isinstance(part.graph, Graph):
         return False
     return not part.inputs and any(n.block.family == "sources" for n in part.graph.nodes)
@@ -203,7 +205,7 @@ def is_noise(part: Part) -> bool:
 
 
 def acts_on_plant(part: Part) -> bool:
-    """Return whether a unit at the rate of the controller is hardware: converter, computing time or amplifier."""
+    """Return whether a unit at the rate of the controller is a converter, computing time or amplifier."""
     found = types(part)
     return bool(found) and (found <= LATE or "amplifier" in found)
 
@@ -219,28 +221,28 @@ def controls(system: System, k: int) -> bool:
 
 
 def boundary(system: System, side: ControlSide) -> Iterator[Link]:
-    """Yield the connections into the controller from outside, in the order of its units."""
+    """Yield the connections from outside into the controller, in the order of the units of the controller."""
     inside = {system.parts[k].first + i for k in side.units for i in range(len(system.parts[k].outputs))}
     return (n for n in system.links if n.to in side.units and n.source not in inside)
 
 
-NOT_GIVEN = 1e300  # of u_present: as limits without a bound
-HANDOVER_STEPS = 1000  # default length of a hand-over
+NOT_GIVEN = 1e300  # value of `u_present` that means "no value", like an infinite limit
+HANDOVER_STEPS = 1000  # default duration of a bumpless transfer (steps)
 PORTS = {"r": "r", "r_lead": "r_ahead", "dr_lead": "r_dot", "ddr_lead": "r_ddot"}
 _RATES = {"r_dot": "/s", "r_ddot": "/s2"}
 
 
 @dataclass(frozen=True)
 class Controller:
-    """The controller of a case.
+    """The controller of a case, as one model.
 
     Attributes
     ----------
     model : Model
-        Graph of the controller, with the step at which the controller is called.
+        Graph of the controller, with the sampling step of the controller.
     case : Case
     signals : dict of str to str
-        For each port the corresponding output of the scenario, `unit.output`.
+        Maps the name of each port to the corresponding output of the scenario, `unit.output`.
     units : tuple of str
         Units of the scenario inside the controller.
     left_out : tuple of str
@@ -255,12 +257,12 @@ class Controller:
 
 
 def controller(case: Case) -> Controller:
-    """Cut the controller out of a case.
+    """Return the controller of a case as one model.
 
     Raises
     ------
     InputError
-        See `control_side`; or the units form an algebraic loop within one graph.
+        The loop is not suitable (see `control_side`), or the units form an algebraic loop in one graph.
     """
     system = build(case)
     side = control_side(system)
@@ -279,7 +281,7 @@ def _text(system: System, side: ControlSide) -> str:
 
 
 def _late(system: System, side: ControlSide) -> float:
-    """Return the steps of the delays between command and plant, which are not part of the controller."""
+    """Return the sum of the delays between command and plant (steps), which are not part of the controller."""
     between = [system.parts[k] for k in side.actuated[1:]]
     graphs = [(p.graph, p.period) for p in between]
     late = sum(n.dims["n"] * t for g, t in graphs if isinstance(g, Graph) for n in g.nodes if n.type == "delay")
@@ -288,7 +290,7 @@ def _late(system: System, side: ControlSide) -> float:
 
 @dataclass(frozen=True)
 class _Source:
-    """An input of the controller: name, unit of measure, text, and the corresponding output of the scenario."""
+    """An input of the controller, with the corresponding output of the scenario."""
 
     name: str
     unit: str
@@ -306,7 +308,8 @@ def _graph(system: System, side: ControlSide, step: float) -> tuple[Graph, dict[
     for at, port in zip(outside, fused.inputs, strict=True):
         if at in by_input:
             taken.setdefault(sources[by_input[at]].name, []).extend(port.to)
-        elif any(port.start != _start(fused, end) for end in port.to):  # a constant, other than where nothing is wired
+        # the input is constant, with another value than an unconnected input
+        elif any(port.start != _start(fused, end) for end in port.to):
             inputs.append(replace(port, text=f"{port.start:g} in the scenario"))
     known = {s.name: s for s in sources.values()}
     first = [Input(name, tuple(taken[name]), s.unit, text=s.text) for name, s in known.items() if name in taken]
@@ -335,7 +338,7 @@ def _plant_unit(system: System, side: ControlSide) -> str:
 
 
 def _sources(system: System, side: ControlSide) -> dict[int, _Source]:
-    """Return the inputs of the controller by the indices of their values. r and y are first."""
+    """Return the inputs of the controller by the indices of their values. The first inputs are r and y."""
     read = sorted({n.source for n in boundary(system, side)})
     owner, names = {place: system.parts[k] for place, k in system.owners.items()}, system.names
     tracked = system.case.tracked
@@ -366,7 +369,7 @@ def _sources(system: System, side: ControlSide) -> dict[int, _Source]:
 
 
 def _reference(system: System, against: str | None, read: list[Part]) -> Part | None:
-    """Return the source of the reference: the unit that the metric names, else a reference that is read."""
+    """Return the source of the reference: the unit that the metric names, or else a connected reference."""
     named = next(p for p in system.parts if against is not None and against.startswith(f"{p.name}."))
     if is_source(named):
         return named
@@ -388,9 +391,9 @@ def _reference_text(name: str, lead: float, end: str) -> str:
 
 
 def _with_handover(graph: Graph, output: str, measure: str, seconds: float, home: dict[str, str]) -> Graph:
-    """Insert the hand-over after the command, or in front of a unit that only limits the command.
+    """Insert the bumpless transfer after the command, or in front of a unit that only limits the command.
 
-    The units that read the command are reconnected. `home` contains the unit of each block.
+    The inputs that were connected to the command are reconnected. `home` maps each block to its unit.
     """
     command = next(o.source for o in graph.outputs if o.name == output)
     end = _before_limits(graph, command, home)
@@ -412,7 +415,7 @@ def _block(end: str) -> str:
 def _before_limits(graph: Graph, command: str, home: dict[str, str]) -> str:
     """Return the signal in front of a unit that only limits the command.
 
-    If there is no such unit, or if it precedes its source in the order, return the command.
+    Return the command if there is no such unit, or if such a unit precedes its source in the order.
     """
     node, order = graph.node(_block(command)), [n.name for n in graph.nodes]
     alone = list(home.values()).count(home[node.name]) == 1 and node.type == "scaling" and node.sizes["u"] == 1
@@ -423,7 +426,7 @@ def _before_limits(graph: Graph, command: str, home: dict[str, str]) -> str:
 
 
 def _shorter(graph: Graph, parts: list[Part]) -> Graph:
-    """If a unit has one block, give the block the name of the unit, so that its parameters are `unit_parameter`."""
+    """Return short names for blocks: a single block of a unit gets the name of the unit."""
     new = {f"{p.name}_{p.own.nodes[0].name}": p.name for p in parts if len(p.own.nodes) == 1}
 
     def renamed(end: str) -> str:
@@ -439,7 +442,7 @@ def _shorter(graph: Graph, parts: list[Part]) -> Graph:
 
 @dataclass(frozen=True)
 class Written:
-    """A controller in the file `path`."""
+    """A controller, and the path of the file that contains it."""
 
     path: Path
     controller: Controller
@@ -453,10 +456,10 @@ def write_controller(
     platforms: Literal["host", "all"] = "host",
     source: bool = False,
 ) -> Written:
-    """Write the controller of a case as an FMU, which an importer calls at each sample.
+    """Write the controller of a case as an FMU. An importer must call this FMU once per sample.
 
-    For the other arguments see `Model.export`. An InputError is raised if the controller cannot be separated from the
-    case, or if the file cannot be written.
+    The other arguments are those of `Model.export`. An InputError is raised if the controller cannot be separated from
+    the case, or if the file cannot be written.
     """
     from hystfmu.fmu.write.export import export_fmu
 
@@ -465,7 +468,7 @@ def write_controller(
 
 
 def write_target(case: Case, folder: str | Path, name: str | None = None) -> tuple[list[Path], Controller]:
-    """Write the controller of a case as a header and one C file, without FMI and without allocation.
+    """Write the controller of a case as a header and one C file, which uses neither FMI nor memory allocation.
 
     `name` is the name of the files and the prefix of every public symbol. The default is the name of the scenario. An
     InputError is raised if the controller cannot be separated from the case, the name is not valid in C, or a file

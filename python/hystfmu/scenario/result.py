@@ -1,4 +1,4 @@
-"""Results of a run of scenarios: verdicts, signals, diagrams, a report."""
+"""Results of a run of scenarios: verdicts, signals, diagrams and report."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ class Result(CaseResult):
     lines : tuple of str
         One line per failure: scenario/case, metric, value, limit.
     trace : Trace, optional
-        Signals that the case records or uses in loops and metrics. The trace has all rows; for a long run it has only
-        the rows for a plot (`simulate` returns all rows, and `chunks` returns all rows in parts). None if a unit
+        Signals that the case records or uses in loops and metrics. For a long run, the trace contains only the rows for
+        a plot. (`simulate` returns all rows, and `chunks` yields all rows in parts.) The trace is None if a unit
         stopped the run.
     seconds : float
         Duration of the run (s).
     notes : tuple of str
-        Remarks that are not failures, for example on discontinuities between two steps.
+        Remarks on the run that are not failures, for example on discontinuities between two steps.
     counted : Sweeps
-        Sweeps of an iterative coupling.
+        Numbers of sweeps of an iterative coupling.
     loop : LoopFigures, optional
-        Margins of the loop of the case; None if there are none.
+        Margins of the linearised loop of the case, or None if there are none.
     """
 
     def plot(self) -> Figure:
-        """Plot loops, recorded signals, and the error between samples.
+        """Plot hysteresis loops, recorded signals, and the error including the error between samples.
 
         Raises
         ------
@@ -60,7 +60,7 @@ class Result(CaseResult):
         return Figure(case_plots(self.system, self.trace))
 
     def report(self, folder: str | Path) -> Path:
-        """Write report.html and report.json into `folder`; return the path of the first."""
+        """Write report.html and report.json into `folder`, and return the path of report.html."""
         return Results([self]).report(folder)
 
     def _repr_html_(self) -> str:
@@ -69,15 +69,15 @@ class Result(CaseResult):
 
 
 class Results(list[Result]):
-    """Results of several cases, in the order of the cases; `iterable` gives them."""
+    """Results of several cases, in the order of the cases."""
 
     @property
     def passed(self) -> bool:
-        """True if all cases passed."""
+        """True if all cases have passed."""
         return all(r.passed for r in self)
 
     def report(self, folder: str | Path) -> Path:
-        """Write report.html and report.json into `folder`; return the path of the first."""
+        """Write report.html and report.json into `folder`, and return the path of report.html."""
         return write_report(self, folder)
 
     def to_pandas(self) -> pandas.DataFrame:

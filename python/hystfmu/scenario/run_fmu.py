@@ -1,4 +1,4 @@
-"""Run a foreign FMU alone: inputs from a file, outputs to a file, without a scenario."""
+"""Simulate a single foreign FMU without a scenario, with inputs from a file and outputs to a file."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.foreign import Foreign, ForeignPort
 
 MOST_STEPS, MOST_VALUES = 10_000_000, 100_000_000
-_STEPS = 500  # of a run whose FMU states no step
-_CHUNK = 4096  # rows
+_STEPS = 500  # number of steps in a run if the FMU states no step
+_CHUNK = 4096  # number of rows in a chunk
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class FmuRun:
     note: str
 
     def summary(self) -> dict[str, Any]:
-        """Return the facts of the run, for JSON."""
+        """Return the results of the run as JSON types."""
         final = {name: float(y[-1]) for name, y in self.values.items()}
         return {"file": self.path, "rows": len(self.t), "final": final, "note": self.note}
 
@@ -59,7 +59,7 @@ class FmuRun:
 
 @dataclass(frozen=True)
 class Task:
-    """Inputs of a run. `signals` has a column for each element of `driven`, at the times `t` (s)."""
+    """Inputs of a run. `signals` has one column for each element of the inputs `driven`, at the times `t` (s)."""
 
     foreign: Foreign
     driven: tuple[ForeignPort, ...]
@@ -82,9 +82,10 @@ def run_fmu(
 ) -> FmuRun:
     """Run an FMU of FMI 1.0, 2.0 or 3.0 without a scenario, in a child process.
 
-    If the FMU supports Co-Simulation, this interface is used. Otherwise Model Exchange runs with an adaptive integrator
-    whose local error is 1e-8. Inputs are set at the beginning of a step and are constant during the step. Continuous
-    inputs are interpolated between the rows of the file. All other inputs keep the value of the last row.
+    If the FMU supports Co-Simulation, this interface is used. Otherwise Model Exchange is used with an adaptive
+    integrator, whose local error is 1e-8. Inputs are set at the beginning of each step and are constant during the
+    step. Continuous inputs are interpolated between the rows of the file. All other inputs keep the value of the last
+    row.
 
     Parameters
     ----------
@@ -135,7 +136,7 @@ def run_fmu(
 
 
 def _table(given: str | Path, foreign: Foreign) -> tuple[Array, tuple[ForeignPort, ...], Array]:
-    """Read the times (s), the inputs that have columns, and the columns in the order of their elements."""
+    """Return the times (s), the inputs that have columns, and the columns in the order of the elements."""
     table = table_in(given, None, MOST_BYTES)
     names = [name for group in NAMES["time"] for name in group]
     found = [k for k, c in enumerate(table.columns) if c.name.lower() in names]
@@ -212,7 +213,7 @@ def _inputs(task: Task, times: Array) -> Array:
     """
     columns = [p.variable for p in task.driven for _ in range(p.size)]
     found = np.empty((len(times), len(columns)))
-    near = 1e-9 * task.step  # a row at a communication point counts, in spite of rounding
+    near = 1e-9 * task.step  # a row at a communication point is used in spite of rounding errors
     before = np.maximum(np.searchsorted(task.t, times + near, side="right") - 1, 0)
     for k, v in enumerate(columns):
         held = v.type not in REAL or v.variability == "discrete"
@@ -221,7 +222,7 @@ def _inputs(task: Task, times: Array) -> Array:
 
 
 def _steps(task: Task, file: IO[bytes]) -> dict[str, Any]:
-    """Step the FMU, write a row of outputs per step, and return the number of rows and the reason for an early end."""
+    """Simulate the FMU, write one row of outputs per step, and return the number of rows and a reason to stop."""
     said: list[str] = []
     outputs = [(p.variable, p.size) for p in task.foreign.ports if p.kind == "output"]
     inputs = [(p.variable, p.size) for p in task.driven]

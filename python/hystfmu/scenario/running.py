@@ -1,6 +1,7 @@
-"""Scenarios with all their cases: read -> build -> run -> test -> record -> report.
+"""Run scenarios with all their cases: read, build, simulate, test, record the baseline, and report.
 
-A case runs chunk by chunk; metrics are computed, and data for baseline and plots are kept.
+A case is simulated in chunks of rows. For each chunk, the metrics are updated, and rows for the baseline and the plots
+are stored.
 """
 
 from __future__ import annotations
@@ -29,10 +30,11 @@ from hystfmu.scenario.system.system import System, build
 
 @dataclass(frozen=True)
 class Plan:
-    """One scenario: the cases that run, and the baseline (None if there is none, or when recording without guard).
+    """One scenario: the cases to run, and the baseline, or None if there is no baseline to compare with.
 
-    If `strict` is True, a change or a case without baseline is a failure. Only the limits are tested if values are
-    overridden or if there is no baseline, as for a scenario built in Python or on a first run. `note` then states this.
+    If `strict` is True, a change or a case without baseline is a failure. If it is False, only the limits are tested,
+    because values are overridden or there is no baseline (first run, or scenario built in Python). In this case `note`
+    states this.
     """
 
     scenario: Cases
@@ -45,7 +47,7 @@ class Plan:
 def read(
     paths: Sequence[str | Path | ScenarioLike], overrides: Mapping[str, Any], coupling: Scheme | None
 ) -> list[Cases]:
-    """Read scenarios, and apply overrides and coupling of the command line. A folder may contain several scenarios."""
+    """Read scenarios, and apply overrides and the coupling scheme. A folder may contain several scenarios."""
     for key in overrides:
         split_end(key, "--set")
     changes = dict(overrides)
@@ -61,13 +63,13 @@ def read(
 def plan(
     scenarios: Sequence[Cases], case: str | Sequence[str] | None, overrides: Mapping[str, Any], record: bool
 ) -> list[Plan]:
-    """Build the cases. All errors of the input raise an InputError here, before any case runs."""
+    """Build the cases of a scenario. All errors of the input raise an InputError before any case runs."""
     names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
     wanted = (case,) if isinstance(case, str) else names if case is None else case
     if unknown := next((name for name in wanted if name not in names), None):
         raise InputError(f"--case {unknown}: no such case; there are {', '.join(names)}.{meant(unknown, names)}")
     cases = [[c for c in s.cases if c.name in wanted] for s in scenarios]
-    if case is None:  # a case that is asked for by its name takes every override
+    if case is None:  # a case that the user names uses every override
         cases = [[_without_own(s, c) for c in group] for s, group in zip(scenarios, cases, strict=True)]
     built = [tuple(build(c) for c in group) for group in cases]
     _check_overrides(overrides, [s for group in built for s in group])
@@ -78,7 +80,7 @@ def plan(
 def _plan(scenario: Cases, systems: tuple[System, ...], record: bool, strict: bool) -> Plan:
     if scenario.folder is None:
         return Plan(scenario, systems, None, strict=False)
-    if record:  # a guard compares the new values with the old ones
+    if record:  # a guard compares the new values with the old values
         return Plan(scenario, systems, Baseline.load(scenario.folder) if scenario.spec.guard else None, strict=False)
     baseline = Baseline.load(scenario.folder)
     if baseline is None and any(m.limit is not None for s in systems for m in s.case.metrics.values()):
@@ -88,9 +90,9 @@ def _plan(scenario: Cases, systems: tuple[System, ...], record: bool, strict: bo
 
 
 def _without_own(scenario: Cases, case: Case) -> Case:
-    """Return the case without absolute overrides of its own settings.
+    """Return the case without absolute overrides of parameters that the case itself sets.
 
-    For example, a loop without feedback stays a loop without feedback.
+    For example, a case that disables the feedback still has no feedback.
     """
     own = {key for c in scenario.spec.case if c.name == case.name for key in c.set}
     relative = {k for k, v in case.overrides.items() if isinstance(v, str) and v.startswith("*")}
@@ -111,10 +113,10 @@ def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) ->
 def run_case(
     system: System, plan: Plan, run: Run, store: FmuStore, out: str | Path | None, advance: Callable[[int], None]
 ) -> tuple[Result, Record | None]:
-    """Run a case, and compare it with limits and baseline. Also return data for a baseline; None if the run stopped.
+    """Run a case, test its limits and baseline, and return its result and data for a new baseline (or None).
 
-    All outputs go to `out` as CSV. `advance` is called with the number of rows since the last call; their sum is the
-    number of rows of the case.
+    If `out` is given, all outputs are written to this CSV file. The function `advance` is called with the number of
+    rows since the last call.
     """
     case, begin, notes = system.case, time.perf_counter(), tuple(missed(system))
     measured = {name: Measure(m) for name, m in case.metrics.items()}
@@ -229,7 +231,7 @@ def run(
             ran = []
             for system in p.systems:
                 result, record_of = run_case(system, p, how, store, out, advance)
-                told = [n for n in result.notes if not (record and CHANGED in n)]  # `confirm` tells what changes
+                told = [n for n in result.notes if not (record and CHANGED in n)]  # `confirm` shows the changes
                 notes = (*told, *filter(None, [p.note]))
                 ran.append((replace(result, loop=loop_figures(system), notes=notes), record_of))
         results += [r for r, _ in ran]
@@ -242,7 +244,7 @@ def run(
 
 
 def _share_done(plans: Sequence[Plan], progress: Callable[[float], None]) -> Callable[[int], None]:
-    """Return a function that counts rows and reports the fraction done."""
+    """Return a function that counts rows and reports the completed fraction."""
     total, done = sum(system.n_steps + 1 for p in plans for system in p.systems), 0
 
     def advance(rows: int) -> None:

@@ -1,1 +1,1 @@
-"""Engines of a run: the master loop over FMUs, the native engine, foreign FMUs in their own process."""
+"""Simulation engines: the master loop over FMUs, the native engine in C, and foreign FMUs in a child process."""

@@ -1,10 +1,10 @@
-"""An FMU as a member of a run. It is exported and unpacked once, and called through fmpy.
+"""An FMU as a unit of a run. The FMU is exported and unpacked once, and called through fmpy.
 
-An output buffer of a member is a part of the values of the system. An input needs one copy. The functions of the binary
-are called without a wrapper. Final states can be hashed.
+The FMU writes its outputs directly into the values of the system, and each input is copied once. The functions of the
+binary are called without a wrapper. The final states can be hashed.
 
-The master cannot call some foreign FMUs directly: other types of variables, Model Exchange only, FMI 1.0. It calls
-these FMUs through the same three functions as any other FMU.
+The master cannot call a foreign FMU directly if it has other types of variables, supports only Model Exchange, or has
+FMI version 1.0. An adapter with the same three functions represents such an FMU.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def n_states(graph: Graph) -> int:
 def n_saved(graph: Graph) -> int:
     """Return the number of values of a saved state of the core.
 
-    These are the last step, the states, and other values that a run changes.
+    The values are the last step, the states, and all other values that change during a run.
     """
     return len(graph.executor().state)
 
@@ -47,7 +47,7 @@ def n_saved(graph: Graph) -> int:
 def state_hash(graph: Graph, saved: Array, skip: int = 0) -> str:
     """Return the hash of the states of a graph in a `saved` state (n,) of the core.
 
-    `skip` is the number of preceding states, which belong to other graphs.
+    `skip` is the number of preceding states that belong to other graphs.
     """
     return hashlib.sha256(saved[1 + skip : 1 + skip + n_states(graph)].tobytes()).hexdigest()[:16]
 
@@ -69,11 +69,11 @@ class FmuStore:
         self.close()
 
     def close(self) -> None:
-        """Remove everything."""
+        """Remove all exported and unpacked FMUs."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def get(self, graph: Graph, fmi: Literal[2, 3]) -> tuple[Path, Any]:
-        """Return folder and model description of the FMU of a graph. The FMU is exported on first use.
+        """Return the folder and the model description of the FMU of a graph, which is exported on first use.
 
         The FMU has no sample time, because the scenario controls its steps and divides them at discontinuities.
         """
@@ -116,7 +116,7 @@ def _size(values: C.Array[Any]) -> Any:
 
 
 def _not_ended(step: Callable[[], int], end: C.c_bool, early: C.c_bool) -> int:
-    """Make a step. An FMU that ended the simulation makes no further step."""
+    """Make a step, unless the FMU has ended the simulation."""
     status = step()
     return status if status > 1 or not (end.value or early.value) else _ERROR
 
@@ -165,11 +165,13 @@ class FmuMember(SteppedMember):
         vr_in = _references([reference[name] for name, _ in self.linked])
         vr_out = _references([reference[name] for name, _ in self.read_back])
         y, forward = self._y, not self._rollback
-        # Called without the argument types that fmpy declares: the arguments are converted once, here (a third faster).
-        # Ours never wait and never call Python from another thread: the lock of the interpreter stays (a fifth faster).
+        # The functions are called without the argument types that fmpy declares. Converting the arguments once saves a
+        # third.
+        # Own FMUs never wait and never call Python from another thread, so the interpreter lock is kept (a fifth
+        # faster).
         dll = self._fmu.dll if isinstance(part.graph, Foreign) else C.PyDLL(None, handle=self._fmu.dll._handle)
         instance = C.c_void_p.from_param(self._fmu.component)
-        # a step that is never cut is converted once, as all else
+        # the length of a step that is never divided is converted only once
         h = self._h if part.any_step else C.c_double.from_param(self._h.value)
         u, n_u, n_y = C.byref(self._u), _size(self._u), _size(y)
         inputs, outputs = (C.byref(vr_in), _size(vr_in)), (C.byref(vr_out), _size(vr_out))
@@ -195,7 +197,7 @@ class FmuMember(SteppedMember):
         self._call(part, put, do, get)
 
     def _apply(self, foreign: Foreign) -> None:
-        """Set the parameters of the FMU to the values in the scenario; structural parameters in Configuration Mode."""
+        """Set the parameters of the FMU to the values in the scenario (structural ones in Configuration Mode)."""
         variables = {v.name: v for v in foreign.description.modelVariables}
         groups: dict[bool, dict[str, Any]] = {True: {}, False: {}}
         for name, value in foreign.settings.items():
@@ -255,7 +257,7 @@ class FmuMember(SteppedMember):
         self.take()
 
     def tangent(self, du: list[float]) -> list[float] | None:
-        """Return the tangent of the outputs along `du` (inputs of `sources`) after a step; None if it is not finite."""
+        """Return the tangent of the outputs after a step along the change `du` of inputs, or None if not finite."""
         assert self._tangent is not None
         for k, v in enumerate(du):
             self._du[k] = v
@@ -278,7 +280,7 @@ class FmuMember(SteppedMember):
         assert not isinstance(self._graph, Foreign)
         self.save()
         serialize = self._fmu.serializeFMUstate if self._fmi == 2 else self._fmu.serializeFMUState
-        # the bytes of ours end with the state of the core
+        # the serialised state of an own FMU ends with the state of the core
         state = np.frombuffer(serialize(self._state)[-8 * n_saved(self._graph) :])
         return state_hash(self._graph, state)
 
@@ -302,14 +304,14 @@ def fmu_member(
     store: FmuStore | None,
     clock: C.c_double,
 ) -> SteppedMember:
-    """Return the member for an FMU. The master calls the FMU directly if possible."""
+    """Return the object through which the master calls an FMU, directly if possible."""
     if isinstance(part.graph, Foreign) and not part.graph.direct:
         return AdaptedMember(system, part, part.graph, sources, values, clock)
     return FmuMember(system, part, sources, values, store, clock)
 
 
 class AdaptedMember(SteppedMember):
-    """A foreign FMU whose variables are set and read one by one, by their types."""
+    """A foreign FMU whose variables are set and read one by one, according to their types."""
 
     def __init__(
         self,
@@ -345,10 +347,10 @@ class AdaptedMember(SteppedMember):
         return [(self._variables[name], len(names)) for name, names in wanted]
 
     def _status(self, call: Callable[[], object]) -> int:
-        """Make a call. A finding becomes the last message of the FMU."""
+        """Call a function of the FMU and return its status. An exception becomes the last message of the FMU."""
         try:
             call()
-        except Exception as e:  # nothing may escape into the master in C
+        except Exception as e:  # no exception may reach the master in C
             self._said.append(str(e) if isinstance(e, Finding) else f"{type(e).__name__}: {e}")
             return _ERROR
         return 0
@@ -421,7 +423,8 @@ class AdaptedMember(SteppedMember):
             return self._status(lambda: self._unit.restore(self._states[state]))
 
         kinds: list[tuple[Any, Any]] = [(_SET, put), (_STEP, step), (_SET, get), (_SAVE, save), (_RESTORE, restore)]
-        self._callbacks = [kind(function) for kind, function in kinds]  # they live as long as the member
+        # the callbacks must exist as long as this object
+        self._callbacks = [kind(function) for kind, function in kinds]
         functions = [C.cast(f, C.c_void_p).value for f in self._callbacks]
         vr_in, vr_out = ((C.c_uint32 * size)() for size in (len(self._u), n))
         return Calls(

@@ -1,7 +1,7 @@
-"""Common parts of the FMUs in a run: sources of inputs, substeps, first-order hold, order of calls.
+"""Common parts of all FMUs in a run: connections to inputs, substeps, first-order hold, order of calls.
 
-The hold is a line through the last two values of a source. The line interpolates if the source precedes the reader in
-the order, and extrapolates if the source follows the reader.
+The first-order hold is a straight line through the last two values of a source. The line interpolates if the source
+precedes the reader in the order. It extrapolates if the source follows the reader.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ def weights(system: System, links: Sequence[Link]) -> list[float]:
 
     The position is 1 at the end of the step and 0 at its start.
 
-    If a source steps more often and follows in the order, its value is old by one step of the source.
+    If a source has a shorter step and follows the reader in the order, its value is one step of the source old.
     """
     late = [system.maker(link).period / system.parts[link.to].period for link in links]
     return [1.0 if system.fresh(link) else 1.0 - part for link, part in zip(links, late, strict=True)]
 
 
 class Lines:
-    """The first-order hold of one unit, which reads the values at `sources`. `ahead` is the result of `weights`."""
+    """First-order hold of the inputs of a unit. `sources` contains the connected values; `ahead` is from `weights`."""
 
     def __init__(
         self, sources: Sequence[int], ahead: Sequence[float], substeps: int, values: C.Array[C.c_double]
@@ -39,7 +39,7 @@ class Lines:
         self._sources, self._ahead, self._substeps, self._values = sources, ahead, substeps, values
 
     def begin(self) -> None:
-        """Begin with constant lines at the first outputs."""
+        """Start the lines as constants with the first outputs."""
         self._now = self._before = [self._values[j] for j in self._sources]
         self._anew = False
 
@@ -48,28 +48,28 @@ class Lines:
         self._anew = True
 
     def save(self) -> None:
-        """Save the present lines."""
+        """Save the present lines, for `restore`."""
         self._saved = self._now, self._before, self._anew
 
     def restore(self) -> None:
-        """Restore the lines that were saved last."""
+        """Restore the lines of the last `save`."""
         self._now, self._before, self._anew = self._saved
 
     def take(self) -> None:
-        """Read the newest values of the sources."""
+        """Move the lines to the newest values of the sources."""
         now = [self._values[j] for j in self._sources]
         self._before, self._now = now if self._anew else self._now, now
         self._anew = False
 
     def at(self, i: int) -> list[float]:
-        """Return the inputs of substep i, at its end."""
+        """Return the inputs at the end of substep i."""
         end = (i + 1) / self._substeps
         both = zip(self._now, self._before, self._ahead, strict=True)
         return [now + (now - before) * (end - ahead) for now, before, ahead in both]
 
 
 class Member(Protocol):
-    """Interface of a unit for the master. The unit reads and writes the values of the system."""
+    """Interface of a unit for the master. The unit gets its inputs from, and writes its outputs to, the values."""
 
     period: int
     """Number of fine steps between two calls."""
@@ -91,13 +91,13 @@ class Member(Protocol):
         """Begin the run, after all units are initialised."""
 
     def stretch(self, h: float | None) -> None:
-        """Set the length of the following steps (s); None restores the nominal step."""
+        """Set the length of the following steps (s). None restores the nominal step."""
 
     def copy(self) -> None:
         """Copy the inputs from the values of the system."""
 
     def advance(self) -> None:
-        """Make one step from the time of its clock."""
+        """Make one step from the present time of the unit."""
 
     def take(self) -> None:
         """Copy the outputs to the values of the system."""
@@ -113,9 +113,9 @@ class Member(Protocol):
 
 
 def whole_turn(member: Member) -> int:
-    """Set inputs, step and get outputs in one call, for units that are more than calls of a binary.
+    """Set the inputs, make a step and get the outputs, for a unit that does not only call a binary.
 
-    A failure is raised.
+    An exception is raised if a call fails.
     """
     member.copy()
     member.advance()
@@ -127,7 +127,7 @@ Slot = tuple[str, tuple[str, ...]]
 
 
 def slots(port: Port | ForeignPort, fmi: int) -> list[Slot]:
-    """The variables of an FMU that are ports, each with the names of its elements."""
+    """Return the variables of an FMU that are ports, each with the names of its elements."""
     return [(port.name, port.scalar_names)] if fmi == 3 else [(n, (n,)) for n in port.scalar_names]
 
 
@@ -141,10 +141,10 @@ def _nothing() -> int:
 
 @dataclass(frozen=True)
 class Calls:
-    """Function pointers of an FMU: set, step, get, and if needed save, restore and tangent.
+    """Function pointers of an FMU: set, step and get; if the engine needs them, save, restore and tangent.
 
-    `source` contains, for every element of the inputs, the index of the value that this element reads. With -1 the
-    element keeps the value in `inputs`.
+    `source` contains one index for every element of the inputs: the index of the connected value, or -1. With -1, the
+    element has the constant value in `inputs`.
     """
 
     fmi3: bool
@@ -159,7 +159,7 @@ class Calls:
 
 
 class SteppedMember(ABC):
-    """An FMU with its inputs and outputs; a subclass defines the calls.
+    """An FMU with its inputs and outputs. A subclass defines the calls of the FMU.
 
     `y` is the part of the values of the system for the outputs of the FMU. `linked` contains the inputs that are set in
     every step. `fixed` contains the inputs that are set once.
@@ -178,9 +178,9 @@ class SteppedMember(ABC):
         self.any_step, self._length = part.any_step, system.length(part)
         self._h = C.c_double(self._length / part.substeps)
         self._fmi, self._t = fmi, clock
-        self._said: list[str] = []  # what the FMU logs belongs into the verdict, not onto the terminal
-        # What is connected is set in every step, what is constant once.  FMI 3.0 has arrays: one reference for all the
-        # elements, set as a whole; their values lie side by side as ours do.
+        self._said: list[str] = []  # log messages of the FMU, which the verdict shows instead of the terminal
+        # Connected inputs are set in every step, constant inputs once. An array of FMI 3.0 has one reference for all
+        # # elements and is set as a whole; its values are contiguous, as in the values of the system.
         ports = {k: [p for p in part.graph.ports if p.kind == k] for k in ("input", "output")}
         source = {part.inputs[i]: j for i, j in sources}
         inputs = [slot for p in ports["input"] for slot in slots(p, fmi)]
@@ -195,14 +195,15 @@ class SteppedMember(ABC):
         self._lines: Lines | None = None
         if part.hold == "first":
             self._lines = Lines(places, weights(system, [links[j] for j in places]), part.substeps, values)
-        elif len(read) == 1:  # reads the output of its source where it stands
+        elif len(read) == 1:  # this input uses the output buffer of its source without a copy
             self._u, self._copies = _window(values, source[read[0]], 1), []
         self._y = _window(values, part.first, len(part.outputs))
         self.sources = [source.get(n, -1) for n in read]
-        self._rollback = system.case.coupling.scheme == "iterative"  # states before the present point are restored
+        # iterative coupling restores the states before the present point
+        self._rollback = system.case.coupling.scheme == "iterative"
 
     def _call(self, part: Part, put: Callable[[], int], do: Callable[[], int], get: Callable[[], int]) -> None:
-        """Register the calls that set the inputs, make a step and get the outputs. A status above 1 is a failure."""
+        """Store the calls that set the inputs, make a step and get the outputs. A status above 1 is a failure."""
         self._put, self._do = put if len(self._u) else _nothing, do
         self._get = get if part.outputs else _nothing
         self.turn: Sequence[Callable[[], int]] = [partial(whole_turn, self)]
@@ -236,7 +237,7 @@ class SteppedMember(ABC):
             raise self.stopped()
 
     def advance(self) -> None:
-        begin = self._t.value  # the clock is that of all units with this period
+        begin = self._t.value  # all units with this period share this time
         for i in range(self._substeps):
             if self._lines is not None:
                 for (k, _), value in zip(self._copies, self._lines.at(i), strict=True):

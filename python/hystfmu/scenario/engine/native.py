@@ -1,7 +1,8 @@
-"""Run a whole case in the C core by the master loop of `fmu_build/master`, without calls of Python in a step.
+"""Simulate a whole case in the C core, by the master loop of `fmu_build/master`, without Python in a step.
 
-With Gauss-Seidel coupling, neighbours in the order with the same rate become one graph. With other couplings, every
-unit is a graph. The interpreter lock is released during a run, so that threads can run cases in parallel.
+With Gauss-Seidel coupling, units that are neighbours in the order and have the same rate are joined to one graph. With
+other couplings, every unit is a separate graph. The interpreter lock is released during a run, so that threads can run
+cases in parallel.
 
 The units of the master in C are graphs of the core, and foreign FMUs with their function pointers.
 """
@@ -69,7 +70,7 @@ class Unit(C.Structure):
 
 
 class GraphUnit:
-    """Units in one graph, with the calls, and the indices of inputs and outputs."""
+    """Units that are joined to one graph, with the indices of inputs and outputs."""
 
     def __init__(self, system: System, parts: tuple[int, ...]) -> None:
         first = system.parts[parts[0]]
@@ -125,7 +126,7 @@ class GraphUnit:
             saved=saved.ctypes.data,
         )
         if self._has_tangent:
-            room = np.empty(4 * len(saved))  # a state holds inputs and continuous states
+            room = np.empty(4 * len(saved))  # a saved state also contains inputs and continuous states
             unit.seeds = room.ctypes.data
             keep.append(room)
         if self._hold == "first":
@@ -141,18 +142,18 @@ class GraphUnit:
         return found
 
     def forget(self, unit: Unit) -> None:
-        """Free nothing after a run."""
+        """Do nothing after a run, because the next run uses the same graph."""
 
     def why(self) -> str:
         """Last error of the core."""
         return self.executor.error()
 
     def close(self) -> None:
-        """Free nothing, because the next run uses the same graph."""
+        """Do nothing, because the next run uses the same graph."""
 
 
 def _straight(unit: Unit, source: list[int], ahead: list[float], values: C.Array[C.c_double]) -> list[Array]:
-    """Set inputs on straight lines for a unit. The lines start with the present values.
+    """Set the first-order hold of the inputs of a unit in C. The lines start with the present values.
 
     Return the arrays that must exist during the run.
     """
@@ -163,7 +164,7 @@ def _straight(unit: Unit, source: list[int], ahead: list[float], values: C.Array
 
 
 class ForeignUnit:
-    """A foreign FMU. fmpy makes and initialises a new instance; the master calls the functions of this instance."""
+    """A foreign FMU. fmpy creates and initialises an instance, whose functions the master in C calls."""
 
     def __init__(self, system: System, part: int, values: C.Array[C.c_double]) -> None:
         p = system.parts[part]
@@ -272,10 +273,10 @@ def _run() -> Any:
 
 
 class Native:
-    """A case that can run in C any number of times. It records the outputs `columns`, by default all outputs.
+    """A case that can be simulated in C any number of times, with the recorded outputs `columns` (default: all).
 
-    `cut` separates units whose steps can be divided from the other units. By default it is True if a run has divided
-    steps.
+    If `cut` is True, units whose steps can be divided and other units are in separate graphs. The default is True if a
+    run has divided steps.
     """
 
     def __init__(self, system: System, columns: Sequence[str] | None = None, cut: bool = False) -> None:
@@ -312,7 +313,7 @@ class Native:
                 new = [float(value)] * len(now)
             elif isinstance(value, str) and value.startswith("*"):
                 new = [v * float(value[1:]) for v in now]
-            else:  # a word or a list
+            else:  # the value is the name of a choice, or a list
                 unit, name = split_end(key, "set")
                 new = changed(self._graphs[unit], name, value)[2]
             for k, v in enumerate(new):
@@ -327,7 +328,7 @@ class Native:
         return False
 
     def _slot(self, key: str) -> tuple[Executor, int, list[float]]:
-        """Return executor, reference of the first element, and values in the scenario for a parameter."""
+        """Return the executor of a parameter, the reference of its first element, and its values in the scenario."""
         if key not in self._slots:
             unit, name = split_end(key, "set")
             if unit not in self._graphs:
@@ -346,11 +347,11 @@ class Native:
         return np.array([member.executor.get(first + k) for k in range(node.sizes[name])])
 
     def run(self) -> Trace:
-        """Return the chunks of a run in one piece."""
+        """Return the whole run as one trace."""
         return Trace.joined(self.chunks(), self._system.n_steps + 1)
 
     def chunks(self) -> Iterator[Trace]:
-        """Run from t = 0 to the end in chunks of rows. An InputError is raised if there are too many events."""
+        """Simulate from t = 0 to the end, and yield chunks of rows. Too many events raise an InputError."""
         system = self._system
         cut = cuts(system, self._present)
         if len(cut[0]) and not self._cut:

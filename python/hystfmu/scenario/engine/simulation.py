@@ -1,11 +1,12 @@
-"""Run a case in this process, or in a child process with limits of time and memory if it has foreign FMUs.
+"""Simulate a case. A case with foreign FMUs runs in a child process with limits of time and memory.
 
-A child may crash or hang without harm. Its results are returned in two files of known format, which are untrusted.
-Nothing that it writes is unpickled.
+The child process may crash or hang without harm to this process. It returns the results in two files of a known format.
+These files are untrusted, so they are never unpickled.
 
-The engines are the master loop over FMUs by fmpy, which is the reference, and the whole loop in the C core. They use
-the same grid, the same coupling and the same values. Therefore their results have the same bits. The matrix of Newton's
-method and its updates are the same as in `fmu_build/master/newton.c`. Tangents pass through the units as in `master.c`.
+There are two engines. The engine "fmpy" is the reference: a master loop in Python calls FMUs through fmpy. The engine
+"native" runs the whole loop in the C core. Both engines use the same time grid, coupling and values, so their results
+are bit-identical. The matrix of Newton's method and its updates are the same as in `fmu_build/master/newton.c`.
+Tangents pass through the units as in `master.c`.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ from hystfmu.scenario.system.system import System
 
 
 class Newton:
-    """Newton's method for the guess in one step of the units that are due.
+    """Newton's method for the coupled inputs (the guess) in one step of all units that make a step.
 
     `values` contains all values of the system.
     """
@@ -50,7 +51,7 @@ class Newton:
         n = len(self._early)
         loops = {system.parts[k].name for k in system.loops()}
         width = {p.name: (p.first, len(p.outputs)) for p in system.parts}
-        # whoever is in a loop has tangents, or there would be no Newton: an adapted FMU is never asked
+        # Newton is used only if all units in loops have tangents, so an adapted FMU is never called here
         inside = [m if isinstance(m, FmuMember) and m.name in loops else None for m in due]
         own = [slice(width[m.name][0], sum(width[m.name])) for m in due]
         self._due = list(zip(due, inside, own, strict=True))
@@ -60,14 +61,14 @@ class Newton:
         self._lib, self._n = library(), C.c_int64(n)
 
     def start(self, begin: Array, guess: Array) -> bool:
-        """Factor the matrix after the first sweep from `begin` with `guess`.
+        """Compute and factor the Jacobian matrix after the first sweep, which started from `begin` with `guess`.
 
-        Return False if a tangent is not finite or the loop gain is one.
+        Return False if a tangent is not finite or the matrix is singular (loop gain of one).
         """
         for c, steps in enumerate(self._steps):
             d, read = np.zeros_like(self._values), begin.copy()
             read[self._early] = guess
-            d[self._early[c]] = float(steps)  # a unit that is not due holds its outputs
+            d[self._early[c]] = float(steps)  # the outputs of a unit that makes no step are constant
             for m, inside, own in self._due:
                 if not self._follow(m, inside, own, begin, read, d):
                     return False
@@ -92,7 +93,7 @@ class Newton:
         return True
 
     def step(self, residual: Array) -> Array:
-        """Return the change of the guess."""
+        """Return the Newton step: the change of the guess."""
         self._lib.newton_step(self._n, _at(self._H), _at(residual), _at(self._change))
         return self._change
 
@@ -110,7 +111,7 @@ ENGINES: tuple[Engine, ...] = get_args(Engine)
 
 
 def chunks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Iterator[Trace]:
-    """Run a case, including foreign FMUs, in this process in chunks of rows. The default store is temporary.
+    """Simulate a case in this process, including foreign FMUs, and yield chunks of rows.
 
     Stopped is raised if a unit refuses an input or a step, or if the sweeps of an iterative coupling do not converge.
     """
@@ -149,7 +150,7 @@ def _loop(
 ) -> Iterator[Trace]:
     width = system.n_values
     now = np.ctypeslib.as_array(values)[:width]
-    # copied as bytes: a row of numpy costs three times as much
+    # the row is copied as bytes, because a copy by numpy takes three times as long
     n_bytes = 8 * width
     new = memoryview(values).cast("B")[:n_bytes]
     for m in members:
@@ -200,19 +201,20 @@ def _loop(
             row = int(np.argwhere(~np.isfinite(record).all(axis=1))[0][0])
             raise Stopped(f"values that are not finite at t = {t[lead + row]:g} s")
         is_last = last > system.n_steps
-        hashed = members if system.case.final_states and is_last else ()  # without foreign FMUs: `plan` refuses them
+        # no foreign FMU is in this list, because `plan` refuses this combination
+        hashed = members if system.case.final_states and is_last else ()
         hashes = {m.name: m.state_hash() for m in hashed if isinstance(m, FmuMember)}
         yield Trace(times[lead:], record, system.columns, system.case.ripple, hashes, first, replace(sweeps))
         sweeps.all = sweeps.most = sweeps.steps = 0
 
 
 def _coupling(system: System, values: Array, sweeps: Sweeps) -> Callable[[Sequence[Member]], Callable[[float], None]]:
-    """Return a function that advances the units that are due by one fine step, which ends at the given time."""
+    """Return a function that advances the system by one fine step, which ends at the given time."""
     spec = system.case.coupling
     early = system.early()
 
     def gauss_seidel(due: Sequence[Member]) -> Callable[[float], None]:
-        # one flat list: the calls of the FMUs cost more than a microsecond, and so would the way to them
+        # one flat list of calls, because the overhead of nested objects would be as long as a call (a microsecond)
         owner = {id(call): m for m in due for call in m.turn}
         calls = [call for m in due for call in m.turn]
 
@@ -274,7 +276,7 @@ def _relaxation(last: float, before: Array, now: Array) -> float:
     """Return the factor of the residual in the next guess: Aitken's relaxation of a vector (Irons & Tuck 1969).
 
     For one value this is the secant method, which converges for any loop gain except one. The order of the sums is
-    fixed, so that the C core gives the same bits.
+    fixed, so that the result of the C core is bit-identical.
     """
     along = square = 0.0
     for a, b in zip(before.tolist(), now.tolist(), strict=True):
@@ -284,7 +286,7 @@ def _relaxation(last: float, before: Array, now: Array) -> float:
     return -last * along / square if square > 0 else last
 
 
-MOST_ENDED, MOST_WORDS = 2**16, 1000  # bytes, characters
+MOST_ENDED, MOST_WORDS = 2**16, 1000  # limits of the result file (bytes) and of a message (characters)
 TASK, ENDED, VALUES = "task", "ended.json", "values"
 _PROGRAM = f"import sys; from {__name__} import main; main(sys.argv[1])"
 Work = Callable[[Any, IO[bytes]], dict[str, Any]]
@@ -297,13 +299,13 @@ def silent(fraction: float) -> None:
 
 @dataclass(frozen=True)
 class Run:
-    """Options of a run of cases.
+    """Options for the simulation of cases.
 
     Attributes
     ----------
     engine : {"fmpy", "native"}
-        "fmpy" simulates FMUs of the units (the reference). "native" runs the whole loop in the C core. Both engines
-        give the same bits.
+        "fmpy" simulates the FMUs of the units with fmpy (reference implementation). "native" runs the whole loop in the
+        C core. Their results are bit-identical.
     coupling : {"gauss_seidel", "jacobi", "iterative"}, optional
         Coupling scheme for all cases; it replaces the schemes of the cases.
     seconds, gigabytes : float
@@ -312,7 +314,7 @@ class Run:
         Whether the child process runs without network and with write access to a private folder only, if the system
         supports this.
     progress : function
-        Called with the ``fraction`` done, 0..1.
+        Function that is called with the completed fraction of the work, 0 to 1.
     """
 
     engine: Engine = "fmpy"
@@ -324,7 +326,7 @@ class Run:
 
 
 def chunks(system: System, run: Run, store: FmuStore | None = None) -> Iterator[Trace]:
-    """Run a case in chunks of consecutive rows. The memory does not grow with the length of the case.
+    """Simulate a case, and yield chunks of consecutive rows. The memory does not grow with the number of rows.
 
     Parameters
     ----------
@@ -347,14 +349,14 @@ def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = N
 
 # ---- in a child process ---------------------------------------------------------------------------------------------
 def one_line(words: object) -> str:
-    """Return a message of foreign code as a line of bounded length."""
+    """Return a message of foreign code as one line of limited length."""
     return " ".join(str(words).split())[:MOST_WORDS]
 
 
 def box_of(systems: Sequence[System], folder: str) -> Box:
     """Return the files that the foreign FMUs of these cases may use.
 
-    These are their unpacked archives, and a folder for written files.
+    The files are the unpacked archives, and a folder in which the FMUs may write.
     """
     return Box.of(folder, *(p.graph.folder for s in systems for p in s.foreign if isinstance(p.graph, Foreign)))
 
@@ -363,11 +365,11 @@ def box_of(systems: Sequence[System], folder: str) -> Box:
 def child(
     work: Work, task: object, run: Run, foreign: Sequence[Foreign], names: str
 ) -> Iterator[tuple[dict[str, Any], IO[bytes]]]:
-    """Do work in a child process. Yield the results at its end, and the file with its values.
+    """Call a function in a child process. At its end, yield the results and the file with the values.
 
-    The work is a function of a module of this package. It reads the folders of the `foreign` FMUs; messages use `names`
-    for them. Stopped is raised if the work stops, fails or has no valid result, or if the child dies or exceeds a
-    limit.
+    The function (`work`) is from a module of this package. It may read the folders of the `foreign` FMUs. Messages
+    replace the paths of these folders by `names`. Stopped is raised if the function stops, fails or has no valid
+    result, or if the child process dies or exceeds a limit.
     """
     with tempfile.TemporaryDirectory(prefix="hystfmu-foreign-") as folder:
         (Path(folder) / TASK).write_bytes(pickle.dumps((work, task, run.gigabytes)))
@@ -389,8 +391,9 @@ def child(
 
 
 def main(folder: str) -> None:
-    """Do the work in the child process, and write the result into the folder."""
-    work, task, gigabytes = pickle.loads((Path(folder) / TASK).read_bytes())  # our own parent wrote it
+    """Call the function in the child process, and write the result into the folder."""
+    # the parent process wrote this file, so it is trusted
+    work, task, gigabytes = pickle.loads((Path(folder) / TASK).read_bytes())
     limit_memory(gigabytes)
     ended: dict[str, Any] = {"stopped": None, "status": "stopped"}
     try:
@@ -398,7 +401,7 @@ def main(folder: str) -> None:
             ended |= work(task, f)
     except MemoryError:
         ended |= {"stopped": f"needs more than {gigabytes:g} GB of memory", "status": "memory"}
-    except Exception as e:  # fmpy raises many kinds when a foreign FMU misbehaves
+    except Exception as e:  # fmpy raises many kinds of exceptions for a faulty foreign FMU
         ended["stopped"] = one_line(str(e) if isinstance(e, Finding | Stopped) else f"{type(e).__name__}: {e}")
     (Path(folder) / ENDED).write_text(json.dumps(ended))
 
@@ -412,7 +415,7 @@ def _case(task: tuple[System, Engine], file: IO[bytes]) -> dict[str, Any]:
 
 
 def chunks_isolated(system: System, run: Run) -> Iterator[Trace]:
-    """Run in a child process, and return the chunks after the run ended without failure; for errors see `simulate`."""
+    """Simulate a case in a child process, and yield the chunks after the end of the run. Errors: see `simulate`."""
     foreign = [p.graph for p in system.foreign if isinstance(p.graph, Foreign)]
     names = ", ".join(p.name for p in system.foreign)
     with child(_case, (system, run.engine), run, foreign, names) as (ended, f):

@@ -1,1 +1,1 @@
-"""Linearised loop of a case: dynamics of the plant, slopes along the path, and delays by simulation."""
+"""Linearised loop of a case: dynamics of the plant, incremental gains along the path, delay margins by simulation."""

@@ -1,8 +1,9 @@
-"""An opened loop: its response, poles and margins for any slope and delay.
+"""Open loop of a case: frequency response, poles and margins for any incremental gain and delay.
 
-The loop is L(z) = -slope K(z) G(z). K is the exact tangent of all units except the plant. G is the dynamics of the
-plant with static gain 1. G is exact for a held or ramped command with any delay, including fractions of a step. For a
-memory of one period, K contains its frequency response.
+The open loop is L(z) = -slope K(z) G(z). The factor `slope` is the incremental gain of inverse and plant in series. K
+is the exact tangent of all units except the plant. G is the dynamics of the plant with static gain 1. G is exact for a
+command that is constant or a ramp in each step, with any delay, including fractions of a step. A memory of one period
+is represented in K by its frequency response.
 """
 
 from __future__ import annotations
@@ -23,44 +24,45 @@ from hystfmu.design.repetitive import PeriodMemory
 from hystfmu.scenario.loop.plant import PlantSide, held, slopes_of
 from hystfmu.scenario.system.system import Link, System
 
-DELAYS = (0.0, 0.5, 1.0, 2.0)  # steps beyond those of the case
-SLOPES = 7  # of the sector at which stability is checked
-DOUBLINGS = 64  # of the steps over which the noise of a loop adds up
-NO_SLOPE = 1e-3  # of the largest slope: a smaller one is none
+DELAYS = (0.0, 0.5, 1.0, 2.0)  # additional delays in steps, compared with the case
+SLOPES = 7  # number of incremental gains in the sector at which stability is tested
+DOUBLINGS = 64  # number of doublings of the time over which the noise in a loop accumulates
+NO_SLOPE = 1e-3  # an incremental gain below this fraction of the largest one counts as 0
 
 
 @dataclass(frozen=True)
 class OpenedLoop:
-    """The loop of a case, opened at the input of its plant or at a named signal.
+    """The loop of a case, opened at the input of the plant or at another signal.
 
-    The controller with the step h consists of all units except the plant. An output reads the input of the same step.
-    The first input of the controller is the output of the plant; the other inputs are the corrections of the memories.
-    The first output is the command; the other outputs are the errors of the memories. `slopes` contains the smallest
-    and the largest local slope of plant and inverse along the path of the case. `hysteresis` contains the names of the
+    The controller with the step h consists of all units except the plant. Its outputs depend on the inputs of the same
+    step. The first input of the controller is the output of the plant. The other inputs are the corrections of period
+    memories. The first output is the command. The other outputs are the errors of period memories. `slopes` contains
+    the smallest and the largest incremental gain along the path of the case. `hysteresis` contains the names of the
     models of plant and inverse. `at` is the signal at which the loop is opened, by default the input of the plant.
     """
 
     system: System
-    controller: StateSpace  # of n states and q signals
+    controller: StateSpace  # state space of the controller
     plant: StateSpace  # continuous dynamics with static gain 1; time in s
-    h: float  # s
+    h: float  # step (s)
     slopes: tuple[float, float]
     hysteresis: tuple[str, ...]
-    side: PlantSide  # units at the rate of the plant; their delay is that of the case
-    memories: tuple[PeriodMemory, ...] = ()  # learning or repetitive control, at most one
+    side: PlantSide  # units at the rate of the plant, with the delay of the case
+    memories: tuple[PeriodMemory, ...] = ()  # memory of learning or repetitive control, at most one
     at: str = ""
-    broken: StateSpace | None = None  # controller opened there, with a second input and a second output
-    falling: bool = False  # the gain of the loop decreases with the amplitude; the margins hold for the largest gain
-    inverted: bool = True  # the loop contains an inverse
+    broken: StateSpace | None = None  # controller opened at the signal `at`, with a second input and a second output
+    # True if the loop gain decreases with the amplitude; the margins are those for the largest gain
+    falling: bool = False
+    inverted: bool = True  # True if the loop contains an inverse
     ramp: float = 0.0  # ramp time of a new command for the dynamics of the plant (s)
-    command: Link | None = None  # carries the command: into the inverse, or without one into the plant
+    command: Link | None = None  # connection of the command to the inverse, or to the plant if there is no inverse
 
     @functools.cached_property
     def nominal(self) -> float:
-        """Slope for which the margins hold. It is 1, unless the loop has no inverse and the plant never has this slope.
+        """Incremental gain for which the margins are computed. With an inverse it is 1.
 
-        In this case, the slope of the plant, for example in um/V, is a part of the loop gain, and the margins hold for
-        the largest slope.
+        Without an inverse, the slope of the plant, for example in um/V, is a part of the loop gain. If the plant never
+        has the slope 1, the largest slope is used.
         """
         if self.inverted:
             return 1.0
@@ -69,15 +71,15 @@ class OpenedLoop:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Key of the data that determine the margins. Equal loops have equal keys."""
+        """Key of all data that determine the margins. Loops with equal data have equal keys."""
         matrices = tuple((m.shape, m.tobytes()) for m in (*self.controller, *self.plant))
         laws = tuple((m.n, m.q.tobytes(), m.l.tobytes(), m.lifted) for m in self.memories)
         return self.h, self.ramp, self.hysteresis, f"{self.nominal:.3g}", self.side.delay, self.at, matrices, laws
 
     def open_loop(self, slope: float, delay: float) -> Any:
-        """Return L(z) at the input of the plant as a state space of python-control, for a slope of plant and inverse.
+        """Return L(z) at the input of the plant as a state space of python-control, for an incremental gain.
 
-        `delay` is the additional delay in steps, compared with the case.
+        `delay` is the additional delay compared with the case (steps).
         """
         control = python_control()
         A, B, C, D = self.controller
@@ -85,16 +87,16 @@ class OpenedLoop:
         return -slope * K * control.ss(*self.held(delay), self.h)
 
     def held(self, delay: float) -> StateSpace:
-        """Return G(z) for an additional delay in steps, compared with the case."""
+        """Return the state space of G(z) for an additional delay compared with the case (steps)."""
         return held(self.plant, self.h, self.side.delay + delay, self.ramp)
 
     def margins(self, slope: float | None = None, delay: float = 0.0) -> Margins:
-        """Return the margins for one slope, by default `nominal`, and an additional delay in steps."""
+        """Return the margins for one incremental gain (by default `nominal`) and an additional delay (steps)."""
         slope = self.nominal if slope is None else slope
         return margins_of(*self._resolved(slope, delay), self.h, lambda gain: self._stable_with(gain, slope, delay))
 
     def _stable_with(self, gain: float, slope: float, delay: float) -> bool:
-        """Return whether the loop is stable with a further gain at the opened signal."""
+        """Return whether the loop is stable with an additional gain at the opened signal."""
         if self.broken is None:
             return self.stable(gain * slope, delay)
         return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
@@ -103,12 +105,12 @@ class OpenedLoop:
         """Return the loop with a gain between the two sides of the opened signal."""
         assert self.broken is not None
         A, B, C, D = self.broken
-        order = [0, *range(2, len(D)), 1]  # the broken signal goes last
+        order = [0, *range(2, len(D)), 1]  # the opened signal is the last one
         system = A, B[:, order], C[order], D[np.ix_(order, order)]
         return replace(self, controller=close(system, (*NO_STATES, np.array([[gain]]))), broken=None, at="")
 
     def _resolved(self, slope: float, delay: float) -> tuple[Callable[[Array], Complex], Array, Complex]:
-        """Return L as a function of angles, a grid with angles around each narrow resonance, and L on this grid."""
+        """Return L as a function of angles, a grid that resolves each narrow resonance, and L on this grid."""
 
         def L(angles: Array) -> Complex:
             return self.response_at(angles, slope, delay)
@@ -121,7 +123,7 @@ class OpenedLoop:
         return L, np.insert(angles, at, more), np.insert(values, at, L(more))
 
     def poles(self, slope: float, delay: float) -> Complex:
-        """Return the poles of the open and of the closed loop, without memories."""
+        """Return the poles of the open loop and of the closed loop, without period memories."""
         closed = self._closed_from_plant(slope, delay)
         systems = [(self.broken or self.controller)[0], self.held(delay)[0], closed]
         return np.concatenate([np.linalg.eigvals(A) for A in systems])
@@ -155,23 +157,23 @@ class OpenedLoop:
         return on_grid(self.held(delay), self._period)[:, 0, 0]
 
     def _closed(self, angles: Array, K: Complex) -> Complex:
-        """Close the memories around the response of the controller."""
+        """Return the response of the controller including its period memories."""
         if not self.memories:
             return K
         R = self.memories[0].response(angles)[:, None, None]
         return np.asarray(K[:, :-1, :-1] + K[:, :-1, -1:] * R * K[:, -1:, :-1] / (1 - R * K[:, -1:, -1:]))
 
     def _broken(self, K: Complex, G: Complex, angles: Array) -> Complex:
-        """Return L from the responses of controller and plant."""
+        """Return L at the opened signal from the responses of controller and plant."""
         K = self._closed(angles, K)
         if self.broken is None:
             return np.asarray(-K[:, 0, 0] * G)
         return np.asarray(-(K[:, 1, 1] + K[:, 1, 0] * G * K[:, 0, 1] / (1 - K[:, 0, 0] * G)))
 
     def radius(self, slope: float, delay: float) -> float:
-        """Return the largest modulus of a pole of the closed loop. Below 1 the loop is stable.
+        """Return the largest modulus of a pole of the closed loop. The loop is stable if it is below 1.
 
-        With a memory of n steps, the bound factor^(1/n) represents the additional poles.
+        For a memory of n steps, the bound factor^(1/n) is used for the additional poles.
         """
         largest = float(np.abs(np.linalg.eigvals(self._closed_from_plant(slope, delay))).max())
         if not self.memories or largest >= 1:
@@ -179,7 +181,7 @@ class OpenedLoop:
         return max(largest, float(self.learning(slope, delay) ** (1 / self._period)))
 
     def stable(self, slope: float, delay: float) -> bool:
-        """Return whether the closed loop is stable."""
+        """Return whether the closed loop is stable for an incremental gain and a delay."""
         plain = replace(self, memories=())
         if plain.radius(slope, delay) >= 1:
             return False
@@ -188,11 +190,11 @@ class OpenedLoop:
         factor = self._factor(slope, delay)
         if np.abs(factor).max() < 1 or self.memories[0].lifted:
             return bool(np.abs(factor).max() < 1)
-        # 1 - z^-n factor is regular outside the unit circle: it winds around 0 as often as it has zeros there
+        # 1 - z^-n factor has no pole outside the unit circle, so its encirclements of 0 count its zeros there
         return _turns(1 - np.exp(-1j * self._period * self._angles) * factor) == 0
 
     def learning(self, slope: float | None = None, delay: float = 0.0) -> float:
-        """Return the largest modulus of Q - L T, the factor of the corrections per period; NaN without a memory."""
+        """Return the largest abs(Q - L T), the factor of corrections per period, or NaN without a memory."""
         slope = self.nominal if slope is None else slope
         return float(np.abs(self._factor(slope, delay)).max()) if self.memories else np.nan
 
@@ -203,8 +205,8 @@ class OpenedLoop:
     def learnt(self, angles: Array, slope: float | None = None, delay: float = 0.0) -> Complex:
         """Return the response at angles omega h from a correction to the reduction of the error, shape (m,).
 
-        The loop must have a memory; the response does not include it. With T this response, the memory multiplies
-        errors by abs(Q - L T) per period.
+        The loop must have a period memory, which the response T does not include. With the memory, errors are
+        multiplied by abs(Q - L T) in each period.
         """
         if not self.memories:
             raise InputError(f"{self.system.case.title}: The loop must have a memory of a period. Got none.")
@@ -213,7 +215,7 @@ class OpenedLoop:
         return -_error(response_of(self.controller, z), slope * response_of(self.held(delay), z)[:, 0, 0])
 
     def worst_peak_db(self, delay: float = 0.0) -> float:
-        """Return the largest peak of the sensitivity over the sector of slopes (dB); infinite if one is unstable."""
+        """Return the largest peak of the sensitivity over the sector (dB), or infinity for an unstable loop."""
         if not self.stable_at(delay):
             return np.inf
         return max(self._peak_db(float(slope), delay) for slope in np.linspace(*self.slopes, SLOPES))
@@ -223,17 +225,17 @@ class OpenedLoop:
         return float(-20 * np.log10(least(lambda a: np.abs(1 + L(a)), angles, np.abs(1 + values))))
 
     def stable_at(self, delay: float) -> bool:
-        """Return whether every slope of the sector is stable.
+        """Return whether the loop is stable for every incremental gain in the sector.
 
-        A slope of 0, for example of an inverse at its limit, opens the loop, and nothing grows. Therefore a slope close
-        to 0 is tested instead, at which a conditionally stable loop becomes unstable.
+        An incremental gain of 0, for example of an inverse at its limit, opens the loop, so that no signal grows.
+        Therefore a value close to 0 is tested instead. A conditionally stable loop is unstable at this value.
         """
         least = NO_SLOPE * max(map(abs, self.slopes))
         found = [float(s) if abs(s) >= least else least for s in np.linspace(*self.slopes, SLOPES)]
         return all(self.stable(slope, delay) for slope in found)
 
     def stable_to(self, delays: Sequence[float] = DELAYS) -> float:
-        """Return the largest of these delays up to which every slope of the sector is stable; NaN if there is none."""
+        """Return the largest of these delays up to which the whole sector is stable, or NaN if there is none."""
         found = np.nan
         for delay in sorted(delays):
             if not self.stable_at(delay):
@@ -242,7 +244,7 @@ class OpenedLoop:
         return float(found)
 
     def noise_gain(self, slope: float | None = None, delay: float = 0.0) -> float:
-        """Return the RMS of the command for white noise of RMS 1 at the sensor; infinite for an unstable loop."""
+        """Return the RMS of the command for white sensor noise of RMS 1, or infinity for an unstable loop."""
         slope = self.nominal if slope is None else slope
         if not self.stable(slope, delay):
             return np.inf
@@ -258,13 +260,13 @@ class OpenedLoop:
         return float(np.sqrt((out @ X @ out.T + D @ D.T)[0, 0])) if np.isfinite(X).all() else np.inf
 
     def _from_plant(self) -> StateSpace:
-        """Return the controller from the output of the plant to its input, without memories."""
+        """Return the controller from the output of the plant to the command, without period memories."""
         A, B, C, D = self.controller
         return A, B[:, :1], C[:1], D[:1, :1]
 
 
 def _error(K: Complex, G: Complex) -> Complex:
-    """Return the response from the correction of a memory to its error, in the loop of K and G without this memory."""
+    """Return the response from the correction of a memory to its error, in the closed loop without this memory."""
     return np.asarray(K[:, -1, -1] + K[:, -1, 0] * G * K[:, 0, -1] / (1 - K[:, 0, 0] * G))
 
 
@@ -276,7 +278,7 @@ def _covariance(M: Array, N: Array) -> Array:
             if not np.abs(P).max() > 1e-150:
                 return X
             X, P = X + P @ X @ P.T, P @ P
-    return np.full_like(X, np.inf)  # a pole that rounding alone keeps below 1
+    return np.full_like(X, np.inf)  # the modulus of a pole is below 1 only because of rounding
 
 
 def _turns(f: Complex) -> int:

@@ -1,12 +1,13 @@
-"""Open the loop of a case at the input of its plant or at a named signal.
+"""Open the loop of a case at the input of the plant or at another signal.
 
-The units of the loop are linear, except for the hysteresis of the plant and its inverse. The local slope of hysteresis
-and inverse in series is near 1 and depends on the path. A run of the case gives the sector of slopes.
+The units of the loop are linear, except for the hysteresis of the plant and its inverse. The incremental gain of
+inverse and hysteresis in series is near 1 and depends on the path. The sector of the incremental gain is computed from
+a simulation of the case.
 
-The opened loops of a scenario are compared with its limits, and each case has figures of its loop. The figures are
-computed once for all cases with the same loop. The sector of slopes needs another run, so only `hystfmu
-margins` computes it. A loop without an inverse needs this run for its gain. If the run is long, such a loop has no
-figures.
+The open loops of a scenario are compared with the limits in `[margins]`, and the margins of each case are reported.
+Margins are computed once for all cases with the same loop. The sector needs an additional simulation, so only `hystfmu
+margins` computes it. A loop without an inverse needs this simulation for its gain. If the simulation is long, no
+margins are reported for such a loop.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from hystfmu.scenario.system.system import Link, System, behind, build, fuse
 
 FALLING = ("sliding_mode", "super_twisting")  # blocks whose gain is largest for a small signal
 COMMAND = "variation_ratio"  # kind of a metric that compares commands
-LIMITED = "excess"  # output that is 0 within the limits of an amplifier
+LIMITED = "excess"  # output of a unit that is 0 while the command is inside the limits of an amplifier
 
 
 def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str = "") -> OpenedLoop:
@@ -50,11 +51,11 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
     Parameters
     ----------
     system : System
-        Case made ready to run.
+        The case, built by `build`.
     slopes : (float, float), optional
-        Sector of local slopes of plant and inverse. By default a run of the case determines the sector.
+        Sector of the incremental gain. By default it is computed from a simulation of the case.
     at : str
-        Signal `unit.output` at which the loop is opened, for all units that read it.
+        Signal `unit.output` at which the loop is opened, for all inputs that are connected to it.
 
     Raises
     ------
@@ -95,7 +96,7 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
     command = next(o for o in graph.outputs if o.name == out)
     measured = _measured(system, plant, graph)
     y = Input("y", tuple(end for i in measured for end in i.to))
-    rest = [i for i in graph.inputs if i not in measured]  # what the loop leaves open
+    rest = [i for i in graph.inputs if i not in measured]  # inputs that are not part of the loop
     controller = Graph(graph.nodes, graph.wires, [y, *rest], [Output("u", command.source)], sort=False)
     linear, ramp = dynamics(system, side, between)
     opened, memories = _linear(system, controller, 1)
@@ -124,7 +125,7 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
 
 
 def _linear(system: System, controller: Graph, ports: int) -> tuple[StateSpace, tuple[PeriodMemory, ...]]:
-    """Return the state space of a controller and its memories. Only the first inputs belong to the loop."""
+    """Return the state space of a controller, and its period memories. Only the first inputs belong to the loop."""
     where = system.case.title
     controller, memories = cut_memories(controller)
     if len(memories) > 1:
@@ -140,19 +141,19 @@ def _linear(system: System, controller: Graph, ports: int) -> tuple[StateSpace, 
 def _controllers(system: System, plant: int, around: Sequence[int], between: Mapping[int, set[str]]) -> Graph:
     """Return the units of the loop except the plant as one graph.
 
-    Hysteresis and quantisers become gains of 1. Dynamics that occur only in an inverse are kept.
+    Gains of 1 replace hysteresis and quantisers. Dynamics that occur only in an inverse are not replaced.
     """
     n = len(system.parts)
-    if system.case.ripple == 1:  # one rate: the order goes round, and the plant may stand anywhere
+    if system.case.ripple == 1:  # with one rate, the order is cyclic, and the plant may be at any position
         around = sorted(around, key=lambda k: (k - plant) % n)
     straight = [replace(p, graph=as_gain(p, between[k])) if k in between else p for k, p in enumerate(system.parts)]
     return for_small_signals(fuse(replace(system, parts=tuple(straight)), tuple(around))[0])
 
 
 def _measured(system: System, plant: int, graph: Graph) -> list[Input]:
-    """Return the inputs of the controllers that read the tracked output of the plant.
+    """Return the inputs of the controllers that are connected to the tracked output of the plant.
 
-    If another output of the plant depends on small signals, an InputError is raised.
+    An InputError is raised if another connected output of the plant also varies with small signals.
     """
     tracked = system.columns[_tracked(system)]
     found = []
@@ -170,7 +171,7 @@ def _measured(system: System, plant: int, graph: Graph) -> list[Input]:
 
 @dataclass(frozen=True)
 class _Content:
-    """A graph that equals any other graph with the same bytes."""
+    """A graph as key of a cache. Graphs with the same bytes are equal."""
 
     content: bytes
     graph: Graph = field(compare=False)
@@ -178,12 +179,12 @@ class _Content:
 
 @functools.lru_cache(maxsize=64)
 def _tangent(controller: _Content, h: float) -> StateSpace:
-    """Return the state space of a controller. It is computed once for all cases with this controller."""
+    """Return the state space of a controller, which is computed once for all cases with this controller."""
     return sampled(without_limits(controller.graph), h)
 
 
 def _break(controller: Graph, graph: Graph, at: str, units: Sequence[str], where: str) -> Graph:
-    """Open a controller at a signal. The units that read the signal now read a new input with the same delay."""
+    """Return a controller opened at a signal. A new input with the same delay drives the inputs behind the signal."""
     unit, _, output = at.partition(".")
     source = next((o.source for o in graph.outputs if unit in units and o.name == f"{unit}_{output}"), None)
     if source is None:
@@ -214,7 +215,7 @@ def _tracked(system: System) -> str:
 
 
 def _outputs(system: System, within: Sequence[int]) -> list[str]:
-    """Return the outputs of a loop that follow their own references from outside the loop."""
+    """Return the outputs of a loop that follow references from outside the loop."""
     names = {system.parts[k].name for k in within}
     found = {
         m.against.partition(".")[0]: m.signal
@@ -225,7 +226,7 @@ def _outputs(system: System, within: Sequence[int]) -> list[str]:
 
 
 def _plant(system: System) -> int:
-    """Return the unit with the tracked output."""
+    """Return the unit to which the tracked output belongs."""
     name = _tracked(system).partition(".")[0]
     return next(i for i, p in enumerate(system.parts) if p.name == name)
 
@@ -248,11 +249,11 @@ def _input_name(system: System, link: Link) -> str:
     return f"{part.name}_{part.inputs[link.input]}"
 
 
-MOST_STEPS = 100_000  # of a case without an inverse, which runs again for its slopes, all rows in memory
+MOST_STEPS = 100_000  # largest number of steps in the additional simulation for the gain of a loop without an inverse
 
 
 def loop_figures(system: System) -> LoopFigures | None:
-    """Return the figures of the loop of a case, opened at the input of its plant; None if it has no margins."""
+    """Return the margins of the loop of a case, opened at the input of the plant, or None if there are none."""
     try:
         opened = open_loop(system, (1.0, 1.0))
         if not opened.inverted and system.n_steps > MOST_STEPS:
@@ -264,7 +265,7 @@ def loop_figures(system: System) -> LoopFigures | None:
 
 @dataclass(frozen=True)
 class _Loop:
-    """A loop that equals any other loop with the same key."""
+    """An open loop as key of a cache. Loops with the same key are equal."""
 
     key: tuple[object, ...]
     opened: OpenedLoop = field(compare=False)
@@ -280,7 +281,7 @@ def _figures(loop: _Loop) -> LoopFigures:
 
 @dataclass(frozen=True)
 class LoopVerdict:
-    """Verdict on one limit of a loop, with the key `limit` of the scenario and the case or the corners of this limit.
+    """Verdict on one limit of a loop. `limit` is its key in the scenario file.
 
     `value` is the value of the loop, or None if the loop is unstable. `bound` is the required value. If `expected` is
     True, the scenario states that this loop is unstable.
@@ -316,9 +317,9 @@ class LoopVerdict:
 
 
 def opened_loops(scenario: Cases) -> dict[str, OpenedLoop | InputError]:
-    """Return the loop of each case, or the reason why the case has no loop.
+    """Return the open loop of each case, or the reason why a case has no loop.
 
-    No case runs if the scenario states the slopes.
+    If the scenario states the slopes (incremental gains), no case is simulated.
     """
     spec = scenario.spec.margins
     slopes = None if spec is None or spec.slopes is None else (spec.slopes[0], spec.slopes[1])
@@ -332,9 +333,9 @@ def opened_loops(scenario: Cases) -> dict[str, OpenedLoop | InputError]:
 
 
 def verdicts_of(scenario: Cases, opened: Mapping[str, OpenedLoop | InputError]) -> list[LoopVerdict]:
-    """Compare the loops of a scenario with its limits. For each case, the argument has a loop or the reason for none.
+    """Compare the open loops of a scenario with its limits. The argument is the result of `opened_loops`.
 
-    A limit for a case without a loop is an InputError.
+    An InputError is raised for a limit of a case without a loop.
     """
     spec = scenario.spec.margins
     if spec is None:
@@ -375,11 +376,11 @@ def verdicts_of(scenario: Cases, opened: Mapping[str, OpenedLoop | InputError]) 
 def stability_of(
     scenario: Cases, opened: Mapping[str, OpenedLoop | InputError], lost: Collection[str]
 ) -> list[LoopVerdict]:
-    """Return a verdict for each case whose loop is unstable at its own delay.
+    """Return a verdict for each case whose loop is unstable at the delay of the case.
 
-    The verdict is broken unless the scenario expects an unstable loop. `lost` contains the cases whose loop is unstable
-    for the nominal slope or for a slope along the path. If a case is expected to be unstable but is stable or does not
-    exist, an InputError is raised.
+    The limit is broken unless the scenario expects an unstable loop. `lost` contains the cases whose loop is unstable
+    for the nominal incremental gain or for one along the path. If a case is expected to be unstable but is stable or
+    does not exist, an InputError is raised.
     """
     name, expected = scenario.spec.name, scenario.spec.margins.expected_unstable if scenario.spec.margins else []
     known = {c.name for c in scenario.cases}

@@ -1,8 +1,8 @@
-"""The plant of a loop: units at its rate in series, their linear dynamics, and the slopes of plant and inverse.
+"""The plant of a loop: units in series, their linear dynamics, and the incremental gain of inverse and plant.
 
-The slopes represent all parts with memory, including dynamics that the inverse compensates, such as creep.
+The incremental gain represents all parts with memory, including dynamics that the inverse compensates, such as creep.
 
-`held` discretises the dynamics for a held, delayed command, also with a fractional delay or a ramp.
+The function `held` discretises the dynamics for a delayed command that is constant or a ramp in each step.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.system import Link, Part, System, behind
 
-TINY = 1e-9  # of a step: such a part of one is none
+TINY = 1e-9  # a fraction of a step below this value counts as 0
 
 
 def ramp_of(dynamics: Sequence[Node], step: float) -> float:
     """Return the ramp time of a new command for dynamics in series (s).
 
-    It is the step of the dynamics if their command rises on a ramp, otherwise 0.
+    The ramp time is the step of the dynamics if their command changes on a ramp, otherwise 0.
     """
     if not dynamics:
         return 0.0
@@ -42,7 +42,7 @@ def ramp_of(dynamics: Sequence[Node], step: float) -> float:
 
 
 def held(plant: StateSpace, h: float, delay: float, ramp: float = 0.0) -> StateSpace:
-    """Discretise dynamics exactly for a command that is held for a step h (s) and delayed by `delay` steps.
+    """Discretise dynamics exactly for a command that is constant over each step h (s) and delayed by `delay` steps.
 
     Source: Astrom & Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3, for a command that jumps.
 
@@ -53,20 +53,20 @@ def held(plant: StateSpace, h: float, delay: float, ramp: float = 0.0) -> StateS
     h : float
         Step (s).
     delay : float
-        Delay in steps; fractions are allowed.
+        Delay in steps, which may be a fraction.
     ramp : float
         Time (s), at most h, in which the command changes linearly from its last value to the new value.
 
     Returns
     -------
     (A, B, C, D), shapes (n + q, n + q), (n + q, 1), (1, n + q), (1, 1)
-        The states are the states of the plant, then the q delayed commands. Direct feed-through reads the command at
-        the end of a step. This is a past command, because the command of the same sample follows later.
+        The states are the states of the plant, then the q delayed commands. Direct feed-through uses the command at the
+        end of a step. This is a past command, because the command of the same sample is computed later.
 
     Raises
     ------
     InputError
-        A value overflows in a step.
+        The response overflows within a step.
     """
     return _held(tuple((m.shape, np.ascontiguousarray(m).tobytes()) for m in plant), h, delay, ramp)
 
@@ -76,7 +76,8 @@ def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: f
     A, B, C, D = (np.frombuffer(data).reshape(shape) for shape, data in content)
     whole = int(np.floor(delay + TINY))
     part = delay - whole if delay - whole > TINY else 0.0
-    # of u(k - whole), u(k - whole - 1), u(k - whole - 2): what they add to the states, and their share at the end
+    # effect of u(k - whole), u(k - whole - 1) and u(k - whole - 2) on the states, and their weights at the end of the
+    # step
     free, weights, end = np.eye(len(A)), np.zeros((len(A), 3)), np.zeros(3)
     for length, first, last in _lines(part, ramp / h):
         through, jump, line = _over(A, B, length * h)
@@ -87,7 +88,7 @@ def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: f
     past = max(whole + int(used), whole + 1 + int(np.flatnonzero(through_now)[-1]) if D.any() else 0)
     M, N = np.zeros((n + past, n + past)), np.zeros((n + past, 1))
     M[:n, :n] = free
-    for j, w in zip(range(whole, past + 1), weights.T, strict=False):  # of u(k - j)
+    for j, w in zip(range(whole, past + 1), weights.T, strict=False):  # weight of u(k - j)
         (N if j == 0 else M[:, n + j - 1 : n + j])[:n, 0] = w
     if not (np.isfinite(M).all() and np.isfinite(N).all()):
         raise InputError("The dynamics of the plant must stay finite over a step. Got some that overflow.")
@@ -100,13 +101,13 @@ def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: f
 
 
 def _lines(part: float, ramp: float) -> Iterator[tuple[float, Array, Array]]:
-    """Yield the straight lines of the command in a step: length, and weights of three commands at the two ends.
+    """Yield the straight lines of the command in a step: duration, and weights of three commands at both ends.
 
-    A new command arrives after a part of the step. The ramp to this command may end in the next step. The two times are
-    fractions of a step.
+    A new command arrives after the fraction `part` of the step, and the ramp to it takes the fraction `ramp`. This ramp
+    may end in the next step.
     """
     new, last, older = np.eye(3)
-    over = max(part + ramp - 1, 0.0)  # what is left of the ramp before at the start of the step
+    over = max(part + ramp - 1, 0.0)  # the part of the previous ramp that is left at the start of the step
     risen = 1.0 - over / ramp if ramp else 1.0
     yield over, (1 - risen) * older + risen * last, last
     yield part - over, last, last
@@ -117,7 +118,7 @@ def _lines(part: float, ramp: float) -> Iterator[tuple[float, Array, Array]]:
 
 def _over(A: Array, B: Array, t: float) -> tuple[Array, Array, Array]:
     """Return e^(A t), the effect of an input of 1, and the effect of an input from 0 to 1, all for the time t."""
-    # imported here, so that a process for a foreign FMU does not wait for the import
+    # imported here, because the import is slow and a process for a foreign FMU does not need it
     from scipy.linalg import expm
 
     n = len(A)
@@ -125,12 +126,12 @@ def _over(A: Array, B: Array, t: float) -> tuple[Array, Array, Array]:
         return np.eye(n), np.zeros((n, 1)), np.zeros((n, 1))
     chain = np.zeros((n + 2, n + 2))
     chain[:n, :n], chain[:n, n : n + 1], chain[n, n + 1] = A * t, B * t, 1.0
-    with np.errstate(over="ignore", invalid="ignore"):  # the caller refuses what overflows
+    with np.errstate(over="ignore", invalid="ignore"):  # the caller reports an overflow as an error
         M = expm(chain)
     return M[:n, :n], M[:n, n : n + 1], M[:n, n + 1 :]
 
 
-MEMORY = ("operators", "inverses", "networks")  # families of the blocks that the slope stands for
+MEMORY = ("operators", "inverses", "networks")  # families of the blocks that the incremental gain represents
 DELAY, LEVELS = "delay", "quantiser"
 LIMITS = ("u_min", "u_max", "lo", "hi")
 OFFSET = ("scaling", "sum")
@@ -140,22 +141,22 @@ OFFSET = ("scaling", "sum")
 class PlantSide:
     """Units at the rate of the plant, in series from the command to the measured output."""
 
-    links: tuple[Link, ...]  # connection that drives each unit. The first connection carries the command.
-    delay: float  # delay of the command in steps because of delay units and of the order
+    links: tuple[Link, ...]  # connection that drives each unit; the first one is the command
+    delay: float  # delay of the command (steps) due to delay units and to the order
 
     @property
     def entry(self) -> Link:
-        """Connection that carries the command."""
+        """Connection of the command."""
         return self.links[0]
 
     @property
     def units(self) -> tuple[int, ...]:
-        """Indices of the units. The output of the last unit is tracked."""
+        """Indices of the units. The output of the last unit is the tracked output."""
         return tuple(n.to for n in self.links)
 
 
 def plant_side(system: System, plant: int, around: Sequence[int]) -> PlantSide:
-    """Find the units at the rate of the plant, and the delay of the command in steps. These units must be in series."""
+    """Return the units at the rate of the plant, which must be in series, and the delay of the command (steps)."""
     case, owner = system.case, {p.name: k for k, p in enumerate(system.parts)}
     within = {plant, *around}
     fine = {k for k in within if system.parts[k].period < case.ripple} | {plant}
@@ -172,16 +173,16 @@ def plant_side(system: System, plant: int, around: Sequence[int]) -> PlantSide:
     if fine - {n.to for n in links}:
         raise InputError(f"{case.title}: The units at the rate of the plant must be in series. Got others.")
     late = sum(_delay(system, system.parts[to.to]) for to in links)
-    # a value that is read before its update is a fine step old; this occurs at one place in the loop
+    # at one place in the loop, a value is used before its update, so it is one fine step old
     readers = [n for n in system.links if system.maker(n) is system.parts[plant] and n.to in within - fine]
     held = sum(not system.fresh(n) for n in links) + any(not system.fresh(n) for n in readers) - 1
     return PlantSide(tuple(links), (late + max(held, 0)) / case.ripple if case.ripple > 1 else float(late))
 
 
 def _delay(system: System, part: Part) -> int:
-    """Return the steps by which a unit delays its input.
+    """Return the number of steps by which a unit delays its input.
 
-    Several delays that are not in series, for example a selection of delays, are an InputError.
+    An InputError is raised if several delays are not in series, for example in a selection of delays.
     """
     delays = [n for n in part.own.nodes if n.type == DELAY]
     edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in part.own.wires]
@@ -194,23 +195,23 @@ def _delay(system: System, part: Part) -> int:
 
 
 def has_memory(graph: Graph) -> bool:
-    """Return whether a unit is an inverse or a model of a hysteresis. The slope represents such a unit."""
+    """Return whether a unit is an inverse or a hysteresis model, which the incremental gain represents."""
     return any(n.block.family in MEMORY and n.block.rate != CONTINUOUS for n in graph.nodes)
 
 
 def lone_dynamics(system: System, side: PlantSide, between: Collection[int]) -> set[str]:
     """Return the types of the dynamics that an inverse compensates although the plant side does not have them.
 
-    These dynamics act on the command like a controller. Trap: a sector with these dynamics contains wrong slopes. For
-    example, an inverse with creep in front of a plant without creep seemed to have slopes from -6 to 10.
+    These dynamics act on the command like a controller. Trap: if they are included in the sector, its values are wrong.
+    For example, an inverse with creep in front of a plant without creep seemed to have incremental gains from -6 to 10.
     """
     return _undone(system, between) - {n.type for link in side.links for n in system.parts[link.to].own.nodes}
 
 
 def as_gain(part: Part, lone: Collection[str] = ()) -> Graph:
-    """Replace the inverse of a hysteresis by a gain of 1 from its first input to its first output.
+    """Return the graph of an inverse with a gain of 1 instead of the inverse hysteresis.
 
-    Blocks that invert `lone` dynamics are kept, with a static gain of 1.
+    Blocks that invert dynamics in `lone` are not removed and have a static gain of 1.
     """
     n = len(part.inputs)
     kept = [m for m in part.own.nodes if m.block.inverts in lone]
@@ -231,9 +232,10 @@ def _gain_undone(node: Node) -> float:
 
 
 def for_small_signals(graph: Graph) -> Graph:
-    """Replace quantisers by gains of 1, which is valid for signals of many levels, and omit constant offsets.
+    """Return a graph without quantisers and constant offsets. A gain of 1 replaces each quantiser.
 
-    Trap: differences around an offset of 50 lose the digits of the tangent.
+    The gain of 1 is valid for signals of many levels. Trap: with an offset of 50, the differences of the linearisation
+    lose digits.
     """
     for n in graph.nodes:
         if n.type == LEVELS:
@@ -244,9 +246,9 @@ def for_small_signals(graph: Graph) -> Graph:
 
 
 def without_limits(graph: Graph) -> Graph:
-    """Remove the limits of controllers and scalings.
+    """Return a graph whose controllers and scalings have no limits.
 
-    Rest may lie outside these limits, and small signals do not reach them.
+    Small signals do not reach these limits, and a state of rest may be outside the limits.
     """
     for n in graph.nodes:
         if any(key in n.values for key in LIMITS):
@@ -257,9 +259,8 @@ def without_limits(graph: Graph) -> Graph:
 def dynamics(system: System, side: PlantSide, between: Collection[int]) -> tuple[StateSpace, float]:
     """Return the linear dynamics of the plant side, and the ramp time of a new command (s).
 
-    The dynamics are scaled to the static gain 1 if they have a static gain. Without dynamics the result is a gain of 1.
-    The ramp time is a step of the unit if the dynamics move to their input on a ramp. For dynamics in parallel with a
-    hysteresis, such as creep, the hysteresis has its slope at rest.
+    The dynamics are scaled to the static gain 1 if they have a static gain. If there are no dynamics, the result is a
+    gain of 1. For dynamics in parallel with a hysteresis, such as creep, the slope of the hysteresis at rest is used.
     """
     undone = _undone(system, between)
     found: StateSpace = (*NO_STATES, np.ones((1, 1)))
@@ -277,7 +278,7 @@ def dynamics(system: System, side: PlantSide, between: Collection[int]) -> tuple
 
 
 def _chain(way: Sequence[Node]) -> StateSpace:
-    """Return dynamics in series with a static gain of 1."""
+    """Return the series connection of dynamics, scaled to a static gain of 1."""
     gain = Node("gain", "scaling", {"n": 1}, {"gain": 1 / float(np.prod([gain_of(n) for n in way]))})
     nodes = [gain, *(Node(f"part{i}", n.type, n.dims, n.values) for i, n in enumerate(way))]
     wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
@@ -285,7 +286,7 @@ def _chain(way: Sequence[Node]) -> StateSpace:
 
 
 def _in_parallel(graph: Graph, undone: Collection[str]) -> StateSpace:
-    """Return a unit whose hysteresis is replaced by its gain at rest."""
+    """Return a unit in which the gain at rest replaces the hysteresis."""
     for n in graph.nodes:
         if n.type in (DELAY, LEVELS) or n.type in undone:
             gain = gain_of(n) if n.type in undone else 1.0
@@ -295,19 +296,19 @@ def _in_parallel(graph: Graph, undone: Collection[str]) -> StateSpace:
 
 
 def _with_gain_one(system: StateSpace) -> StateSpace:
-    """Divide by the static gain, if there is one."""
+    """Return dynamics divided by their static gain, if they have one."""
     A, B, C, D = system
     gain = float((D - C @ np.linalg.solve(A, B))[0, 0]) if np.linalg.matrix_rank(A) == len(A) else 1.0
     return (A, B, C / gain, D / gain) if gain else system
 
 
 def command_of(system: System, side: PlantSide, between: Sequence[int]) -> Link:
-    """Return the connection that carries the command, to the first inverse, or to the plant if there is no inverse."""
+    """Return the connection of the command to the first inverse, or to the plant if there is no inverse."""
     return next((n for n in system.links if between and n.to == between[0] and n.input == 0), side.entry)
 
 
 def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[float, float]:
-    """Run the case, and return the sector of slopes of plant and inverse along its path. The run must not stop."""
+    """Simulate the case, and return the sector of the incremental gain along its path. The run must not stop."""
     first = command_of(system, side, between)
     column = system.names[first.source]
     try:
@@ -321,7 +322,7 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
 
 
 def _without(lone: Collection[str], graph: Graph) -> Graph:
-    """Replace dynamics of these types, and the blocks that invert them, by their static gains."""
+    """Return a graph in which static gains replace dynamics of these types and the blocks that invert them."""
     for n in graph.nodes:
         if n.block.inverts in lone:
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": 1 / _gain_undone(n)}))
@@ -333,7 +334,7 @@ def _without(lone: Collection[str], graph: Graph) -> Graph:
 def _undone(system: System, between: Collection[int]) -> set[str]:
     """Return the types of the dynamics that inverses in front of the plant compensate.
 
-    A block inverts them, or they belong to the model of an implicit inverse.
+    A block inverts these dynamics, or they belong to the model of an implicit inverse.
     """
     found: set[str] = set()
     for k in between:
@@ -347,7 +348,7 @@ def _undone(system: System, between: Collection[int]) -> set[str]:
 
 
 def _output(system: System, link: Link, side: PlantSide) -> int:
-    """Return the output of a unit of the plant side that the next unit reads."""
+    """Return the output of a unit of the plant side that is connected to the next unit."""
     unit = system.parts[link.to]
     after = next((n.source for n in side.links if n.to != link.to and system.maker(n) is unit), None)
     if after is None:
@@ -357,7 +358,7 @@ def _output(system: System, link: Link, side: PlantSide) -> int:
 
 
 def _on_the_way(graph: Graph) -> list[Node]:
-    """Return the dynamics between the driven input of a unit and the output that the next unit reads."""
+    """Return the dynamics between the driven input of a unit and the output that is connected to the next unit."""
     edges, ends, last = _ways(graph)
     after, before = behind(edges, *ends) | ends, behind([(b, a) for a, b in edges], last) | {last}
     return [n for n in graph.nodes if n.block.rate == CONTINUOUS and n.name in after & before]
@@ -370,15 +371,15 @@ def _parallel(graph: Graph, way: Sequence[Node]) -> bool:
 
 
 def _ways(graph: Graph) -> tuple[list[tuple[str, str]], set[str], str]:
-    """Return the connections of the blocks, the ends that the first input drives, and the end of the first output."""
+    """Return the connections of the blocks, the ends driven by the first input, and the end of the first output."""
     edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in graph.wires]
     return edges, {end.partition(".")[0] for end in graph.inputs[0].to}, graph.outputs[0].source.partition(".")[0]
 
 
 def _at_rest(graph: Graph, undone: Collection[str]) -> Graph:
-    """Replace dynamics by their static gains, except those that the inverse compensates.
+    """Return a graph in which static gains replace dynamics, except those that the inverse compensates.
 
-    Omit delays and quantisation.
+    The graph has no delays and no quantisation.
     """
     for n in graph.nodes:
         if n.type in (DELAY, LEVELS):
@@ -389,7 +390,7 @@ def _at_rest(graph: Graph, undone: Collection[str]) -> Graph:
 
 
 def _driven(part: Part, port: int, output: int) -> Graph:
-    """Return the graph of a unit. One input and one output are first; all other inputs are constant."""
+    """Return the graph of a unit with the given input and output first. All other inputs are constant."""
     inputs = [replace(i, start=part.constants.get(i.name, i.start)) for i in part.own.inputs]
     inputs.sort(key=lambda i: i.name != part.inputs[port])
     outputs = sorted(part.own.outputs, key=lambda o: o.name != part.outputs[output])

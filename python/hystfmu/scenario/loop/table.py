@@ -1,7 +1,7 @@
-"""Table of the margins of scenarios. Each different loop has a row with the cases of this loop.
+"""Table of the margins of scenarios, with one row for all cases that have the same loop.
 
-Loops whose gain depends on the amplitude have no linear delay margin. Their delay margin is found by simulation: a
-delay of whole fine steps is added after the command. Bisection finds the largest delay for which the case does not
+A loop whose gain depends on the amplitude has no linear delay margin. Its delay margin is found by simulations with an
+additional delay of whole fine steps after the command. Bisection finds the largest delay for which the case does not
 fail. The case fails if the run stops, if the error grows, or if the error is far above the error without this delay.
 """
 
@@ -25,18 +25,19 @@ from hystfmu.scenario.running import plan, read
 from hystfmu.scenario.system.spec import UnitSpec
 from hystfmu.scenario.system.system import Link, System, build
 
-MOST = 4  # steps
-GROWTH = 1.5  # references whose errors differ from half to half
-FAR = 0.005  # of the stroke
+MOST = 4  # largest additional delay (steps)
+
+GROWTH = 1.5  # allowed growth of the error, because the errors of the two halves of a reference may differ
+FAR = 0.005  # allowed additional error, as a fraction of the stroke
 NAME = "further_delay"
 
 
 def simulated_delay(system: System, entry: Link, growth: float = GROWTH, far: float = FAR) -> float:
-    """Return the largest further delay for which a case does not fail, in steps, up to `MOST`.
+    """Return the largest additional delay (steps, at most `MOST`) for which a case does not fail.
 
-    Return NaN if the case fails without further delay. `entry` is the connection of the command to the units at the
-    rate of the plant. The largest error may grow by the factor `growth` from the first to the second half of the window
-    of the metric. Relative to the stroke, the error may be `far` above the error without further delay.
+    Return NaN if the case fails without an additional delay. `entry` is the connection of the command to the units at
+    the rate of the plant. `growth` is the allowed factor of the largest error from the first to the second half of the
+    window of the metric. `far` is the allowed additional error due to the delay, as a fraction of the stroke.
     """
     ripple = system.case.ripple
     first = _errors(system)
@@ -55,7 +56,7 @@ def simulated_delay(system: System, entry: Link, growth: float = GROWTH, far: fl
 
 
 def _delayed(system: System, entry: Link, n: int) -> System:
-    """Insert a delay of n fine steps into a connection. The delay steps after the unit that it reads."""
+    """Return the system with a delay of n fine steps in a connection, directly after its source in the order."""
     case, maker, reader = system.case, system.maker(entry), system.parts[entry.to]
     at = case.order.index(maker.name) + 1
     end = f"{reader.name}.{reader.inputs[entry.input]}"
@@ -67,7 +68,7 @@ def _delayed(system: System, entry: Link, n: int) -> System:
 
 
 def _errors(system: System) -> tuple[float, float] | None:
-    """Return the largest error, relative to the stroke, in each half of the window of the metric; None after a stop."""
+    """Return the largest error over the stroke in each half of the metric window, or None if the run stopped."""
     metric = system.case.tracked
     assert metric is not None
     ends = [metric.signal, str(metric.against)]
@@ -96,7 +97,7 @@ COLUMNS = {
     "Ms_1_largest_db": "Ms dB at largest slope, 1 step",
     "stable_to_steps": "stable to steps",
 }
-OPTIONAL = ("simulated_delay_steps", "learning")  # columns that only some loops have
+OPTIONAL = ("simulated_delay_steps", "learning")  # columns that are empty for some loops
 OF_MARGINS = ("Ms_db", "gain_db", "gain_low_db", "phase_deg", "delay_steps", "bandwidth_hz")
 AT_DELAY = ("Ms_db", "Ms_worst_db", *OF_MARGINS[1:], "noise_gain", "learning")
 FALLING = (
@@ -117,18 +118,20 @@ class LoopRow:
     scenario, cases : str, tuple of str
         Scenario, and its cases with this loop.
     slopes : (float, float)
-        Sector of local slopes of plant over inverse along the paths of these cases.
+        Sector of the incremental gain along the paths of these cases.
     margins : dict
-        ``stable`` and the following figures. A missing value is None. These figures hold for the nominal slope without
-        further delay: ``Ms_db``, ``gain_db`` (upper gain margin), ``gain_low_db`` (lower gain margin, -inf if there is
-        no limit), ``conditionally_stable`` (whether the lower margin is finite), ``phase_deg``, ``delay_steps``,
-        ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white noise of RMS 1 at the sensor), and ``learning``
-        (factor of a memory from period to period). ``Ms_worst_db`` is the largest peak over the sector. ``Ms_1_db`` is
-        the peak with one further step of delay, and ``Ms_1_largest_db`` is this peak at the largest slope.
-        ``stable_to_steps`` is the largest delay up to which the whole sector is stable. ``simulated_delay_steps``
-        exists only if the gain depends on the amplitude; it is at most 4.
+        Whether the loop is ``stable``, and the following values. A missing value is None. The first values are those
+        for the nominal incremental gain without additional delay: ``Ms_db``, ``gain_db`` (upper gain margin),
+        ``gain_low_db`` (lower gain margin, -inf if there is no limit), ``conditionally_stable`` (whether the lower
+        margin is finite), ``phase_deg``, ``delay_steps``, ``bandwidth_hz``, ``noise_gain`` (RMS of the command for
+        white noise of RMS 1 at the sensor), and ``learning`` (factor of a memory from period to period).
+        ``Ms_worst_db`` is the largest peak of the sensitivity over the sector. ``Ms_1_db`` is the peak with one
+        additional step of delay, and ``Ms_1_largest_db`` is this peak for the largest incremental gain.
+        ``stable_to_steps`` is the largest delay up to which the whole sector is stable. ``simulated_delay_steps`` is
+        the delay margin by simulation, at most 4, for a loop whose gain depends on the amplitude.
     at_delay : tuple of dict
-        The figures for the nominal slope at each of `DELAYS`, with ``further_steps`` and ``sector_stable``.
+        The margins for the nominal incremental gain at each delay in `DELAYS`, with ``further_steps`` (additional
+        delay) and ``sector_stable``.
     """
 
     scenario: str
@@ -139,7 +142,7 @@ class LoopRow:
 
     @property
     def stable(self) -> bool:
-        """True if the loop is stable at its own delay, for the nominal slope and all slopes of its sector."""
+        """True if the loop is stable at the delay of the case, for the nominal and all other gains in the sector."""
         return bool(self.margins["stable"]) and self.margins["Ms_worst_db"] is not None
 
     @property
@@ -148,7 +151,7 @@ class LoopRow:
         return [self.scenario, ", ".join(self.cases[:2]) + more, f"{self.slopes[0]:.2f}..{self.slopes[1]:.2f}"]
 
     def cells(self, columns: Sequence[str]) -> list[str]:
-        """Return the row as text."""
+        """Return the cells of the row as text."""
         cells = {k: _text(self.margins[k], k in OPTIONAL) for k in columns}
         if self.margins["simulated_delay_steps"] == MOST and "simulated_delay_steps" in cells:
             cells["simulated_delay_steps"] = f">= {MOST}"
@@ -177,7 +180,7 @@ def _text(x: float | None, optional: bool = False) -> str:
 
 @dataclass(frozen=True)
 class MarginTable:
-    """Margins of scenarios, a line for every case without margins, and a verdict for each limit of a scenario."""
+    """Margins of scenarios, the reason for every case without margins, and a verdict for each limit."""
 
     rows: list[LoopRow]
     refused: list[str]
@@ -187,7 +190,7 @@ class MarginTable:
         return self.text()
 
     def text(self, delays: bool = False) -> str:
-        """Format the table for a terminal, with verdicts and reasons. A loop has one row, or a row for each delay."""
+        """Return the table for a terminal, with verdicts and reasons. A loop has one row, or one row for each delay."""
         lines: list[str] = []
         if self.rows and delays:
             keys = [k for k in AT_DELAY if k not in OPTIONAL or any(r.margins[k] is not None for r in self.rows)]
@@ -210,7 +213,7 @@ class MarginTable:
         return [v.line() for v in self.verdicts if not v.within]
 
     def summary(self) -> dict[str, Any]:
-        """Return the table as JSON types. A margin without limit is None, because JSON has no infinity."""
+        """Return the table as JSON types. An infinite margin is None, because JSON has no infinity."""
         verdicts = [vars(v) | {"within": v.within} for v in self.verdicts]
         loops = [
             vars(r) | {"margins": _finite(r.margins), "at_delay": [_finite(f) for f in r.at_delay]} for r in self.rows
@@ -223,7 +226,7 @@ def _finite(figures: dict[str, Any]) -> dict[str, Any]:
 
 
 def _reasons(refused: Sequence[str]) -> list[str]:
-    """Return a line for each scenario and reason."""
+    """Return one line for each scenario and each reason why cases have no margins."""
     reasons: dict[tuple[str, str], int] = {}
     for line in refused:
         title, _, why = line.partition(": ")
@@ -249,7 +252,7 @@ def margin_table(
     case : str or sequence of str, optional
         Name of a case whose margins are computed. With this option, limits are not checked.
     progress : function
-        Called with the fraction done.
+        Function that is called with the completed fraction of the work, 0 to 1.
     at : str
         Signal `unit.output` at which the loops are opened. By default, the loops are opened at the input of the plant.
     delays : bool
@@ -284,7 +287,7 @@ def margin_table(
 
 
 def _unstable(group: Sequence[OpenedLoop]) -> Sequence[OpenedLoop]:
-    """Return the equal loops that are unstable on their own path; all loops if only the joint sector is unstable."""
+    """Return the equal loops that are unstable on their own path, or all if only the joint sector is unstable."""
     return [o for o in group if not (o.margins().stable and o.stable_at(0.0))] or group
 
 
@@ -305,7 +308,7 @@ def _row(group: Sequence[OpenedLoop], delays: bool) -> LoopRow:
 
 
 def _at(loop: OpenedLoop, delay: float) -> dict[str, Any]:
-    """Return the figures for the nominal slope and a delay."""
+    """Return the margins for the nominal incremental gain and an additional delay (steps)."""
     now = loop.margins(delay=delay)
     found: dict[str, Any] = {"stable": now.stable}
     for key in OF_MARGINS:

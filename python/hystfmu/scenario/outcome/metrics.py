@@ -1,25 +1,26 @@
 """Metrics of a run, computed from successive rows.
 
 With e = signal - against, over the rows at or after `after`, in percent of the stroke:
-rms_percent              root mean square of e, between samples included (fine grid)
-rms                      the same in the unit of measure of the signal
-max_percent              largest |e|, between samples included
-between_samples_percent  largest |e| beyond the straight line between its values at the samples: the ripple
-variation_ratio          total variation of the signal / that of `against`, at the samples: 1 means no chattering
+rms_percent              root mean square of e on the fine grid, that is, also between samples
+rms                      root mean square of e in the unit of measure of the signal
+max_percent              largest |e|, also between samples
+between_samples_percent  ripple: largest deviation of e from the straight line between its values at two samples
+variation_ratio          total variation of the signal over that of `against`, at the samples; 1 means no chattering
 peak                     largest |signal|
 final                    |e| at the end (|signal| without `against`)
-loop_area_percent        area that the signal encloses over `against`, of the rectangle of their spans; the window must
-                         be one period (an ellipse has at most 78.5, a straight line 0): what hysteresis is left
+loop_area_percent        area that the signal encloses over `against`, in percent of the rectangle of their spans; it is
+                         0 for a straight line and at most 78.5 for an ellipse; the window must be one period
 
-With `lines`, rms and max use only the rows at which `against` moves at constant speed. These are the lines of a scan
-without its turn-arounds.
+With `lines`, rms and max use only the rows at which `against` moves at constant speed. In a scan, these rows are the
+straight lines without the turn-arounds.
 
-Sums follow the order of the rows. Therefore the result does not depend on the division into chunks.
+Sums are computed in the order of the rows. Therefore the division into chunks has no effect on the result.
 
-Units of measure for reports. They come from C tables, models and FMUs, and propagate along the connections.
+This module also finds the unit of measure of each signal for reports. C tables, models and FMUs state units of measure,
+which propagate along the connections.
 
 Two signals have the same unit of measure if they are connected, if a metric subtracts them, or if a block passes them
-without scaling. If one signal states its unit of measure, the unit of measure applies to all these signals.
+without scaling. If the unit of measure of one of these signals is stated, it applies to all of them.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class _Kind(Protocol):
 
 
 class _Sum:
-    """Sum of numbers in the order of their arrival."""
+    """Sum of numbers, computed in the order in which they are added."""
 
     def __init__(self) -> None:
         self.value = 0.0
@@ -68,7 +69,7 @@ class _Sum:
 
 
 class _Span:
-    """Lowest and highest number."""
+    """Smallest and largest number."""
 
     def __init__(self) -> None:
         self.low, self.high = np.inf, -np.inf
@@ -151,7 +152,7 @@ class _BetweenSamples:
         self._t, self._e = t[last:], e[last:]
 
     def value(self) -> float:
-        rest = float(np.abs(self._e - self._e[0]).max())  # a run ends with a sample: nothing is left then
+        rest = float(np.abs(self._e - self._e[0]).max())  # a run ends with a sample, so no stored rows are left
         return max(self._largest, rest)
 
 
@@ -175,7 +176,7 @@ class _Variation:
 
 
 class _LoopArea:
-    """Area of a loop that is closed by a straight line (shoelace formula), as a share of the rectangle of its spans."""
+    """Area of a loop, closed by a straight line, over the area of the rectangle of its spans (shoelace formula)."""
 
     def __init__(self) -> None:
         self._origin: tuple[float, float] | None = None
@@ -212,9 +213,9 @@ _OF_STROKE = ("rms_percent", "max_percent", "between_samples_percent")
 
 
 class _Lines:
-    """Rows at which the reference moves with the speed of the last two steps."""
+    """Selection of the rows at which the reference moves at constant speed."""
 
-    STRAIGHT = 1e-6  # largest change of the step, relative to it
+    STRAIGHT = 1e-6  # largest relative change of the speed between two steps
 
     def __init__(self) -> None:
         self._before = np.full(2, np.nan)
@@ -235,7 +236,7 @@ class Measure:
         self._lines = _Lines() if m.lines else None
 
     def add(self, chunk: Trace) -> None:
-        """Take the next rows."""
+        """Add the next rows."""
         m = self._m
         skip = int(np.searchsorted(chunk.t, m.after * (1 - 1e-12)))
         if skip == len(chunk.t):
@@ -243,14 +244,14 @@ class Measure:
         signal = chunk[m.signal][skip:]
         against = chunk[m.against][skip:] if m.against is not None else np.broadcast_to(0.0, signal.shape)
         sample = -(chunk.first + skip) % chunk.ripple
-        with np.errstate(over="ignore", invalid="ignore"):  # a diverged run: the value says so
+        with np.errstate(over="ignore", invalid="ignore"):  # the metric of a diverged run is infinite or NaN
             if self._percent and m.stroke is None:
                 self._span.add(against)
             on = slice(None) if self._lines is None else self._lines(against)
             self._of.add(_Rows(chunk.t[skip:][on], signal[on], against[on], sample, chunk.ripple))
 
     def value(self) -> float:
-        """Value for the rows so far; an InputError if the stroke is zero."""
+        """Return the metric for all rows so far. An InputError is raised if the stroke is zero."""
         value, m = self._of.value(), self._m
         if m.kind == "loop_area_percent":
             return 100 * value
@@ -263,22 +264,23 @@ class Measure:
 
 
 def measure(m: MetricSpec, trace: Trace) -> float:
-    """Compute one metric of a whole run; an InputError if the stroke is zero."""
+    """Compute one metric of a whole run. An InputError is raised if the stroke is zero."""
     found = Measure(m)
     found.add(trace)
     return found.value()
 
 
-SUBTRACTED = ("rms_percent", "max_percent", "between_samples_percent", "rms")  # kinds of `signal` - `against`
-OF_SIGNAL = ("peak", "final", "rms")  # kinds in the unit of measure of `signal`
-PASSED_ON = ("delay", "quantiser", "sum")  # blocks whose output is their input, late, rounded, or added up
+# kinds of metrics that are computed from `signal` - `against`
+SUBTRACTED = ("rms_percent", "max_percent", "between_samples_percent", "rms")
+OF_SIGNAL = ("peak", "final", "rms")  # kinds of metrics in the unit of measure of `signal`
+PASSED_ON = ("delay", "quantiser", "sum")  # blocks that delay, round or add their inputs without scaling
 
 
 def unit_of(system: System, end: str) -> str:
     """Return the unit of measure of `unit.output`, `unit.input` or `unit.parameter`.
 
-    The result is empty if no unit of measure is stated, or if signals with a common unit of measure state different
-    ones. "1" in a table means the unit of measure of the data; it is not a statement.
+    The result is "" if no unit of measure is stated, or if signals that must have the same unit of measure state
+    different ones. The entry "1" in a C table means the unit of measure of the data, and does not count as a statement.
     """
     own = _stated(system, end)
     if own:
@@ -297,7 +299,7 @@ def _stated(system: System, end: str) -> str:
 
 
 def _same_quantity(system: System, end: str) -> set[str]:
-    """Return the signals with the same unit of measure as `end`, including `end`."""
+    """Return all signals that have the same unit of measure as `end`, including `end`."""
     beside: dict[str, list[str]] = {}
     for a, b in _pairs(system):
         beside.setdefault(a, []).append(b)
@@ -334,7 +336,7 @@ def _passed_on(part: Part) -> Iterator[tuple[str, str]]:
 
 
 def unit_of_metric(system: System, m: MetricSpec) -> str:
-    """Return percent, the unit of measure of the signal, or an empty text for a ratio."""
+    """Return the unit of measure of a metric: percent, that of the signal, or "" for a ratio."""
     if m.kind.endswith("_percent"):
         return "%"
     return unit_of(system, m.signal) if m.kind in OF_SIGNAL else ""

@@ -1,9 +1,9 @@
 """Result of one case of a scenario: verdicts against limits and baseline, failures, signals for plots.
 
-The baseline of a run is stored in baseline.toml (metrics, memories) and baseline.csv (rows of the recorded signals).
-By default, a run is compared row by row with `tolerance`. If the scenario has a `[tube]`, there are tolerances in time
-and value: a row of the baseline is met if the signal of the run passes through a box around this row. The tube is
-computed around the run, because a run has all rows and a baseline has only some rows.
+The baseline of a run is stored in baseline.toml (metrics, memories) and baseline.csv (rows of the recorded signals). By
+default, a run is compared row by row with `tolerance`. If the scenario has a table `[tube]`, it states tolerances in
+time and value. A row of the baseline then agrees if the signal of the run passes through a box around this row. The
+tube is computed around the run, because the run has all rows and the baseline has only some rows.
 """
 
 from __future__ import annotations
@@ -28,9 +28,11 @@ from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.spec import TubeSpec
 from hystfmu.scenario.system.system import System
 
-CHANGED = "changed against the baseline"  # in every line on a change, so that the terminal output can count changes
-ROUNDING = 1e-9  # percent of stroke, or unit of the signal: an error that is rounding alone may change by as much
-BASELINE_ROWS = 24  # of every case in baseline.csv
+# text in every line on a change, so that the terminal output can count changes
+CHANGED = "changed against the baseline"
+# allowed change of an error that consists only of rounding (percent of stroke, or unit of measure of the signal)
+ROUNDING = 1e-9
+BASELINE_ROWS = 24  # number of rows of each case in baseline.csv
 
 
 class _BaselineCase(pydantic.BaseModel):
@@ -46,7 +48,7 @@ class _BaselineFile(pydantic.BaseModel):
 
 @dataclass(frozen=True)
 class Record:
-    """Data of one case in a baseline.
+    """Data of one case in a baseline file.
 
     metrics : by name;  rows : shape (n, 1 + signals), time first;  final_states : hash, by unit.
     """
@@ -67,7 +69,7 @@ class Baseline:
 
     @classmethod
     def load(cls, folder: Path) -> Baseline | None:
-        """Read the baseline of a scenario; None if there is none. Files with invalid content are an InputError."""
+        """Return the baseline of a scenario, or None if there is none. Invalid files raise an InputError."""
         file = folder / "baseline.toml"
         if not file.exists():
             return None
@@ -83,7 +85,8 @@ class Baseline:
                 numbers = [float(v) for v in cells]
             except ValueError:
                 numbers = []
-            if len(numbers) != len(header) - 1 or not np.isfinite(numbers).all():  # no value differs from NaN
+            # a comparison with NaN would never find a change
+            if len(numbers) != len(header) - 1 or not np.isfinite(numbers).all():
                 raise InputError(f"{table}: line {i}: must have {len(header) - 1} numbers; got {cells}")
             rows.setdefault(name, []).append(numbers)
         metrics, states = {n: c.metrics for n, c in cases.items()}, {n: c.final_states for n, c in cases.items()}
@@ -93,7 +96,7 @@ class Baseline:
 class Kept:
     """Rows of a run for a new baseline or for the comparison with a baseline.
 
-    For a tube, the rows around each row of the baseline are included.
+    If there is a tube, the rows around each row of the baseline are also stored.
     """
 
     def __init__(self, system: System, baseline: Baseline | None) -> None:
@@ -141,7 +144,7 @@ def _inline(table: dict[str, float] | dict[str, str]) -> str:
 
 @dataclass(frozen=True)
 class Change:
-    """One change of a baseline by a new record. `what` has changed in the case `title` (scenario/case).
+    """One change of a baseline by a new recording. `what` is the changed value in the case `title` (scenario/case).
 
     `old` and `new` are numbers, or text for a hash of final states. A missing value is None.
     """
@@ -153,14 +156,14 @@ class Change:
 
     @property
     def relative(self) -> float | None:
-        """Relative change (new - old) / |old| of numbers."""
+        """Relative change (new - old) / |old| of two numbers."""
         if isinstance(self.old, float) and isinstance(self.new, float) and self.old != 0:
             return (self.new - self.old) / abs(self.old)
         return None
 
 
 def changes(scenario: str, old: Baseline | None, runs: dict[str, Record]) -> list[Change]:
-    """Return the changes by a new record: metrics, largest change of each signal, final states, removed cases."""
+    """Return the changes by a new recording: metrics, largest change of each signal, final states, removed cases."""
     if old is None:
         old = Baseline({}, {}, (), {})
     found = []
@@ -185,7 +188,7 @@ def changes(scenario: str, old: Baseline | None, runs: dict[str, Record]) -> lis
 
 
 def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
-    """Return a line for each change of a recorded signal or of final states."""
+    """Return one line for each recorded signal or final state that differs from the baseline."""
     old, trace, rows = baseline.rows.get(case.name), kept.trace, kept.rows()
     if old is None or old.shape != rows.shape or baseline.signals != case.record:
         return [f"{case.title}: baseline.csv has other rows or signals than the scenario: run with --record"]
@@ -212,12 +215,12 @@ def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
 
 
 def _outside(tube: TubeSpec, kept: Kept, signal: str, at: Array, was: Array, room: float) -> Array:
-    """Return the distance of each baseline value from the tube around the signal of this run; inside it is at most 0.
+    """Return the distance of each baseline value from the tube around the signal; inside, it is at most 0.
 
-    Beyond its ends the signal is extended by point reflection, because a late signal has not yet reached its last
-    value.
+    Beyond its two ends, the signal is extended by point reflection. The reason is that a delayed signal has not yet
+    reached the last value.
     """
-    trace, h = kept.trace, kept.h  # the rows near the ends and near `at` are all there
+    trace, h = kept.trace, kept.h  # all rows near the two ends and near `at` are stored
     n = min(int(np.ceil(tube.time / h)), len(trace.t) - 1)
     now = np.pad(trace[signal], n, "reflect", reflect_type="odd") if n else trace[signal]
     t = np.concatenate([trace.t[0] - h * np.arange(n, 0, -1), trace.t, trace.t[-1] + h * np.arange(1, n + 1)])
@@ -239,10 +242,10 @@ class Verdict:
     metric, kind : str
         Name of the metric, and kind of metric (``"rms_percent"``, ...).
     value : float
-        Value in the unit of measure of its kind.
+        Value of the metric, in the unit of measure of its kind.
     limit, baseline : float, optional
-        `limit` is the largest allowed value, which is the smaller of limit and guard. `baseline` is the recorded value.
-        None means that the value is not stated.
+        `limit` is the largest allowed value, that is, the smaller one of the limit and the guard of the scenario.
+        `baseline` is the recorded value. None means that there is no such value.
     within : bool
         Whether the value is finite and not above the limit.
     same : bool, optional
@@ -261,10 +264,10 @@ class Verdict:
 def judge(
     case: Case, measured: Mapping[str, Measure], kept: Kept, baseline: Baseline | None, strict: bool = True
 ) -> tuple[list[Verdict], list[str], list[str]]:
-    """Return the verdicts on every metric, one line per failure (scenario/case, metric, value, limit), and notes.
+    """Return a verdict on every metric, one line per failure (scenario/case, metric, value, limit), and notes.
 
-    With `strict`, a missing baseline or a change is a failure. Without `strict`, only the limits are tested, and
-    changes are notes.
+    If `strict` is True, a missing baseline or a change is a failure. If it is False, only the limits are tested, and
+    changes are reported as notes.
     """
     known = baseline.metrics.get(case.name) if baseline is not None else None
     verdicts: list[Verdict] = []
@@ -298,19 +301,19 @@ def judge(
 
 
 def _allowed(guard: float | None, limit: float | None, recorded: float | None) -> tuple[float | None, str]:
-    """Return the largest allowed value. If the guard of the scenario determines it, also return a text."""
+    """Return the largest allowed value of a metric, and a text if the guard of the scenario determines this value."""
     if guard is None or recorded is None:
         return limit, ""
     most = max(guard * abs(recorded), ROUNDING)
     return (limit, "") if limit is not None and limit <= most else (most, f", {guard:g} times the recorded value")
 
 
-MOST_SAID = 3  # metrics in the repr
+MOST_SAID = 3  # number of metrics in the repr
 
 
 @dataclass(frozen=True)
 class LoopFigures:
-    """Margins of the linearised loop of a case for its nominal slope. For an unstable loop they are None.
+    """Margins of the linearised loop of a case for the nominal incremental gain. They are None if it is unstable.
 
     Attributes
     ----------
@@ -326,11 +329,11 @@ class LoopFigures:
     delay_steps: float | None
 
     def summary(self) -> dict[str, bool | float | None]:
-        """Return the figures as JSON types. An infinite delay margin is None, because JSON has no infinity."""
+        """Return the margins as JSON types. An infinite delay margin is None, because JSON has no infinity."""
         return vars(self) | {"delay_steps": None if self.delay_steps == math.inf else self.delay_steps}
 
     def cells(self) -> list[str]:
-        """Return peak and delay margin as text."""
+        """Return the peak of the sensitivity and the delay margin as text."""
         return ["unstable" if x is None else f"{x:.3g}" for x in (self.Ms_db, self.delay_steps)]
 
 

@@ -1,7 +1,7 @@
-"""Outputs of a run on the fine grid, the reason of a stop, and excerpts and files of the outputs.
+"""Outputs of a run on the fine time grid, exception for a stopped run, and excerpts and files of the outputs.
 
-A run yields chunks of consecutive rows. Each chunk is a `Trace`. If the chunks are not stored, the memory does not grow
-with the run.
+A run yields chunks of consecutive rows. Each chunk is a `Trace`. If the caller does not store the chunks, the memory
+does not grow with the length of the run.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from hystfmu.scenario.system.system import SHORTEST_CHUNK, Rows, System, signals
 if TYPE_CHECKING:
     import pandas
 
-MOST_VALUES = 50_000_000  # doubles of a trace in memory
+MOST_VALUES = 50_000_000  # largest number of values in a trace
 
 
 class Stopped(Exception):
@@ -68,13 +68,14 @@ class Trace:
     columns : dict of str to int
         Column of every output `unit.output` in `values`.
     ripple : int
-        Fine steps in a step.
+        Number of fine steps in a step.
     final_states : dict of str to str
-        Hash of the final states of every unit, if the case requires it. Only the last chunk of a run has hashes.
+        Hash of the final states of every unit, if the case requires hashes. Only the last chunk of a run contains
+        hashes.
     first : int
-        Fine step of the first row. It is above 0 in later chunks of a run.
+        Number of the fine step of the first row. It is above 0 in later chunks of a run.
     sweeps : Sweeps
-        Of an iterative coupling.
+        Number of sweeps of an iterative coupling.
     """
 
     t: Array
@@ -87,7 +88,7 @@ class Trace:
 
     @classmethod
     def joined(cls, chunks: Iterable[Trace], n_rows: int) -> Trace:
-        """Join the `chunks` of a run to a trace of `n_rows` rows.
+        """Return the `chunks` of a run as one trace with `n_rows` rows.
 
         Raises
         ------
@@ -109,7 +110,7 @@ class Trace:
             whole.t[rows], whole.values[rows] = chunk.t, chunk.values
             whole.final_states.update(chunk.final_states)
             whole.sweeps.add(chunk.sweeps)
-        assert whole is not None  # a run has a row
+        assert whole is not None  # a run has at least one row
         return whole
 
     def __repr__(self) -> str:
@@ -135,7 +136,7 @@ class Trace:
         return self.values[:, self.columns[end]]
 
 
-MOST_ROWS = 1 << 17  # of a picture: a run of as many rows is kept as a whole
+MOST_ROWS = 1 << 17  # largest number of rows that a plot stores completely
 
 
 class Excerpt:
@@ -146,7 +147,7 @@ class Excerpt:
     ends : iterable of str
         Outputs (`unit.output`).
     rows : array of int, shape (n,)
-        Fine steps, increasing.
+        Increasing numbers of fine steps.
     """
 
     def __init__(self, ends: Iterable[str], rows: Rows) -> None:
@@ -154,9 +155,9 @@ class Excerpt:
         self._pieces: list[Trace] = []
 
     def add(self, chunk: Trace) -> None:
-        """Take the next rows of the run."""
+        """Add the next rows of the run."""
         places = self._places(chunk)
-        if not len(places) and self._pieces:  # nothing may grow with the number of chunks
+        if not len(places) and self._pieces:  # the memory must not grow with the number of chunks
             return
         columns = [chunk.columns[e] for e in self._ends]
         values = chunk.values[places[:, None], columns]
@@ -168,7 +169,7 @@ class Excerpt:
         return np.asarray(self._rows[begin:end] - chunk.first)
 
     def trace(self) -> Trace:
-        """The rows that were kept."""
+        """The stored rows."""
         if len(self._pieces) > 1:
             t, values = (np.concatenate([getattr(p, of) for p in self._pieces]) for of in ("t", "values"))
             last = self._pieces[-1]
@@ -177,10 +178,10 @@ class Excerpt:
 
 
 class Picture(Excerpt):
-    """The signals that a case names. A run of at most MOST_ROWS rows is stored completely.
+    """Rows of the signals that a case names, for plots. A run of at most MOST_ROWS rows is stored completely.
 
-    For a longer run, every 2nd, 4th, ... row is stored. Between these rows, the rows with the smallest and the largest
-    error of the plotted metric are also stored.
+    For a longer run, every 2nd, 4th, 8th, ... row is stored. In each interval between these rows, the rows with the
+    smallest and the largest error of the plotted metric are also stored.
     """
 
     def __init__(self, system: System) -> None:
@@ -197,7 +198,7 @@ class Picture(Excerpt):
             return places
         e = chunk[self._drawn.signal] - chunk[self._drawn.against]
         found = [places]
-        whole = len(e) // k * k  # a chunk begins where a piece does; the last one may be shorter
+        whole = len(e) // k * k  # a chunk begins at the beginning of an interval; the last interval may be shorter
         for begin, pieces in ((0, e[:whole].reshape(-1, k)), (whole, e[None, whole:])):
             if pieces.size:
                 at = begin + k * np.arange(len(pieces))
@@ -214,7 +215,7 @@ def drawn(case: Case) -> MetricSpec | None:
 def row_file(path: str | Path, system: System) -> Iterator[Callable[[Trace], None]]:
     """Write a file with t (s) and every output of the system. Yield a function that receives the chunks of rows.
 
-    The file appears when the run ends.
+    The file is created at the end of the run.
     """
     with written(path) as file:
         file.write(csv_head(["t", *system.columns]).encode())

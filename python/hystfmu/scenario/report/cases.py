@@ -1,4 +1,4 @@
-"""Cases on a page: diagrams of the worst and the best case, and the matrix of scenarios and cases."""
+"""Cases on a report page: diagrams of the worst and the best case, and the table of all scenarios and cases."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hystfmu.scenario.system.system import System
 
 
 def case_plots(system: System, trace: Trace) -> list[Plot]:
-    """Return the plots of a case: first the error, then loops, then signals. A plot has one unit of measure."""
+    """Return the plots of a case: first the error, then hysteresis loops, then signals."""
     case = system.case
     after = min((m.after for m in case.metrics.values()), default=0.0)
     window = trace.t >= after
@@ -58,17 +58,18 @@ def value_label(system: System, signals: Sequence[str]) -> str:
 
 
 def _share(v: Array) -> Array:
-    """Scale to 0 ... 100, so that loops with different units of measure share a plot."""
+    """Return values scaled to 0 ... 100, so that one plot can show loops with different units of measure."""
     lo, hi = float(v.min()), float(v.max())
     return 100 * (v - lo) / (hi - lo) if hi > lo else 50 + v - lo
 
 
-TURNS = 3  # of the reference, on each side of the largest error
-LOW, TALL = 130, 250  # curves that cannot be told apart, and under them the main plot, their difference
+TURNS = 3  # number of turns of the reference in the plot, on each side of the largest error
+# heights of the plot of curves that look equal, and of the main plot below, which shows their difference
+LOW, TALL = 130, 250
 
 
 def main_verdict(r: CaseResult) -> Verdict | None:
-    """Return the main metric of a case: the plotted metric, or the first metric; None if the case stopped."""
+    """Return the main metric of a case: the plotted metric or the first metric. None if the case stopped."""
     if not r.verdicts:
         return None
     tracked = drawn(r.system.case)
@@ -93,7 +94,7 @@ def word_of(r: CaseResult) -> str:
 
 
 def worst_and_best(results: Sequence[CaseResult]) -> str:
-    """Return the figures as HTML; empty without a recorded trace."""
+    """Return the diagrams as HTML, or "" if no trace was recorded."""
     shown = sorted((r for r in results if r.trace is not None), key=nearness)
     if not shown:
         return ""
@@ -140,7 +141,7 @@ def _plots(r: CaseResult) -> list[Plot]:
 
 
 def _around(wanted: np.ndarray, at: int) -> slice:
-    """Return the rows between the turn of the reference before a row and the turn after this row."""
+    """Return the rows around a row, from some turns of the reference before it to some turns after it."""
     steps = np.diff(wanted)
     moving = np.flatnonzero(steps)
     turns = moving[1:][np.diff(np.sign(steps[moving])) != 0]
@@ -150,7 +151,7 @@ def _around(wanted: np.ndarray, at: int) -> slice:
     return slice(first, last)
 
 
-COLUMNS = 18  # of a small curve, each from the lowest to the highest error in it
+COLUMNS = 18  # number of columns in a small curve; each column spans the errors in its interval
 WIDE, HIGH = 72, 20
 BAD = ' class="bad"'
 CAPTION = (
@@ -165,9 +166,9 @@ def place(r: CaseResult) -> str:
 
 
 def matrix(results: Sequence[CaseResult]) -> str:
-    """Return a table of cases and scenarios as HTML. Rows and columns with most entries are first.
+    """Return the table of cases and scenarios as HTML. The rows and columns with most entries are first.
 
-    The longer side is vertical.
+    The longer one of the two lists is vertical.
     """
     scenarios = [name for name, _ in Counter(r.scenario for r in results).most_common()]
     cases = [name for name, _ in Counter(r.case for r in results).most_common()]
@@ -187,7 +188,7 @@ def matrix(results: Sequence[CaseResult]) -> str:
 
 
 def _name(v: Verdict) -> str:
-    """Return a metric with its kind and unit of measure."""
+    """Return the name of a metric with its kind and unit of measure."""
     kind = v.kind.removesuffix("_percent")
     unit = " in % of the stroke" if kind != v.kind else ""
     return f"{v.metric} ({'RMS' if kind == 'rms' else kind}{unit})"
@@ -198,14 +199,14 @@ def _cell(r: CaseResult | None) -> str:
 
 
 def linked(r: CaseResult) -> str:
-    """Return curve, metric and verdict of a case as a link to it."""
+    """Return the error curve, the metric and the verdict of a case, as a link to the case."""
     v = main_verdict(r)
     number = "" if v is None else f"{escape(figure_of(v.value, v.kind))} "
     return f'<a class="{"ok" if r.passed else "bad"}" href="#{place(r)}">{_curve(r)}{number}{word_of(r)}</a>'
 
 
 def _curve(r: CaseResult) -> str:
-    """Plot the error; nothing if there is no error, or if it is not finite."""
+    """Return a plot of the error, or "" if there is no error or the error is not finite."""
     tracked = drawn(r.system.case)
     if r.trace is None or tracked is None or tracked.against is None:
         return ""
@@ -216,7 +217,7 @@ def _curve(r: CaseResult) -> str:
     pieces = np.array_split(e / most, min(COLUMNS, len(e)))
     y = np.array([v for piece in pieces for v in (piece.min(), piece.max())])
     x = np.repeat(np.linspace(1, WIDE - 1, len(pieces)), 2)
-    d = path(x / 10, (HIGH / 2 - (HIGH / 2 - 1) * y) / 10)  # `path` gives tenths: here whole points
+    d = path(x / 10, (HIGH / 2 - (HIGH / 2 - 1) * y) / 10)  # `path` prints tenths, but here whole points are enough
     return f'<svg viewBox="0 0 {WIDE} {HIGH}" aria-hidden="true"><path d="{d}"/></svg>'
 
 
@@ -250,7 +251,7 @@ def _row(r: CaseResult, metrics: Sequence[str], loops: bool, curves: bool, shown
 
 
 def _metric(v: Verdict | None, fails: bool) -> str:
-    """Return value and limit; the sign between them shows the verdict. With `fails`, a change is a failure."""
+    """Return value and limit of a metric as HTML. The sign between them shows the verdict."""
     if v is None:
         return "<td></td>"
     good = v.within and not (fails and v.same is False)

@@ -21,23 +21,23 @@ from hystfmu.scenario.outcome.metrics import label
 from hystfmu.scenario.outcome.result import Change
 
 MOST_BYTES = 2**28
-MOST_CASES, MOST_FIRST = 12, 8  # whose signals are drawn; changes beside the first figure
+MOST_CASES, MOST_FIRST = 12, 8  # largest number of cases with plotted signals, and of changes beside the first diagram
 TALL, LOW = 220, 150
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class _Metric(pydantic.BaseModel):
     metric: str
-    value: float  # 'inf' as text after a diverged run
+    value: float  # the text 'inf' if the run diverged
 
 
 class _Margins(pydantic.BaseModel):
     stable: bool
     Ms_db: float | None
-    delay_steps: float | None  # none if no delay makes the loop unstable
+    delay_steps: float | None  # None if no delay makes the loop unstable
 
     def values(self) -> dict[str, float]:
-        """Return peak and delay margin as numbers; for an unstable loop the worst possible values."""
+        """Return the peak and the delay margin as numbers, or the worst possible values for an unstable loop."""
         if not self.stable or self.Ms_db is None:
             return {"Ms, dB": math.inf, "delay margin, steps": 0.0}
         return {"Ms, dB": self.Ms_db, "delay margin, steps": math.inf if self.delay_steps is None else self.delay_steps}
@@ -68,7 +68,7 @@ class _Report(pydantic.BaseModel):
 
 def _read(path: str | Path) -> tuple[str, dict[str, _Case]]:
     path = Path(path) / "report.json" if Path(path).is_dir() else Path(path)
-    content = read_bytes(path, MOST_BYTES)  # outside `try`: an InputError is a ValueError
+    content = read_bytes(path, MOST_BYTES)  # outside of `try`, because an InputError is also a ValueError
     try:
         report = _Report.model_validate(json.loads(content))
     except (ValueError, RecursionError) as e:
@@ -81,15 +81,16 @@ def _read(path: str | Path) -> tuple[str, dict[str, _Case]]:
 def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> list[Change]:
     """Write a page that compares two reports. Each path is a report.json or the folder with this file.
 
-    Return the differences of metrics and verdicts, and the cases that only one report has. A file that is not a report
-    of ``hystfmu run --report`` is an InputError.
+    Return the differences of metrics and verdicts, and the cases that only one report has. An InputError is raised if a
+    file is not a report of ``hystfmu run --report``.
     """
     (old_version, old), (new_version, new) = _read(before), _read(after)
     found: list[Change] = []
     same: list[Change] = []
     for title in dict.fromkeys([*old, *new]):
         a, b = old.get(title), new.get(title)
-        margins = all(c is None or c.margins is not None for c in (a, b))  # earlier reports have none
+        # reports of earlier versions contain no margins
+        margins = all(c is None or c.margins is not None for c in (a, b))
         values = [_values(c, margins) for c in (a, b)]
         for name in {**values[0], **values[1]}:
             change = Change(title, name, values[0].get(name), values[1].get(name))
@@ -126,7 +127,7 @@ def _values(c: _Case | None, margins: bool) -> dict[str, float]:
 def _largest_first(found: Sequence[Change]) -> list[Change]:
     """Sort changes by their relative size. Verdicts are first, sorted by the largest change of their case.
 
-    A metric that only one run has is the largest change.
+    A metric that only one run has counts as the largest change.
     """
 
     def share(c: Change) -> float:
@@ -141,7 +142,7 @@ def _largest_first(found: Sequence[Change]) -> list[Change]:
 
 
 def _answer(found: Sequence[Change], same: Sequence[Change]) -> str:
-    """Return a sentence on the changes."""
+    """Return one sentence that summarises the changes."""
     verdicts = [c for c in found if c.what == "verdict"]
     figures = len(found) - len(verdicts)
     if not found:
@@ -160,7 +161,7 @@ def _table(changes: Sequence[Change], caption: str = "") -> Table:
 
 
 def _drawn(title: str, a: _Case | None, b: _Case | None) -> str:
-    """Plot the most changed signal: old and new in one plot, the difference below; empty if there is no such signal."""
+    """Plot old and new values of the most changed signal, and their difference, or return ""."""
     times = a.signals.get("t") if a is not None else None
     if a is None or b is None or times is None or times != b.signals.get("t"):
         return ""

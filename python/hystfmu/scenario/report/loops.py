@@ -1,6 +1,6 @@
-"""A loop on a page: order, step and delays in tables, and hysteretic units whose input the reader can change.
+"""A loop on a report page: tables of order, step and delays, and an explorer of its hysteretic units.
 
-The delay budget lists every hold and every delayed value. It follows from order, connections and rates.
+The delay budget lists every hold and every delayed value. It is computed from order, connections and rates.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class Delay:
 def delay_budget(system: System) -> list[Delay]:
     """Return every delay in the system: held values, delay blocks, and the command.
 
-    A connection to an earlier unit in the order carries the value of the previous step. With Jacobi coupling, this is
-    so for every connection; with iterative coupling, for no connection. For a unit without direct feed-through (a plant
+    A connection to an earlier unit in the order transmits the value of the previous step. With Jacobi coupling, every
+    connection does so. With iterative coupling, no connection does. For a unit without direct feed-through (a plant
     with dynamics), this value is the command since its sample, and the only delay is the hold. For a unit with direct
     feed-through, the value is one step late. A straight line through the last two values compensates hold and delay to
     first order.
@@ -69,7 +69,7 @@ SCHEMES = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "ite
 
 
 def loop_rows(system: System) -> list[Sequence[object]]:
-    """Return order, step, delays and notes of a loop as rows."""
+    """Return order, step, delays and notes of a loop as rows of a table."""
     case = system.case
     rates = [f"{p.name} every {system.length(p) * 1e3:.6g} ms" for p in system.parts if system.length(p) != case.step]
     rows: list[Sequence[object]] = [
@@ -86,7 +86,7 @@ def loop_rows(system: System) -> list[Sequence[object]]:
 
 
 def delay_table(system: System) -> Table:
-    """Tabulate the delays of the loop under every coupling scheme, in steps."""
+    """Return a table of the delays of the loop (steps) for every coupling scheme."""
     budgets = []
     for scheme in SCHEMES:
         coupling = system.case.coupling.model_copy(update={"scheme": scheme})
@@ -101,15 +101,15 @@ TEXT = (
     "alone, or behind the inverse of its loop. Grey: one rise and fall of the input."
 )
 MOST_MODELS = 4
-MOST_ROWS = 100_000  # of a run that gives the range of an input
-DIVERGED = 1e9  # no input of a stable loop, in any unit of measure
+MOST_ROWS = 100_000  # largest number of rows in the simulation that determines the range of an input
+DIVERGED = 1e9  # larger than any input of a stable loop, in any unit of measure
 
 
 def loop_explorer(systems: Sequence[System]) -> Section | None:
-    """Return the explorer of a page for the hysteretic units of systems with equal units of measure at their ports.
+    """Return the explorer for the hysteretic units of these systems, which have the same units of measure.
 
-    The result is None if there are no such units. A unit that differs from another unit only in values is omitted,
-    because the reader can change the values.
+    The result is None if there are no such units. A unit that differs from another unit only in values of parameters is
+    omitted, because the reader of the page can change these values.
     """
     models: dict[str, Explored] = {}
     ports: tuple[str, str] | None = None
@@ -179,7 +179,7 @@ def _inverse(system: System, part: Part) -> Graph | None:
 
 
 def _range(system: System, part: Part) -> tuple[float, float] | None:
-    """Return the range of the first input of `part` in a run; None if it is constant or the loop is unstable."""
+    """Return the range of the first input of `part` in a run, or None if it is constant or diverges."""
     link = _link(system, part)
     if link is None:
         return None
@@ -190,6 +190,6 @@ def _range(system: System, part: Part) -> tuple[float, float] | None:
             lo, hi = min(lo, float(chunk.values.min())), max(hi, float(chunk.values.max()))
             if chunk.first > MOST_ROWS:
                 break
-    except (Stopped, InputError):  # the report of a study that ran does not end for it
+    except (Stopped, InputError):  # a failed simulation for the range must not prevent the report
         return None
     return (lo, hi) if lo < hi and max(-lo, hi) < DIVERGED else None

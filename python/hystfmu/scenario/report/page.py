@@ -1,8 +1,8 @@
-"""Write report.html and report.json of scenarios. The two files contain the same results, as page and as data.
+"""Write report.html and report.json of scenarios. Both files contain the same results, as a page and as data.
 
-The page first shows the worst and the best case, then all cases in a matrix. A section for each scenario follows, with
-metrics, order, step and delays. The section shows the cases with loops, signals and the tracking error, including the
-error between samples.
+The page first shows the worst and the best case, then all cases in a matrix. A section for each scenario follows. It
+contains metrics, order, step and delays, and for each case the hysteresis loops, signals and the tracking error,
+including the error between samples.
 
 JUnit XML contains the verdicts for continuous integration servers.
 """
@@ -28,13 +28,13 @@ from hystfmu.scenario.report.cases import case_plots, case_table, matrix, nearne
 from hystfmu.scenario.report.loops import delay_budget, delay_table, loop_explorer, loop_rows
 from hystfmu.scenario.system.system import System
 
-MOST_ROWS = 400  # rows per signal
+MOST_ROWS = 400  # largest number of rows per signal
 
 
 def machine_form(
     results: Sequence[CaseResult], sections: Sequence[Section], more: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
-    """Return results, the tables of further sections, and `more` as JSON types."""
+    """Return the results, the tables of further sections, and the entries of `more` as JSON types."""
     form = {
         **(more or {}),
         "version": __version__,
@@ -49,7 +49,7 @@ def machine_form(
 
 
 def _plain(v: Any) -> Any:
-    """Convert to JSON types. Infinity and NaN, from a diverged run, become text."""
+    """Return a value as JSON types. Infinity and NaN, which a diverged run contains, are converted to text."""
     if isinstance(v, dict):
         return {str(k): _plain(x) for k, x in v.items()}
     if isinstance(v, list | tuple):
@@ -60,7 +60,7 @@ def _plain(v: Any) -> Any:
 
 
 def _signals(r: CaseResult) -> dict[str, Any]:
-    """Select rows of the recorded signals, enough for `hystfmu compare` to plot them."""
+    """Return selected rows of the recorded signals, from which `hystfmu compare` can plot them."""
     if r.trace is None:
         return {}
     picked = np.unique(np.linspace(0, len(r.trace.t) - 1, MOST_ROWS).round().astype(int))
@@ -118,8 +118,9 @@ if TYPE_CHECKING:
 ALL = "Scenarios against cases, each with its error and verdict"
 OPEN = ' open="open"'
 METHODS = {"newton": "Newton", "relaxation": "Aitken relaxation"}
-MOST_SHOWN, LEAST_DRAWN, PER_CASE = 500_000, 100_000, 550  # characters: of all cases, their diagrams, rows of a case
-MOST_FAILURES = 3  # lines above the first figure, and cases that are unfolded
+# limits in characters: of all cases, of their diagrams, of the rows of a case
+MOST_SHOWN, LEAST_DRAWN, PER_CASE = 500_000, 100_000, 550
+MOST_FAILURES = 3  # largest number of lines above the first diagram, and of expanded cases
 
 
 def write_report(
@@ -132,8 +133,8 @@ def write_report(
 ) -> Path:
     """Write report.html and report.json, and return the path of report.html.
 
-    The extra sections are in front of the scenarios. `lead` is the answer in a sentence, below the title. The default
-    title is the names of the scenarios. `more` contains further entries of report.json.
+    The extra sections are in front of the scenarios. `lead` is a sentence below the title that states the result. The
+    default title contains the names of the scenarios. `more` contains further entries of report.json.
     """
     directory = Path(directory)
     title = title or _title(results)
@@ -168,7 +169,8 @@ def _verdict(results: Sequence[CaseResult]) -> str:
         f'<p class="lead"><b class="{"ok" if good else "bad"}">{passed} of {len(results)} cases passed</b>, '
         f"{sum(r.seconds for r in results):.1f} s of simulation. HystFMU {escape(__version__)}.</p>"
     )
-    said_of = sorted((line for r in results for line in r.lines), key=lambda line: CHANGED in line)  # limits first
+    # exceeded limits precede changes
+    said_of = sorted((line for r in results for line in r.lines), key=lambda line: CHANGED in line)
     lines = [f"<li>{escape(line)}</li>" for line in said_of]
     if lines:
         said += f'<ul class="bad">{"".join(lines[:MOST_FAILURES])}</ul>'
@@ -195,11 +197,11 @@ def _scenarios(results: Sequence[CaseResult]) -> list[str]:
 
 
 def _drawings(results: Sequence[CaseResult]) -> dict[str, str]:
-    """Return the diagrams of cases by their link target.
+    """Return the diagrams of the cases. The keys are the link targets of the cases.
 
     If there are too many cases, only the cases nearest to their limits have diagrams.
     """
-    first = {r.scenario: r for r in sorted(results, key=nearness)}  # the worst of each scenario
+    first = {r.scenario: r for r in sorted(results, key=nearness)}  # the worst case of each scenario
     ordered = sorted(results, key=lambda r: (first[r.scenario] is r, nearness(r)), reverse=True)
     found: dict[str, str] = {}
     room = max(LEAST_DRAWN, MOST_SHOWN - PER_CASE * len(results))
@@ -234,7 +236,7 @@ def _scenario(results: Sequence[CaseResult], drawings: dict[str, str], unfolded:
 
 
 def _case(r: CaseResult, drawing: str, usual: Sequence[Sequence[object]], unfolded: Set[str]) -> str:
-    """Return the further content of a case: diagrams, own delays, sweeps; often empty."""
+    """Return the further content of a case, which may be empty: diagrams, delays of this case, and sweeps."""
     s, rows = r.sweeps, loop_rows(r.system)
     counted = f"<p>{s['mean']:.3g} sweeps per step, at most {s['most']} ({METHODS[s['method']]})</p>" if s else ""
     other = table(Table(("loop", "of this case"), [row for row in rows if row not in usual])) if rows != usual else ""

@@ -1,4 +1,4 @@
-"""Scenario results on a terminal: verdicts, failures, changes against the baseline."""
+"""Scenario results for a terminal: verdicts, failures, and changes from the baseline."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ WORST = ("largest Ms dB", "least delay margin, steps")
 
 
 def verdicts(results: Sequence[CaseResult]) -> str:
-    """Return one line per case, or per scenario if there are several, followed by notes and failures.
+    """Return one line per case, or per scenario if there are several scenarios, and then notes and failures.
 
-    The line shows the metric that is nearest to its limit or farthest above its limit.
+    The line shows the metric with the largest ratio to its limit.
     """
     groups: dict[str, list[CaseResult]] = {}
     for r in results:
@@ -50,7 +50,7 @@ def verdicts(results: Sequence[CaseResult]) -> str:
 
 
 def every_metric(results: Sequence[CaseResult]) -> str:
-    """Return a table of every metric of every case with limit and baseline."""
+    """Return a table of every metric of every case, with the limit and the baseline."""
     rows = [
         [
             r.scenario,
@@ -66,7 +66,7 @@ def every_metric(results: Sequence[CaseResult]) -> str:
 
 
 def decisive(result: CaseResult) -> Verdict | None:
-    """Return the metric that is nearest to its limit or farthest above it; the first metric if there are no limits.
+    """Return the metric with the largest ratio to its limit, or the first metric if there are no limits.
 
     Return None if a unit stopped the run, because there are no metrics then.
     """
@@ -75,7 +75,7 @@ def decisive(result: CaseResult) -> Verdict | None:
 
 
 def _ratio(v: Verdict) -> float:
-    """Return the ratio of a metric to its limit; infinite for a value that is not finite."""
+    """Return the ratio of a metric to its limit, or infinity if the metric is not finite."""
     if not math.isfinite(v.value):
         return math.inf
     if v.limit is None or v.limit == 0:
@@ -96,7 +96,7 @@ def _cells(v: Verdict | None) -> list[str]:
 
 
 def _worst(results: Sequence[CaseResult]) -> list[str]:
-    """Return the largest peak and the smallest delay margin of the loops of cases as text; empty without loops."""
+    """Return the largest peak and the smallest delay margin over the loops of cases as text, or ""."""
     loops = [r.loop for r in results if r.loop is not None]
     if not loops:
         return ["", ""]
@@ -108,7 +108,7 @@ def _worst(results: Sequence[CaseResult]) -> list[str]:
 
 
 def _shortened(failures: Sequence[str]) -> list[str]:
-    """Keep every exceeded limit, but only the first change from the baseline."""
+    """Return the lines of all exceeded limits, but only the first change from the baseline."""
     changed = [line for line in failures if CHANGED in line]
     lines = [line for line in failures if CHANGED not in line] + changed[:1]
     if len(changed) > 1:
@@ -117,7 +117,7 @@ def _shortened(failures: Sequence[str]) -> list[str]:
 
 
 def changes(found: Sequence[Change], none: str = "the baseline does not change") -> str:
-    """Return a table of changes: old value, new value, change in percent; return `none` if there are no changes."""
+    """Return a table of old values, new values and changes in percent, or `none` if there are no changes."""
     if not found:
         return none
 

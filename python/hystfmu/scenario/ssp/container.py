@@ -1,15 +1,16 @@
-"""A closed loop with foreign FMUs as one FMU. This container steps own and foreign FMUs in the stated order.
+"""Write a closed loop with foreign FMUs as one container FMU, which steps all units in the stated order.
 
-Neighbouring own units between foreign FMUs are joined to one FMU. The units are unpacked in `resources/units`. The
-binary is the master loop of `fmu_build/master` with function pointers, and `resources/system.txt` lists the connections
+Own units that are neighbours in the order are joined to one FMU. All FMUs are unpacked in `resources/units`. The binary
+is the master loop of `fmu_build/master` with function pointers, and `resources/system.txt` lists the connections
 (`fmu_build/container/system_file.h`).
 
-A case in the form in which readers of an SSP archive run it, and its difference from the original case.
+This module also converts a case to the form in which other simulators run an SSP archive, and computes the difference
+from the original case.
 
 fmpy, libcosim, ecos and containers of fmu-manipulation-toolbox step all components in parallel with the values of the
 previous step (Jacobi). They use one step size and no events within steps. During the initialisation, libcosim and ecos
-pass outputs on repeatedly, including to components that are earlier in the order. Therefore neighbouring units are
-joined to one component, so that readers keep the order of these units.
+transmit outputs repeatedly, also to components that are earlier in the order. Therefore neighbouring units are joined
+to one component, so that the order of these units does not change.
 """
 
 from __future__ import annotations
@@ -44,10 +45,10 @@ from hystfmu.scenario.system.system import Part, System, build, fuse, segments
 
 
 def as_readers_run(case: Case) -> Case:
-    """Return the case with Jacobi coupling at the base step.
+    """Return the case with Jacobi coupling and one step, as other simulators run it.
 
-    Iterative coupling, units of different rates, substeps and a first-order hold are an InputError, because no reader
-    implements them.
+    An InputError is raised for iterative coupling, units with different rates, substeps and a first-order hold, because
+    no other simulator supports them.
     """
     if case.coupling.scheme == "iterative":
         raise InputError(f"{case.where}: the coupling is iterative: no reader of SSP archives iterates")
@@ -64,7 +65,7 @@ def as_readers_run(case: Case) -> Case:
 def run_as_readers(system: System) -> Trace:
     """Return the trajectory of a case from `as_readers_run`, with consistent initial values.
 
-    An InputError means that the run does not reach its end, or that the units have no consistent initial values.
+    An InputError is raised if the run does not reach its end, or if the units have no consistent initial values.
     """
     try:
         begins, short = system.starts(), replace(system.case, stop=0.0)
@@ -81,11 +82,11 @@ def run_as_readers(system: System) -> Trace:
 
 
 def differences(case: Case, names: Mapping[str, str], trace: Trace) -> dict[str, float]:
-    """Return the largest difference between the trajectories of archive and case, for each recorded output.
+    """Return the largest difference between archive and case for each recorded output.
 
-    `names` contains the name of each output of the case in the archive. The difference is in percent of the span of the
-    output in the case. For a constant output, it is in percent of the largest value. Stopped is raised if the case does
-    not run.
+    `names` maps each output of the case to its name in the archive. The difference is in percent of the span of the
+    output in the case, or in percent of the largest value for a constant output. Stopped is raised if the case does not
+    run.
     """
     own = simulate(build(case), "native")
     found = {}
@@ -97,9 +98,9 @@ def differences(case: Case, names: Mapping[str, str], trace: Trace) -> dict[str,
 
 
 def _groups(system: System) -> list[tuple[int, ...]]:
-    """Return groups of neighbours between foreign FMUs.
+    """Return groups of own units that are neighbours in the order.
 
-    A group is split if it would have an algebraic loop within one graph.
+    A group is divided if it would contain an algebraic loop as one graph.
     """
     found: list[tuple[int, ...]] = []
     for foreign, run in groupby(range(len(system.parts)), lambda k: isinstance(system.parts[k].graph, Foreign)):
@@ -116,15 +117,15 @@ def _groups(system: System) -> list[tuple[int, ...]]:
 
 
 def joined(system: System) -> tuple[Case, dict[str, str]]:
-    """Return the case of a system with one step. Neighbours that can step as one graph become one unit.
+    """Return the case of a system in which neighbours that can step as one graph are one unit.
 
-    Outputs and recorded signals have names of the form `unit_output`. Also return these names by the names in the
-    system.
+    Outputs and recorded signals have names of the form `unit_output`. Also return a map from the names in the system to
+    these names.
     """
     case, groups = system.case, _groups(system)
     units: dict[str, UnitSpec] = {}
     attached = dict(case.attached)
-    places: dict[tuple[int, int], str] = {}  # (part, input) to `component.input`
+    places: dict[tuple[int, int], str] = {}  # maps (part, input) to `component.input`
     names: dict[str, str] = {}
     constants: dict[str, dict[str, float]] = {}
     for group in groups:
@@ -165,7 +166,7 @@ def joined(system: System) -> tuple[Case, dict[str, str]]:
 
 _PLAIN = frozenset(b"/._~-:{}abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789")
 _SCHEMES = {"gauss_seidel": 0, "jacobi": 1}
-# letters of value.h
+# letters of the types in value.h
 _REAL, _WHOLE, _TRUTH, _STRING = "d", "i", "?", "s"
 _LETTERS = {
     **{"Real": _REAL, "Float64": _REAL, "Float32": "f", "Boolean": _TRUTH, "String": _STRING, "Integer": _WHOLE},
@@ -190,7 +191,7 @@ class _Variable:
 
 
 def container_fmu(system: System, name: str) -> bytes:
-    """Return the archive of an FMU 2.0 for Co-Simulation. `name` is the name and the identifier of the model.
+    """Return the archive of an FMU 2.0 for Co-Simulation. `name` is the model name and the model identifier.
 
     An InputError is raised if a container does not support the coupling or a unit, or if the package has no binary.
     """
@@ -242,7 +243,7 @@ def _fmi(part: Part) -> Literal[2, 3]:
 
 
 def _letter(described: Any, fmi: int) -> str | None:
-    """Return the letter of a type; None if the container does not support the type."""
+    """Return the letter of a type, or None if the container does not support the type."""
     if described is None:
         return _REAL
     if described.type == "Enumeration":
@@ -263,7 +264,7 @@ def _variables(part: Part, kind: str) -> list[_Variable]:
 
 
 def _unit(system: System, k: int, files: dict[str, bytes]) -> list[str]:
-    """Return the lines of a unit, and add the files of the unit to `files`."""
+    """Return the lines of a unit in system.txt, and add the files of the unit to `files`."""
     part = system.parts[k]
     told: dict[bool, list[str]] = {True: [], False: []}
     if isinstance(part.graph, Foreign):
@@ -323,7 +324,7 @@ def _foreign(system: System, part: Part, files: dict[str, bytes]) -> tuple[str, 
 
 
 def _own(part: Part, step: float, files: dict[str, bytes]) -> tuple[str, str, str]:
-    """Return a graph as an FMU of its version of the standard. All own FMUs share one binary."""
+    """Return a graph as an FMU. All own FMUs use the same binary."""
     graph = part.own.with_step(step)
     ((path, binary),) = binaries(2, "hystfmu", "host").items()
     library = f"own/{path.rpartition('/')[2]}"
@@ -333,7 +334,7 @@ def _own(part: Part, step: float, files: dict[str, bytes]) -> tuple[str, str, st
 
 
 def _told(system: System, part: Part, v: Any, reference: int, values: Sequence[Any]) -> str:
-    """Return the line of a value that is set once. `v` describes its variable in a foreign FMU."""
+    """Return the line of a value that is set only once. `v` describes the variable in a foreign FMU."""
     letter = _letter(v, _fmi(part))
     if letter is None:
         raise InputError(f"{system.case.where}: {part.name}.{v.name}: a container sets no values of type {v.type}")
@@ -351,7 +352,7 @@ def _told(system: System, part: Part, v: Any, reference: int, values: Sequence[A
 
 
 def _types(system: System) -> list[str]:
-    """Return the type of every value as an output of the container."""
+    """Return the type that every value has as an output of the container."""
     letters = [v.letter for p in system.parts for v in _variables(p, "output") for _ in v.elements]
     return [_OUTSIDE.get(letter, _REAL) for letter in letters]
 

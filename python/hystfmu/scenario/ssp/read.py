@@ -1,9 +1,9 @@
-"""Read a foreign SSP archive, and convert FMUs, connections and parameter sets to a case for the engines.
+"""Read a foreign SSP archive, and convert its FMUs, connections and parameter sets to a case.
 
-Supported are SSP 1.0 and 2.0 with one flat system of FMUs for Co-Simulation. An unsupported element is an InputError;
-it is never ignored.
+SSP 1.0 and 2.0 are supported, with one flat system of FMUs for Co-Simulation. An unsupported element is never ignored,
+but raises an InputError.
 
-A run of an archive is compared with the reference result in the archive.
+The result of a run is compared with the reference result in the archive.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, Scheme, UnitSpec
 from hystfmu.scenario.system.system import System, build
 
-UNREADABLE = (OSError, ET.ParseError, LookupError, ValueError)  # the last two: an encoding that Python does not know
+UNREADABLE = (OSError, ET.ParseError, LookupError, ValueError)  # the last two are raised for an unknown encoding
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _TRUTH = {"true": True, "1": True, "false": False, "0": False}
-_Given = tuple[Any, str]  # value, unit of measure
+_Given = tuple[Any, str]  # a value and its unit of measure
 MOST_STEPS = 100_000_000
-TOLERANCE = 1e-9  # of the largest value of a signal: other platforms have the same bits, other masters nearly
+TOLERANCE = 1e-9  # allowed difference over the largest value of a signal, because other masters round differently
 
 
 @dataclass(frozen=True)
 class Ssp:
-    """The case of an archive, and the reference result in the archive (`signals` by rows, `t` first), or None."""
+    """The case of an archive, and its reference result (first column `t`, one column for each signal) or None."""
 
     case: Case
     signals: tuple[str, ...]
@@ -53,7 +53,7 @@ class Ssp:
 def read_ssp(path: str | Path, step: float | None = None, stop: float | None = None) -> Ssp:
     """Unpack and read an SSP archive. `step` and `stop` (s) replace the values in the file.
 
-    An InputError states file, element, rule and value in one line.
+    An InputError states the file, element, rule and value in one line.
     """
     folder = unpacked(path, "SystemStructure.ssd")[0]
     try:
@@ -81,7 +81,7 @@ class _Reader:
     def case(self, step: float | None, stop: float | None) -> Case:
         units = self._units()
         wired = connections(self._root, self._system, set(units), self._wrong)
-        for end in wired:  # a start value of an input that is driven is of no use
+        for end in wired:  # the start value of a connected input has no effect
             unit, name = end.split(".")
             units[unit].inputs.pop(name, None)
         experiment = self._root.find(f"{{{SSD}}}DefaultExperiment")
@@ -142,7 +142,7 @@ class _Reader:
         return value
 
     def _whole(self, text: str, what: str) -> float:
-        """Return the exact integer of a text. A float cannot represent all integers of 64 bits."""
+        """Return the exact integer that a text contains. A float cannot represent all integers of 64 bits."""
         number = self._number(text, what)
         return int(text) if re.fullmatch(r"\s*[+-]?[0-9]{1,20}\s*", text) else number
 
@@ -170,7 +170,7 @@ class _Reader:
         return units
 
     def _place(self, name: str, source: str) -> str:
-        """Return the path of an FMU in the archive. `source` is a URI, in which a space may be %20."""
+        """Return the path of an FMU in the archive. `source` is a URI, in which %20 may replace a space."""
         inside = source if (self._folder / source).is_file() else unquote(source)
         file = self._folder / inside
         if not (file.is_file() and file.resolve().is_relative_to(self._folder.resolve())):
@@ -178,7 +178,7 @@ class _Reader:
         return inside
 
     def _divided(self, name: str, place: str, given: Mapping[str, _Given]) -> tuple[dict[str, float], dict[str, Any]]:
-        """Return constant inputs and parameters. Each value is in the unit of measure of its variable."""
+        """Return constant inputs and parameters, with each value in the unit of measure of its variable."""
         if not given:
             return {}, {}
         foreign = Foreign.load(self._folder / place)
@@ -276,7 +276,7 @@ class SspRun:
         return [f"{self.path}: {self.rows} rows of {self.outputs} outputs; {told}"]
 
     def summary(self) -> dict[str, Any]:
-        """Return the facts of the run, for JSON."""
+        """Return the results of the run as JSON types."""
         facts = {"file": str(self.path), "passed": self.passed, "rows": self.rows, "outputs": self.outputs}
         return facts | {"compared": list(self.compared), "faults": list(self.faults)}
 
@@ -284,7 +284,7 @@ class SspRun:
 def _prepared(
     path: str | Path, coupling: Scheme | None, step: float | None, stop: float | None, settings: Mapping[str, Any]
 ) -> tuple[Ssp, Case, Array | None]:
-    """Return archive, case and reference. The reference is None if it is for another coupling or other settings."""
+    """Return archive, case and reference, which is None if it has another coupling or other settings."""
     ssp = read_ssp(path, step, stop)
     if not settings and coupling in (None, ssp.case.coupling.scheme):
         return ssp, ssp.case, ssp.reference
@@ -295,7 +295,7 @@ def _prepared(
 
 
 def _built(path: str | Path, case: Case) -> System:
-    """Build the case. Errors name the files by their paths in the archive."""
+    """Build the case. Error messages contain the paths of files in the archive."""
     try:
         system = build(case)
     except InputError as e:
@@ -309,12 +309,12 @@ def _built(path: str | Path, case: Case) -> System:
 def _held_against(
     path: str | Path, case: Case, signals: tuple[str, ...], reference: Array | None, trace: Trace
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the compared signals, and a line for each that differs. The trace may be longer than the reference."""
+    """Return the compared signals, and one line for each signal that differs from the reference."""
     if reference is None:
         return (), ()
     rows = min(len(reference), len(trace.t))
     if np.abs(reference[:rows, 0] - trace.t[:rows]).max() > 1e-6 * case.step:
-        return (), ()  # another step
+        return (), ()  # the reference has another step
     lines = []
     for k, end in enumerate(signals, 1):
         if end not in trace.columns:
@@ -342,10 +342,11 @@ def run_ssp(
     progress: Callable[[float], None] = silent,
     settings: Mapping[str, Any] | None = None,
 ) -> SspRun:
-    """Run an archive, and compare it with its reference if there is one for this step and coupling.
+    """Simulate an archive, and compare the result with a reference for this step and coupling, if there is one.
 
-    Rows are written to the file `out` during the run. The memory contains only the rows that the reference has.
-    `progress` is called with the fraction done. `settings` override parameters, ``{"component.parameter": value}``.
+    Rows are written to the file `out` during the run. Only the rows that the reference has are stored in memory.
+    `progress` is called with the completed fraction. `settings` override parameters, ``{"component.parameter":
+    value}``.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop, settings or {})
     system, run = _built(path, case), Run(engine, coupling, seconds, confined=confined)

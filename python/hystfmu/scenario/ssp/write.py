@@ -1,13 +1,13 @@
-"""A scenario as a System Structure and Parameterization archive (SSP 1.0 and 2.0), which other simulators run.
+"""Write a case as a System Structure and Parameterization archive (SSP 1.0, 2.0) for other simulators.
 
-All components are FMUs. The start values of own FMUs are the values of the case, because several readers do not support
-parameter sets (SSV) of components. Readers step all components in parallel, with the values of the previous step and
-one step size. The reference result `extra/org.hystfmu/reference.csv` is computed in this way. Annotations contain step
-and coupling.
+All components are FMUs. The values of the case are written as start values of own FMUs, because several simulators do
+not support parameter sets (SSV) of components. Simulators step all components in parallel, with the values of the
+previous step and one step size. The reference result `extra/org.hystfmu/reference.csv` is computed in this way.
+Annotations state the step and the coupling scheme.
 
-Parameter sets (SSV) have types, and connections have no unit conversion. Readers convert between the units of measure
-of two connectors (SSP 1.0, section 4.5.2) unless the connection suppresses the conversion. HystFMU does not convert.
-Therefore a connection that needs a conversion is an InputError.
+Simulators convert between the units of measure of two connectors (SSP 1.0, section 4.5.2), unless the connection
+suppresses the conversion. HystFMU does not convert units of measure. Therefore an InputError is raised for a connection
+that needs a conversion.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ _NO_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 def changes(part: Part, where: str) -> dict[str, SetValue]:
     """Return the parameters and constant inputs of a unit that differ from the start values of its FMU.
 
-    Start values of a foreign FMU cannot be changed. The start values of own FMUs are written directly, so that an own
-    FMU has no such parameters. A value that a parameter set cannot contain is an InputError.
+    Start values of a foreign FMU cannot be changed. The start values of own FMUs are written directly, so an own FMU
+    has no such parameters. An InputError is raised for a value that a parameter set cannot contain.
     """
     if not isinstance(part.graph, Foreign):
         return {}
@@ -57,13 +57,13 @@ def changes(part: Part, where: str) -> dict[str, SetValue]:
     found = {n: _typed(f"{where}: {part.name}", variables[n], v) for n, v in part.graph.settings.items()}
     for p in part.graph.ports:
         for n, start in zip(p.scalar_names, p.start, strict=True):
-            if float(part.constants.get(n, start)).hex() != float(start).hex():  # -0.0 is not 0.0
+            if float(part.constants.get(n, start)).hex() != float(start).hex():  # -0.0 differs from 0.0
                 found[n] = _typed(f"{where}: {part.name}", p.variable, part.constants[n] if p.size == 1 else [])
     return found
 
 
 def _typed(unit: str, v: Any, value: Any) -> SetValue:
-    """Convert a value to the type of its variable: a float, an int of 32 bits, a bool or a str."""
+    """Return a value in the type of its variable: a float, an int of 32 bits, a bool or a str."""
     if isinstance(value, list):
         raise InputError(f"{unit}.{v.name}: the value of an array has no place in an SSP")
     if isinstance(value, str):
@@ -76,7 +76,7 @@ def _typed(unit: str, v: Any, value: Any) -> SetValue:
         raise InputError(f"{unit}.{e}") from None
     if v.type == "Boolean":
         return bool(number)
-    if v.type in REAL or not -(2**31) <= number < 2**31:  # an Integer of SSP has 32 bits
+    if v.type in REAL or not -(2**31) <= number < 2**31:  # the type Integer of SSP has 32 bits
         if not math.isfinite(number) or float(number) != number:
             raise InputError(f"{unit}.{v.name}: {number} has no place in an SSP: no Integer and no Real holds it")
         return float(number)
@@ -84,7 +84,7 @@ def _typed(unit: str, v: Any, value: Any) -> SetValue:
 
 
 def parameter_set(name: str, values: Mapping[str, SetValue], version: str) -> bytes:
-    """Return the file of a parameter set."""
+    """Return the content of the file of a parameter set."""
     root = ET.Element(f"{{{SSV}}}ParameterSet", name=name, version=version)
     listed = ET.SubElement(root, f"{{{SSV}}}Parameters")
     for key, value in values.items():
@@ -101,7 +101,7 @@ _End = tuple[str | None, str | None]
 def connections(root: ET.Element, system: ET.Element, units: Container[str | None], wrong: _Wrong) -> dict[str, str]:
     """Return the output that drives each connected input, as `unit.connector`.
 
-    `units` contains the names of the components. `wrong` converts a sentence to an error. An error is raised for a
+    `units` contains the names of the components. `wrong` returns the error for a sentence. An error is raised for a
     connection without a connector, with a transformation or a unit conversion, or to a connected input.
     """
     found: dict[str, str] = {}
@@ -115,14 +115,14 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
     for c in wires if wires is not None else ():
         a, b = ((c.get(f"{side}Element"), c.get(f"{side}Connector")) for side in ("start", "end"))
         if a[0] is None or b[0] is None:
-            continue  # a connector of the system: nothing is outside
+            continue  # a connector of the system is not connected, because nothing is outside of the system
         if len(c):
             raise wrong(f"connection of {a[0]}.{a[1]}: transformations are not read")
         for end in (a, b):
             if end[0] not in units or end not in kinds:
                 raise wrong(f"a connection names {end[0]}.{end[1]}, which does not exist")
         if kinds[a] == "input" and kinds[b] == "output":
-            a, b = b, a  # a connection has no direction
+            a, b = b, a  # the two ends of a connection have no order
         to, of = f"{b[0]}.{b[1]}", f"{a[0]}.{a[1]}"
         if found.get(to, of) != of:
             raise wrong(f"{to} is connected twice, with {found[to]} and with {of}")
@@ -137,14 +137,14 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
 
 
 def _same(root: ET.Element, one: str | None, other: str | None) -> bool:
-    """Return whether a number has the same meaning in two units. A missing unit equals the unit of the other end."""
+    """Return whether two units of measure are equal. A missing unit of measure equals any other."""
     meanings = [_meaning(root, unit) for unit in (one, other)]
     plain = ((0,) * len(_EXPONENTS), 1.0, 0.0)
     return None in (one, other) or plain in meanings or (meanings[0] is not None and meanings[0] == meanings[1])
 
 
 def _meaning(root: ET.Element, unit: str | None) -> tuple[tuple[int, ...], float, float] | None:
-    """Return exponents of the base units, factor and offset; None for an undefined unit."""
+    """Return the exponents of the base units, factor and offset of a unit of measure, or None if undefined."""
     for u in root.iter(f"{{{SSC}}}Unit"):
         base = u.find(f"{{{SSC}}}BaseUnit")
         if u.get("name") == unit and base is not None:
@@ -161,7 +161,7 @@ OURS = "https://hystfmu.org/ssp"
 REFERENCE = "extra/org.hystfmu/reference.csv"
 Version = Literal["1.0", "2.0"]
 
-# libcosim looks for these very prefixes
+# libcosim requires exactly these prefixes
 for _prefix, _name in (("ssd", SSD), ("ssc", SSC), ("ssv", SSV), ("osp", OSP), ("hyst", OURS)):
     ET.register_namespace(_prefix, _name)
 
@@ -200,14 +200,13 @@ def write_ssp(
     separate : bool
         Whether to write every unit as a separate component.
 
-        If False, neighbours that can step as one graph are one component, so that
-        every reader keeps the order of the case.
+        If False, neighbours that can step as one graph are one component, so that every simulator keeps their order.
 
     Raises
     ------
     InputError
-        No reader implements the coupling, the case does not run with the coupling of the readers, or a file cannot be
-        written.
+        No other simulator supports the coupling of the case, the case does not run with the coupling of other
+        simulators, or a file cannot be written.
     Stopped
         The case does not run.
     """
@@ -236,9 +235,9 @@ def write_ssp(
 def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
     """Write a case as one FMU that steps its units in the order of the scenario.
 
-    Without foreign FMUs, the FMU contains one graph, and supports Model Exchange and saved states. Its description
-    states the largest difference from the case, which has finer steps and events within steps. With foreign FMUs, the
-    FMU is a container of FMUs.
+    Without foreign FMUs, the FMU contains one graph, and supports Model Exchange and saved states. The description of
+    this FMU states the largest difference from the case, because the case has finer steps and events within steps. With
+    foreign FMUs, the FMU is a container of FMUs.
 
     Raises
     ------
@@ -280,13 +279,13 @@ def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], c
 
 
 def _handed(system: System, trace: Trace) -> dict[tuple[str, str], float]:
-    """Return the start value of each connected input for the initialisation."""
+    """Return the start value that each connected input has during the initialisation."""
     ends, parts = system.names, system.parts
     return {(parts[n.to].name, parts[n.to].inputs[n.input]): float(trace[ends[n.source]][0]) for n in system.links}
 
 
 def _with_starts(part: Part, handed: dict[tuple[str, str], float], h: float) -> Graph:
-    """Return the graph whose inputs start with the constants of the scenario or the initial values of their sources.
+    """Return a graph whose inputs start with their constants or with the initial values of their sources.
 
     An importer sets only connected inputs, and fmpy and ecos set them only after the initialisation.
     """
@@ -327,14 +326,15 @@ def _structure(system: System, sets: dict[str, dict[str, SetValue]], version: Ve
         )
         listed = ET.SubElement(component, _tag(SSD, "Connectors"))
         driven = {p.inputs[link.input] for link in system.links if system.parts[link.to] is p}
-        # fmpy writes 0 to an input that is listed and not connected
+        # fmpy sets a listed input without connection to 0
         for kind, names in (("input", [n for n in p.inputs if n in driven]), ("output", p.outputs)):
             for name in names:
                 _connector(listed, name, kind, ports[f"{p.name}.{name}"])
         if p.name in sets:
             bindings = ET.SubElement(component, _tag(SSD, "ParameterBindings"))
             ET.SubElement(bindings, _tag(SSD, "ParameterBinding"), source=f"resources/{p.name}.ssv")
-    wires = ET.SubElement(top, _tag(SSD, "Connections")) if system.links or outside else top  # never an empty list
+    # an empty list is not allowed
+    wires = ET.SubElement(top, _tag(SSD, "Connections")) if system.links or outside else top
     ends = system.names
     for link in system.links:
         to = system.parts[link.to]
@@ -353,11 +353,11 @@ def _connector(listed: ET.Element, name: str, kind: str, port: tuple[str, str]) 
 
 
 def _ports(system: System) -> dict[str, tuple[str, str]]:
-    """Return type and unit of measure of every input and output; "" for a missing unit of measure."""
+    """Return the type and the unit of measure (or "") of every input and output."""
     found: dict[str, tuple[str, str]] = {}
     for p in system.parts:
         for port in p.graph.ports:
-            variable = getattr(port, "variable", None)  # of a foreign FMU
+            variable = getattr(port, "variable", None)  # port of a foreign FMU
             kind = "Real" if variable is None or variable.type[:4] in ("Real", "Floa") else variable.type
             word = kind if kind in ("Real", "Boolean") else "Integer"
             if port.kind in ("input", "output"):
@@ -391,6 +391,6 @@ def _experiment(root: ET.Element, case: Case) -> None:
 
 
 def _reference(system: System, trace: Trace) -> bytes:
-    """Return all rows of the recorded signals; of all outputs if no signals are recorded."""
+    """Return all rows of the recorded signals, or of all outputs if no signals are recorded."""
     names = list(system.case.record) or list(system.columns)
     return csv_text({"t": trace.t} | {n: trace[n] for n in names}).encode()

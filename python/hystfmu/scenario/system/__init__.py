@@ -1,1 +1,1 @@
-"""Description of a run: scenario file, cases, units, connections, coupling, events of references."""
+"""Data of a simulation: scenario file, cases, units, connections, coupling, and events of references."""

@@ -1,9 +1,10 @@
-"""The cases of a scenario: every `[[case]]` overrides keys of the scenario. They are checked without models.
+"""The cases of a scenario. Every `[[case]]` overrides keys of the scenario. Cases are checked without models.
 
-The rest of the program only uses complete cases. `load_unit` returns the graph (or foreign FMU) of a unit of a case.
-Parameters of a unit have the names of the variables in an FMU. The size of a block is a part of its structure and
-cannot be set. A unit of the block `delay` is an exception (`--set delay.n=1.3`), so that cases and studies can vary the
-delay of a loop. A fraction of a step is a number of fine steps. With 0 the unit becomes a connection.
+All other modules use only complete cases. The function `load_unit` returns the graph (or foreign FMU) of a unit in a
+case. Parameters of a unit have the names of the variables in an FMU. The size of a block is a part of its structure, so
+a case cannot set it. An exception is the number of steps of the block `delay` (`--set delay.n=1.3`), so that cases and
+studies can vary the delay of a loop. A fraction of a step must be a whole number of fine steps. If the delay is 0, a
+connection replaces the unit.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from hystfmu.scenario.system.spec import (
     read_scenario,
 )
 
-MOST_STEPS = 20_000_000  # of the finest unit in one case
+MOST_STEPS = 20_000_000  # largest number of fine steps in one case
 NAME = r"[A-Za-z][A-Za-z0-9_]*"
 _END = re.compile(rf"({NAME})\.({NAME})\Z")
 
@@ -82,12 +83,12 @@ class Case:
 
     @property
     def description(self) -> str:
-        """Label of one line, which is unique among the cases of all scenarios."""
+        """Label of one line, which differs from the labels of all other cases of all scenarios."""
         return f"scenario {self.title}" + (f": {self.about}" if self.about else "")
 
     @property
     def tracked(self) -> MetricSpec | None:
-        """The first metric that compares an output with a reference; None if there is none."""
+        """The first metric that compares an output with a reference, or None if there is none."""
         return next((m for m in self.metrics.values() if m.against is not None), None)
 
     @property
@@ -97,7 +98,7 @@ class Case:
 
 
 def split_end(end: str, where: str) -> tuple[str, str]:
-    """Split `unit.variable` into the two names. Errors begin with `where`, which contains file and key."""
+    """Split `unit.variable` into the two names. Error messages begin with `where`, which states file and key."""
     m = _END.match(end)
     if not m:
         raise InputError(f"{where}: must read 'unit.variable'; got {end!r}")
@@ -105,21 +106,21 @@ def split_end(end: str, where: str) -> tuple[str, str]:
 
 
 class ScenarioLike(Protocol):
-    """A scenario that was built in Python, or complete cases."""
+    """Interface of a scenario that was built in Python, and of complete cases."""
 
     def ready(self) -> Cases:
         """Return the complete cases."""
 
 
 class Cases:
-    """The complete cases of a scenario, read from a `scenario.toml` and checked.
+    """The complete cases of a scenario, which are read from a `scenario.toml` and checked.
 
     Parameters
     ----------
     path : path
         The file, or the folder that contains it.
     overrides : mapping of str to value
-        Values ``{"unit.parameter": value}`` that override all other values, in the cases with this parameter.
+        Values ``{"unit.parameter": value}`` that override all other values, in all cases with this parameter.
     coupling : str, optional
         Coupling scheme for all cases; it replaces the schemes of the cases.
 
@@ -154,17 +155,17 @@ class Cases:
         overrides: dict[str, Any] | None = None,
         coupling: Scheme | None = None,
     ) -> Cases:
-        """Return a scenario without a file, or with changes.
+        """Return the cases of a scenario that has no file, or that was changed.
 
         Parameters
         ----------
         spec : ScenarioSpec
         origin : str
-            Prefix of every error.
+            Prefix of every error message.
         attached : dict
-            Models or files for paths of units that are not files of the folder.
+            Models or files that replace the paths of units, if these paths are not files in the folder.
         folder : path, optional
-            Folder of the files and of the baseline.
+            Folder of the files of the scenario and of the baseline.
         overrides, coupling
             See `Cases`.
         """
@@ -174,16 +175,16 @@ class Cases:
         return made
 
     def ready(self) -> Cases:
-        """Return these cases, which are complete."""
+        """Return these cases, which are already complete."""
         return self
 
     def named(self, name: str | None) -> Case:
-        """Return the case with this name; by default the first case.
+        """Return the case with this name, or the first case if no name is given.
 
         Raises
         ------
         InputError
-            There is no such case.
+            There is no case with this name.
         """
         found = self.cases[0] if name is None else next((c for c in self.cases if c.name == name), None)
         if found is None:
@@ -191,7 +192,7 @@ class Cases:
         return found
 
     def changed(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> Cases:
-        """Return the scenario with other `overrides` and `coupling`, see `Cases`."""
+        """Return the scenario with other `overrides` and another `coupling`, see `Cases`."""
         return Cases.of(self.spec, self.origin, self.attached, self.folder, overrides, coupling)
 
     def _complete(
@@ -287,15 +288,15 @@ SIZE = "n"
 
 
 def sizes(case: Case) -> set[str]:
-    """Return the settings ``"unit.n"`` of a case that change the structure of a unit."""
+    """Return the names ``"unit.n"`` of the settings of a case that change the structure of a unit."""
     return {f"{name}.{SIZE}" for name, spec in case.units.items() if spec.block == "delay"}
 
 
 def delayed(spec: UnitSpec, steps: object, ripple: int, where: str) -> UnitSpec:
-    """Return the unit of a delay with another number of steps. Errors begin with `where`.
+    """Return a delay unit with another number of steps. Error messages begin with `where`.
 
-    In steps of the scenario, the delay is a multiple of 1 / `ripple`. An InputError is raised if the value is not a
-    number, is negative, or is not a multiple of a fine step.
+    The delay in steps of the scenario must be a multiple of 1 / `ripple` (a fine step). An InputError is raised if the
+    value is not a number, is negative, or is not a multiple of a fine step.
     """
     parts = ripple if spec.every == 1 and not spec.fine else 1
     count = parts * steps if isinstance(steps, int | float) and not isinstance(steps, bool) else -1.0
@@ -311,7 +312,7 @@ def delayed(spec: UnitSpec, steps: object, ripple: int, where: str) -> UnitSpec:
 
 
 def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
-    """Return the graph of a unit of a case, before `set` and overrides. Errors begin with `where`.
+    """Return the graph of a unit in a case, before `set` and overrides. Error messages begin with `where`.
 
     An InputError is raised if a file is invalid or outside the folder of the case, if a block or a parameter is
     unknown, or if a value is out of range.
@@ -321,7 +322,8 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
     if spec.model is not None:
         return _model(case, spec.model, f"{where}.model").graph
     if spec.inverse_of is not None:
-        from hystfmu.inverse import invert  # the method's own imports stay out of scenarios that do not use it
+        # imported here, so that a scenario without a computed inverse does not wait for this import
+        from hystfmu.inverse import invert
 
         return invert(_model(case, spec.inverse_of, f"{where}.inverse_of"), "exact").graph
     if spec.block is not None:
@@ -331,7 +333,7 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
 
 
 def with_files(case: Case) -> Case:
-    """Return the case with the loaded models and FMUs of its units. It needs no files, as confinement requires."""
+    """Return the case with the loaded models and FMUs of its units, so that a confined process needs no files."""
     read: dict[str, Model | Foreign] = {}
     for name, spec in case.units.items():
         where = f"{case.where}: units.{name}"
@@ -342,13 +344,13 @@ def with_files(case: Case) -> Case:
 
 
 def _foreign(case: Case, relative: str, where: str) -> Foreign:
-    """Return the FMU of a path of the case."""
+    """Return the FMU at a path that the case states."""
     attached = case.attached.get(relative)
     return attached if isinstance(attached, Foreign) else Foreign.load(_path(case, relative, where))
 
 
 def _model(case: Case, relative: str, where: str) -> Model:
-    """Return the model of a path of the case."""
+    """Return the model at a path that the case states."""
     attached = case.attached.get(relative)
     if isinstance(attached, Model):
         return attached
@@ -358,12 +360,12 @@ def _model(case: Case, relative: str, where: str) -> Model:
 
 @lru_cache(maxsize=16)
 def _parsed(path: Path, content: bytes) -> Model:
-    """Return the model in a file. It is read once for all cases, and again if the file changes."""
+    """Return the model in a file. The file is read once for all cases, and again after a change."""
     return Model.load(path)
 
 
 def _path(case: Case, relative: str, where: str) -> Path:
-    """Return the file of a path of the case."""
+    """Return the file at a path that the case states."""
     attached = case.attached.get(relative)
     if isinstance(attached, Path):
         return attached
@@ -383,9 +385,9 @@ def start_values(graph: Graph | Foreign, kind: str) -> list[float]:
 
 
 def first_outputs(graph: Graph | Foreign) -> list[float]:
-    """Return the scalar outputs before any input is known.
+    """Return the values of the scalar outputs before any input is known.
 
-    Earlier units read the initial outputs of delays. All other outputs have their start values.
+    Delays have their initial outputs, which earlier units in the order use. All other outputs have their start values.
     """
     if isinstance(graph, Foreign):
         return start_values(graph, "output")
@@ -400,7 +402,7 @@ def first_outputs(graph: Graph | Foreign) -> list[float]:
 
 
 def parameter_names(graph: Graph | Foreign) -> set[str]:
-    """Return every name that `set` may use: names of parameters and of their elements."""
+    """Return every name that `set` accepts: the names of parameters and of their elements."""
     if isinstance(graph, Foreign):
         settable = ("parameter", "structuralParameter")
         return {v.name for v in graph.description.modelVariables if v.causality in settable}
@@ -409,7 +411,7 @@ def parameter_names(graph: Graph | Foreign) -> set[str]:
 
 
 def with_values(graph: Graph | Foreign, values: dict[str, Any]) -> Graph | Foreign:
-    """Return the unit with some parameters changed, by their names in an FMU (`w`, `w_2`, `net_W1`)."""
+    """Return the unit with changed parameters. The keys are their names in an FMU (`w`, `w_2`, `net_W1`)."""
     if isinstance(graph, Foreign):
         return graph.with_settings(values)
     for name, value in values.items():
@@ -420,7 +422,7 @@ def with_values(graph: Graph | Foreign, values: dict[str, Any]) -> Graph | Forei
 
 
 def changed(graph: Graph, name: str, value: object) -> tuple[Port, int, list[float]]:
-    """Compute a parameter after a change by `set` of a scenario.
+    """Return the new values of a parameter that `set` of a scenario changes.
 
     Return the port of the parameter, the index of the first changed element, and the new values from this element on.
     """

@@ -1,9 +1,10 @@
 """Events of references and disturbances: discontinuities, kinks and reversals, known before the run.
 
 With `events = "located"`, a step ends on each event between two communication points. If the steps of a unit cannot be
-divided, the unit holds its outputs until its next grid point. A source of this kind applies its event at this grid
-point, and `missed` reports this. A discontinuity needs two step ends; the first step end is directly before it.
-Otherwise a unit that reads values at the end of its step would see the discontinuity from the beginning of this step.
+divided, the outputs of the unit are constant until its next grid point. If such a unit is a source, its event takes
+effect at this grid point, and the function `missed` reports the delay. A discontinuity needs two step ends, the first
+one directly before it. Otherwise the discontinuity would take effect at the beginning of the step in a unit that uses
+the values at the end of the step.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from hystfmu.scenario.system.case import MOST_STEPS
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import Part, System
 
-NEAR = 1e-9  # `hyst_reached` of the core counts a time as reached; of the time, and here of the step as well
-SHORTEST = 2e-12  # s; an FMU of ours takes steps from 1e-12 s on
+NEAR = 1e-9  # relative tolerance of a time, as in `hyst_reached` of the core; here also relative to the step
+SHORTEST = 2e-12  # shortest step (s); own FMUs accept steps from 1e-12 s on
 
 Values = Callable[[Part, Node, str], Array]
 """Return the present values of a parameter of a block of a unit."""
@@ -32,8 +33,8 @@ Values = Callable[[Part, Node, str], Array]
 class Event:
     """Increasing times (s) at which an output of a source has a discontinuity, a kink or a reversal.
 
-    `parameter` is the name of the parameter that sets the times, for messages. `shift` is the preview of the block (s);
-    the block rounds times to this value.
+    `parameter` is the name of the parameter that determines the times, for messages. `shift` is the preview of the
+    block (s), to which the block rounds times.
     """
 
     part: Part
@@ -49,7 +50,7 @@ def in_file(part: Part, node: Node, name: str) -> Array:
 
 
 def missed(system: System) -> list[str]:
-    """Return a line for every source with a discontinuity between the steps of its unit.
+    """Return one line for every source with a discontinuity between two steps of the source.
 
     The line states the time at which the discontinuity takes effect.
     """
@@ -76,9 +77,9 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
     Returns
     -------
     steps : array of int64, shape (n,)
-        Fine step of each time, from 1 on, not decreasing.
+        Number of the fine step that contains each time, from 1 on, not decreasing.
     times : array, shape (n,)
-        Increasing times (s). Each time lies inside its step.
+        Increasing times (s), each inside of its fine step.
     """
     found = [e for e in _events(system, values) if e.part.any_step] if system.case.coupling.events == "located" else []
     if not found:
@@ -97,7 +98,7 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
     edges = zip(rows.tolist(), system.at(rows - 1).tolist(), system.at(rows).tolist(), strict=True)
     for (begin, end, near), (n, before, grid) in zip(joined, edges, strict=True):
         last = times[-1] if steps and steps[-1] == n else before
-        # a discontinuity right after a grid point or a cut begins there
+        # a discontinuity directly after a grid point or a division begins at this point
         if begin - last > near and begin < end:
             steps.append(n)
             times.append(begin)
@@ -112,7 +113,7 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
 
 
 def _joined(spans: list[tuple[float, float, float]]) -> Iterator[tuple[float, float, float]]:
-    """Yield (begin, end, near) of the events. Events closer than the resolution of the core are joined."""
+    """Yield (begin, end, near) of the events. Events closer than the time resolution of the core are joined."""
     joined: tuple[float, float, float] | None = None
     for begin, end, near in spans:
         if joined is not None and begin - joined[1] <= near:
@@ -126,7 +127,7 @@ def _joined(spans: list[tuple[float, float, float]]) -> Iterator[tuple[float, fl
 
 
 def _events(system: System, values: Values) -> Iterator[Event]:
-    """Yield the events inside the run."""
+    """Yield the events between the start and the end of the run."""
     for part in system.parts:
         if isinstance(part.graph, Foreign):
             continue
@@ -147,7 +148,7 @@ def _inside(
 
 
 def _reference(system: System, part: Part, node: Node, values: Values) -> Iterator[Event]:
-    """Yield the events of `steps`, `triangle` and `random_reversals`, and of the preview if a unit reads it."""
+    """Yield the events of `steps`, `triangle` and `random_reversals`, and of the preview if it is connected."""
     read = {end for end, place in system.columns.items() if place in {n.source for n in system.links}}
     inner = len(part.own.nodes) > 1  # connections inside a graph are not analysed
 
@@ -164,9 +165,9 @@ def _reference(system: System, part: Part, node: Node, values: Values) -> Iterat
 
 
 def _pieces(system: System, part: Part, node: Node, values: Values, begin: float, end: float) -> tuple[str, Array, str]:
-    """Return the parameter with the times of the pieces, the limits of the pieces, and a derivative.
+    """Return the parameter that states the times of the pieces, the limits of the pieces, and a derivative.
 
-    It is the lowest derivative that is discontinuous at these times.
+    The derivative is the order of the lowest one that is discontinuous at these times.
     """
     (shape,) = (v for v in node.block.vars if v.name == "shape")
     kind = shape.choices[int(values(part, node, "shape")[0])]
@@ -181,7 +182,7 @@ def _pieces(system: System, part: Part, node: Node, values: Values, begin: float
         first = math.ceil(2 * (turns + f * begin) - 0.5)
         halves = np.arange(first, first + math.ceil(2 * f * (end - begin)) + 1, dtype=np.float64)
         extrema, reach = (halves / 2 + 0.25 - turns) / f, float(values(part, node, "turn")[0]) / 4 / f
-        if reach > 0:  # where the parabolas of the turn-arounds meet the lines
+        if reach > 0:  # the events are at the joints of the parabolas of the turn-arounds and the straight lines
             return "frequency", np.ravel(np.column_stack([extrema - reach, extrema + reach])), "ddr"
         return "frequency", extrema, "dr"
     if kind == "random_reversals" and f > 0:

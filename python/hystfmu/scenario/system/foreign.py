@@ -1,7 +1,7 @@
 """A foreign FMU as a unit of a scenario: the data of its modelDescription.xml that the master uses.
 
-The ports of the unit are the inputs and outputs that are numbers or booleans. Unconnected inputs keep their start
-values. `hystfmu run` executes the FMU in a child process.
+The ports of the unit are the inputs and outputs that are numbers or booleans. Unconnected inputs have their start
+values during the whole run. `hystfmu run` executes the FMU in a child process.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from hystfmu.fmu.foreign.instance import CARRIED, REAL, Finding, carried, number
 from hystfmu.graph.node import element_names
 
 MOST_PORTS = 100_000
-_DIRECT = {"Real", "Float64"}  # an array of them is set and read where it stands
+_DIRECT = {"Real", "Float64"}  # types whose arrays are set and read without a copy
 _SETTABLE = ("parameter", "structuralParameter")
 
 
 @dataclass(frozen=True)
 class ForeignPort:
-    """A variable of the FMU; an array of FMI 3.0 has several elements."""
+    """A variable of a foreign FMU. An array of FMI 3.0 has several elements."""
 
     name: str
     kind: Literal["input", "output"]
@@ -50,7 +50,7 @@ class ForeignPort:
 
 @dataclass(frozen=True)
 class Foreign:
-    """An unpacked FMU with the parameter values of a scenario."""
+    """An unpacked foreign FMU with the parameter values of a scenario."""
 
     path: Path
     folder: Path
@@ -64,7 +64,7 @@ class Foreign:
 
     @classmethod
     def load(cls, path: Path) -> Foreign:
-        """Unpack and describe an FMU.
+        """Unpack an FMU and read its description.
 
         The file must be a readable FMU 1.0, 2.0 or 3.0 for Co-Simulation or Model Exchange, with a binary for this
         platform.
@@ -82,24 +82,24 @@ class Foreign:
 
     @property
     def fmi(self) -> Literal[1, 2, 3]:
-        """Version of the standard."""
+        """FMI version."""
         return version(self.description)
 
     @property
     def direct(self) -> bool:
-        """True if arrays of the master can be set and read in the FMU without conversion."""
+        """True if the FMU can use the arrays of the master without conversion."""
         kinds = {p.variable.type for p in self.ports}
         return self.description.coSimulation is not None and self.fmi > 1 and kinds <= _DIRECT
 
     @property
     def saves(self) -> bool:
-        """True if the FMU can get and set its state."""
+        """True if the FMU can save and restore its state."""
         can = self.description.coSimulation or self.description.modelExchange
         return bool(getattr(can, "canGetAndSetFMUstate", False))
 
     @property
     def any_step(self) -> bool:
-        """True if the FMU declares variable communication steps; always true with an integrator."""
+        """True if the FMU declares variable communication steps, or if an integrator is used."""
         simulation = self.description.coSimulation
         if simulation is None:
             return True
@@ -115,7 +115,7 @@ class Foreign:
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 
     def dependencies(self) -> dict[str, set[str]]:
-        """Inputs with declared direct feed-through to each output; all inputs if there is no declaration."""
+        """Inputs with declared direct feed-through to each output, or all inputs if there is no declaration."""
         inputs = {p.name for p in self.ports if p.kind == "input"}
         declared = {u.variable.name: u for u in self.description.outputs}
         found = {}
@@ -161,7 +161,7 @@ def _is_port(v: Any) -> bool:
 
 
 def _size(v: Any, sizes: Mapping[str, Any]) -> int:
-    """Return the number of elements of a variable; structural parameters may have other values than in the file."""
+    """Return the number of elements of a variable for the present values of structural parameters."""
     size = 1
     for d in v.dimensions:
         size *= int(d.start if d.variable is None else sizes.get(d.variable.name, d.variable.start))
@@ -192,7 +192,7 @@ def _port(path: Path, v: Any, sizes: Mapping[str, Any]) -> ForeignPort:
 
 
 def _value(v: Any, value: Any, now: Any) -> float | bool | str | list[float]:
-    """Return the value of a parameter in the type of the parameter; an array is in row order."""
+    """Return a value in the type of its parameter, with the elements of an array in row order."""
     if v.type == "String" and not v.dimensions:
         text = str(value)
         if "\0" in text:

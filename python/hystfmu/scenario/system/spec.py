@@ -1,8 +1,8 @@
 """Files of scenarios: their folders, the keys of a scenario.toml, and `extends`.
 
-Scenarios may be grouped: a folder of scenarios within the folder of all scenarios. With `extends`, a file states only
-the differences from another file. Tables are merged key by key. Numbers, texts and lists replace the earlier value.
-Three rules keep the result readable:
+Several scenarios may form a group, which is a folder in the folder of all scenarios. With the key `extends`, a file
+states only the differences from another file. Tables are merged key by key. Numbers, texts and lists replace the value
+in the extended file. Three rules keep the result readable:
 
 - A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole.
 - Of several files in a list, a later one has priority.
@@ -10,9 +10,9 @@ Three rules keep the result readable:
   in this order; otherwise the cases of the extended file run. A name with ``*`` or ``?`` stands for all matching cases
   of the extended file that the file does not name elsewhere.
 
-Conditions are settings, such as a corner, a signal or a delay, that are stated once for several cases. A case applies
-its conditions in the order of its list. Later conditions have priority over earlier conditions, and the keys of the
-case have the highest priority. A case without text has the texts of its conditions.
+A condition contains settings that several cases use, such as a worst-case parameter set, a signal or a delay. A case
+applies its conditions in the order of its list. Later conditions have priority over earlier conditions, and the keys of
+the case have the highest priority. If a case has no text, the texts of its conditions are used.
 """
 
 from __future__ import annotations
@@ -35,23 +35,23 @@ FILE = "scenario.toml"
 
 
 def is_relative(path: str) -> bool:
-    """Return whether a path is relative and written with '/'."""
+    """Return whether a path is relative and uses only '/' as separator."""
     return not (Path(path).is_absolute() or "\\" in path or ":" in path)
 
 
 def inside(folder: Path, relative: str, where: str, scenario: Path | None = None) -> Path:
-    """Return a path of a scenario file in `folder`. The path must not lead out of the folder of all scenarios.
+    """Return the path of a file that a scenario file in `folder` states, if it is inside the scenario folders.
 
-    `scenario` is the folder of the scenario, by default `folder`. Its parent contains all scenarios or a group of
-    scenarios. A path that is absolute or leads out of the folder, for example through a symbolic link, is an
-    InputError. Errors begin with `where`.
+    `scenario` is the folder of the scenario, by default `folder`. Its parent folder contains all scenarios or a group
+    of scenarios. An InputError is raised if the path is absolute or leads out of the folder of all scenarios, for
+    example through a symbolic link. Error messages begin with `where`.
     """
     if not is_relative(relative):
         raise InputError(f"{where}: must be a path relative to the scenario, with '/'; got {relative!r}")
     root = _root((scenario or folder).resolve())
     try:
         path = (folder.resolve() / relative).resolve()
-    except (OSError, RuntimeError, ValueError) as e:  # links in a circle, a zero byte
+    except (OSError, RuntimeError, ValueError) as e:  # symbolic links in a circle, or a path with a zero byte
         raise InputError(f"{where}: {e}; got {relative!r}") from None
     if not path.is_relative_to(root):
         raise InputError(f"{where}: must stay within the folder of the scenarios; got {relative!r}")
@@ -68,14 +68,14 @@ def _root(scenario: Path) -> Path:
 
 
 def scenario_folders(folder: Path) -> list[Path]:
-    """Return the scenarios of a group, sorted. If the folder is a scenario or has none, return the folder."""
+    """Return the sorted folders of scenarios in a group. If there are none, return only the folder itself."""
     if (folder / FILE).exists() or not folder.is_dir():
         return [folder]
     return sorted(p.parent for p in folder.glob(f"*/{FILE}")) or [folder]
 
 
 def shipped_scenarios() -> Path:
-    """Return the folder of the shipped scenarios and their models; an InputError if they are not installed."""
+    """Return the folder of the shipped scenarios, or raise an InputError if they are not installed."""
     for folder in (PACKAGE / "_scenarios", PACKAGE.parents[1] / "scenarios"):
         if folder.is_dir():
             return folder
@@ -83,7 +83,7 @@ def shipped_scenarios() -> Path:
 
 
 def shipped_names() -> list[str]:
-    """Return the names of the shipped scenarios for a command, such as ``scenarios/pid``; empty if not installed."""
+    """Return the names of the shipped scenarios, such as ``scenarios/pid``, or nothing if not installed."""
     try:
         root = shipped_scenarios()
     except InputError:
@@ -92,7 +92,7 @@ def shipped_names() -> list[str]:
 
 
 def here_or_shipped(path: str) -> Path:
-    """Return a path; if `scenarios/...` does not exist in the current folder, return the path of the shipped one."""
+    """Return a path. If it is `scenarios/...` and does not exist, return the path of the shipped scenario."""
     first, *inside = Path(path).parts or (".",)
     if first != "scenarios" or Path(path).exists():
         return Path(path)
@@ -107,11 +107,11 @@ FORMAT: Literal[1] = 1
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
-SOURCES = {"model", "block", "graph", "inverse_of", "fmu"}  # keys that say what a unit is
+SOURCES = {"model", "block", "graph", "inverse_of", "fmu"}  # keys that state the content of a unit
 
 
 class UnitSpec(pydantic.BaseModel):
-    """One unit: content (exactly one of `model`, `block`, `graph`, `inverse_of`, `fmu`), and settings of the run."""
+    """One unit. Exactly one of `model`, `block`, `graph`, `inverse_of` and `fmu` states the content."""
 
     model_config = STRICT
     model: str | None = Field(None, description="path of a *.model.toml, relative to the scenario's folder")
@@ -158,7 +158,7 @@ MetricKind = Literal[
 
 
 class MetricSpec(pydantic.BaseModel):
-    """A number computed from signals, and the limit that it must not exceed."""
+    """A metric: a number computed from signals, and the limit that it must not exceed."""
 
     model_config = STRICT
     kind: MetricKind = Field(description="what is computed: see hystfmu.scenario.outcome.metrics")
@@ -185,7 +185,7 @@ Scheme = Literal["gauss_seidel", "jacobi", "iterative"]
 
 
 class CouplingSpec(pydantic.BaseModel):
-    """Exchange of values between units that step at the same time."""
+    """Coupling scheme: exchange of values between units that make a step at the same time."""
 
     model_config = STRICT
     scheme: Scheme = Field(
@@ -205,7 +205,7 @@ class CouplingSpec(pydantic.BaseModel):
 
 
 class TubeSpec(pydantic.BaseModel):
-    """Tolerance of a recorded signal in time and value at once, instead of `tolerance`."""
+    """Tolerances of recorded signals in time and value, which replace `tolerance`."""
 
     model_config = STRICT
     time: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(0.0, description="largest shift in time (s)")
@@ -258,7 +258,7 @@ class ConditionSpec(pydantic.BaseModel):
 
 
 class CaseSpec(ConditionSpec):
-    """A case: the differences from the scenario."""
+    """A case, which states the differences from the scenario."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=64)]
     conditions: list[Name] = Field([], description="conditions of the scenario that the case takes; later ones win")
@@ -300,9 +300,9 @@ class ScenarioSpec(pydantic.BaseModel):
     case: list[CaseSpec] = Field([], max_length=200, description="variants; without any there is one, 'nominal'")
 
 
-MOST_BYTES = 2**20  # of each file
-MOST_FILES = 8  # of a chain
-_FILES = ("model", "inverse_of", "fmu")  # keys of a unit that name a file
+MOST_BYTES = 2**20  # size limit of each file (bytes)
+MOST_FILES = 8  # largest number of files in a chain of `extends`
+_FILES = ("model", "inverse_of", "fmu")  # keys of a unit whose value is a file name
 
 Table = dict[str, Any]
 
@@ -310,8 +310,8 @@ Table = dict[str, Any]
 def read_scenario(file: Path) -> ScenarioSpec:
     """Read a scenario.toml and the files that it extends, and check the merged result.
 
-    An error names the file with the wrong key, the key, the rule and the value. A chain of files that is too long,
-    returns to a file or leaves the folder of the scenarios is an InputError.
+    An error message states the file with the wrong key, the key, the rule and the value. An InputError is also raised
+    if the chain of files is too long, contains a file twice, or leaves the folder of the scenarios.
     """
     layers = _chain(file)
     try:
@@ -323,14 +323,14 @@ def read_scenario(file: Path) -> ScenarioSpec:
                 layers[k], run = (path, own), _length(own)
             merged = _merge(merged, own)
         if isinstance(merged.get("case"), list):
-            merged["case"] = merged["case"][:run]  # those that only give what others state come after
+            merged["case"] = merged["case"][:run]  # the later cases are only templates of other cases and do not run
     except RecursionError:
         raise InputError(f"{file}: tables are nested too deep") from None
     return with_conditions(check(merged, ScenarioSpec, lambda key: _origin(layers, merged, key)), file)
 
 
 def _chain(file: Path) -> list[tuple[Path, Table]]:
-    """Return the file and the files that it extends, with their tables. Paths are relative to the first file."""
+    """Return a file and the files that it extends, with their tables. Paths are relative to the first file."""
     layers: list[tuple[Path, Table]] = []
     waiting, seen = [file], [file.resolve()]
     while waiting:
@@ -354,12 +354,13 @@ def _chain(file: Path) -> list[tuple[Path, Table]]:
             seen.append(target)
         if len(seen) > MOST_FILES:
             raise InputError(f"{where}: at most {MOST_FILES} files may extend each other")
-        waiting = [*reversed(targets), *waiting]  # of a list the last file wins, with what it extends
+        # the last file of a list, with the files that it extends, has priority
+        waiting = [*reversed(targets), *waiting]
     return layers
 
 
 def _merge(below: Table, own: Mapping[str, Any]) -> Table:
-    """Merge `own` into `below` by the rules of this module. `own` has priority."""
+    """Return `below` merged with `own` by the rules of this module. Values in `own` have priority."""
     merged = dict(below)
     for key, value in own.items():
         was = below.get(key)
@@ -373,7 +374,7 @@ def _merge(below: Table, own: Mapping[str, Any]) -> Table:
 
 
 def _merge_cases(below: list[Any], own: list[Any]) -> list[Any]:
-    """Return the cases of `own`, each merged with the case of the same name in `below`, then the other cases."""
+    """Return the cases of `own`, merged with the cases of the same name in `below`, and then the other cases."""
     base = {c["name"]: c for c in below if _is_named(c)}
     names = [c["name"] for c in own if _is_named(c)]
     merged = [_merge(base.get(c["name"], {}), c) if _is_named(c) else c for c in own]
@@ -381,7 +382,7 @@ def _merge_cases(below: list[Any], own: list[Any]) -> list[Any]:
 
 
 def _chosen(below: Any, run: int, own: list[Any], path: Path) -> list[Any]:
-    """Return `own`, where the first `run` cases of `below` replace the patterns that they match."""
+    """Return `own` with the matching names of the first `run` cases of `below` instead of each pattern."""
     patterns = [c for c in own if _is_named(c) and set(c["name"]) & set("*?")]
     taken = {c["name"] for c in own if _is_named(c)}
     found: list[Any] = []
@@ -414,7 +415,7 @@ def _names_once(cases: Any, path: Path) -> None:
 
 
 def _rebased(table: Table, home: Path, folder: Path) -> Table:
-    """Return the table with paths relative to `folder` instead of `home`, the folder of its file."""
+    """Return a table in which paths are relative to `folder` instead of `home`, the folder of the file."""
     if home == folder:
         return table
     way = os.path.relpath(home.resolve(), folder.resolve())
@@ -434,10 +435,10 @@ def _rebased(table: Table, home: Path, folder: Path) -> Table:
 
 
 def _origin(layers: Sequence[tuple[Path, Table]], merged: Table, key: Sequence[str | int]) -> Path:
-    """Return the file that states a key of the merged table; the first file if no file states the key."""
+    """Return the file that states a key of the merged table, or the first file if no file states the key."""
 
     def known(table: Any) -> int:
-        """Return the number of parts of the key that a file states."""
+        """Return how many leading parts of the key a file contains."""
         for depth, part in enumerate(key):
             if depth == 1 and key[0] == "case" and isinstance(table, list):
                 table = {i: own for i, case in enumerate(merged["case"]) for own in table if _are_same(own, case)}
@@ -456,11 +457,11 @@ def _are_same(own: Any, case: Any) -> bool:
 
 
 Spec = TypeVar("Spec", CaseSpec, ScenarioSpec)
-_LAST = ("stop", "after", "order")  # the last one that is stated holds
+_LAST = ("stop", "after", "order")  # for these keys, the last stated value is used
 
 
 def with_conditions(spec: ScenarioSpec, file: Path) -> ScenarioSpec:
-    """Return the scenario with complete cases and without conditions. An unknown condition is an InputError."""
+    """Return the scenario with conditions merged into its cases. An unknown condition raises an InputError."""
     cases = [_complete(case, spec, file) if case.conditions else case for case in spec.case]
     return _without_conditions(spec.model_copy(update={"case": cases} if cases else {}))
 

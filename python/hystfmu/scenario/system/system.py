@@ -1,11 +1,12 @@
-"""A case made ready to run: a graph per unit, connections as indices, the grid of times.
+"""A case as a system for the simulation: one graph per unit, connections as indices, and the time grid.
 
 The grid has the fine step h/ripple. The period of a unit is 1 fine step (fine), ripple fine steps (normal), or ripple *
-every fine steps (slow). At fine step n, every unit whose period divides n runs over the period that ends at this step.
-The units run in the stated order, with the newest values of their sources (Gauss-Seidel). All engines work in this way.
+every fine steps (slow). At fine step n, every unit whose period divides n makes a step over the period that ends at n.
+The units make their steps in the stated order, with the newest values of their sources (Gauss-Seidel). All engines use
+this scheme.
 
-`build` loads the units of a case and connects them. `fuse` joins units to one graph: neighbours that can step as one
-block, or the whole closed loop.
+The function `build` loads the units of a case and connects them. The function `fuse` joins units to one graph. These
+units are neighbours that can step as one block, or the whole closed loop.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from hystfmu.scenario.system.foreign import Foreign
 
 T = TypeVar("T")
 Rows = np.ndarray[Any, np.dtype[np.int64]]
-CHUNK_VALUES, SHORTEST_CHUNK = 1 << 17, 512  # of a chunk of rows: doubles, and rows at least
+CHUNK_VALUES, SHORTEST_CHUNK = 1 << 17, 512  # largest number of values in a chunk of rows, and smallest number of rows
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class Part:
 
     @property
     def any_step(self) -> bool:
-        """True if the steps of the unit can be divided: the unit runs at the finest rate and has no sampled block."""
+        """True if steps of the unit can be divided, that is, it has the finest rate and no sampled block."""
         if isinstance(self.graph, Foreign):
             return self.period == 1 and self.graph.any_step
         return self.period == 1 and not is_sampled(self.graph)
@@ -86,7 +87,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Link:
-    """A connection: input `input` of part `to` reads value `source` of the system."""
+    """A connection from value `source` of the system to input `input` of part `to`."""
 
     to: int
     input: int
@@ -112,7 +113,7 @@ class System:
 
     @property
     def parameters(self) -> set[str]:
-        """Names `unit.parameter` of all parameters that `set` may change."""
+        """Names `unit.parameter` of all parameters that `set` can change."""
         return {f"{p.name}.{name}" for p in self.parts for name in parameter_names(p.graph)} | sizes(self.case)
 
     @property
@@ -126,26 +127,26 @@ class System:
         return round(self.case.stop / self.case.step) * self.case.ripple
 
     def at(self, rows: Rows) -> Array:
-        """Times of fine steps: a whole number of steps, then fine steps, so that samples do not drift."""
+        """Return the times of fine steps (s), computed from whole steps so that the samples do not drift."""
         whole, rest = np.divmod(rows, self.case.ripple)
         return np.asarray(whole * self.case.step + rest * self.h)
 
     def times(self, first: int, end: int) -> Array:
-        """Return the times `at` the fine steps first ... end - 1, shape (end - first,)."""
+        """Return the times (s) of the fine steps first ... end - 1, shape (end - first,)."""
         ripple = self.case.ripple
         begin = first // ripple
         whole = np.arange(begin, -(-end // ripple)) * self.case.step
-        times = (whole[:, None] + np.arange(ripple) * self.h).ravel()  # a division of every row would cost more
+        times = (whole[:, None] + np.arange(ripple) * self.h).ravel()  # a division for every row would take longer
         return times[first - begin * ripple :][: end - first]
 
     def rows(self, t: Array) -> Rows:
         """Return for every time in [0, stop] the first fine step at or after it, shape (n,)."""
         n = np.clip(np.ceil(t / self.h).astype(np.int64), 0, self.n_steps)
-        n = np.where((n > 0) & (self.at(n - 1) >= t), n - 1, n)  # the quotient is rounded
+        n = np.where((n > 0) & (self.at(n - 1) >= t), n - 1, n)  # corrects rounding of the quotient
         return np.where((n < self.n_steps) & (self.at(n) < t), n + 1, n)
 
     def chunks(self) -> Iterator[tuple[int, int]]:
-        """Yield first fine step and end of each chunk of rows.
+        """Yield the first fine step and the end of each chunk of rows.
 
         The size of a chunk is bounded for runs of any length.
         """
@@ -166,44 +167,44 @@ class System:
         return self.columns[end]
 
     def fresh(self, link: Link) -> bool:
-        """Return whether the reader reads the value at the end of its step.
+        """Return whether a unit uses the value of a source at the end of the step.
 
-        This is so if the source precedes the reader, or if the coupling is iterative.
+        This is true if the source precedes the unit in the order, or if the coupling is iterative.
         """
         scheme = self.case.coupling.scheme
         return scheme == "iterative" or (scheme != "jacobi" and link.source < self.parts[link.to].first)
 
     def maker(self, link: Link) -> Part:
-        """The unit whose output a connection reads."""
+        """Return the unit from which a connection comes."""
         return next(p for p in reversed(self.parts) if p.first <= link.source and p.outputs)
 
     @cached_property
     def names(self) -> dict[int, str]:
-        """Names `unit.output` by the index of the value."""
+        """Names `unit.output` of all values, in the order of the values."""
         return {place: end for end, place in self.columns.items()}
 
     @cached_property
     def owners(self) -> dict[int, int]:
-        """Unit that computes each value."""
+        """Index of the unit that computes each value."""
         return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
 
     @property
     def edges(self) -> list[tuple[int, int]]:
-        """Unit that computes and unit that reads, for each connection."""
+        """Indices of the source unit and the target unit of each connection."""
         return [(self.owners[n.source], n.to) for n in self.links]
 
     def early(self) -> Array:
-        """Indices of the values that a unit reads before their source has stepped (in the stated order)."""
+        """Indices of the values that a unit uses before their source has made its step."""
         owner = self.owners
         return np.array(sorted({n.source for n in self.links if owner[n.source] >= n.to}), dtype=np.int64)
 
     def makers(self) -> Array:
-        """Source of each value that is read early."""
+        """Source of each value in `early`."""
         owner = self.owners
         return np.array([owner[j] for j in self.early().tolist()], dtype=np.int64)
 
     def loops(self) -> frozenset[int]:
-        """Units in the loops of iterative coupling, on paths between values that are read early."""
+        """Units in the loops of iterative coupling, which are on paths between the values in `early`."""
         owner, early = self.owners, set(self.early().tolist())
         after = {n.to for n in self.links if n.source in early}
         before = {owner[j] for j in early}
@@ -214,12 +215,12 @@ class System:
 
     @property
     def newton(self) -> bool:
-        """True if sweeps use Newton's method, that is, if every unit in a loop has tangents."""
+        """True if the sweeps use Newton's method, that is, if every unit in a loop has tangents."""
         loops = self.loops() if self.case.coupling.scheme == "iterative" else frozenset()
         return bool(loops) and all(self.parts[k].has_tangent for k in loops)
 
     def feeds_through(self, part: Part, k: int) -> bool:
-        """Return whether the unit has direct feed-through from its input k to an output that is read."""
+        """Return whether a unit has direct feed-through from its input k to a connected output."""
         port = next(p for p in part.graph.ports if p.kind == "input" and part.inputs[k] in p.scalar_names)
         read = {link.source for link in self.links}
         read |= {self.columns[m.signal] for m in self.case.metrics.values()}
@@ -255,7 +256,7 @@ def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def behind(edges: Iterable[tuple[T, T]], *first: T) -> set[T]:
-    """Return the ends downstream of some ends of connections. A given end is included only if it acts on itself."""
+    """Return all ends downstream of the given ends. A given end is included only if it is in a loop."""
     edges, found = list(edges), set[T]()
     while more := {b for a, b in edges if a in found or a in first} - found:
         found |= more
@@ -302,10 +303,11 @@ def build(case: Case) -> System:
         constants = {k: float(v) for k, v in spec.inputs.items()}
         runs_as = spec.runs_as
         driven = {split_end(to, where)[1] for to in case.connections if to.startswith(f"{name}.")}
-        if spec.block is not None and not isinstance(graph, Foreign):  # a default that the table states is one
+        # a default value that is stated in the C table is used
+        if spec.block is not None and not isinstance(graph, Foreign):
             said = zip(inputs, start_values(graph, "input"), strict=True)
             constants = {k: v for k, v in said if v != 0 and k not in driven} | constants
-        if isinstance(graph, Foreign):  # an unconnected input keeps its start value
+        if isinstance(graph, Foreign):  # an unconnected input has its start value
             kept = zip(inputs, start_values(graph, "input"), strict=True)
             constants = {
                 k: _kept(v, f"{where}: {k}") for k, v in kept if k not in driven | constants.keys()
@@ -326,14 +328,14 @@ def build(case: Case) -> System:
 
 
 def _kept(start: float, where: str) -> float:
-    """Return the start value of an unconnected input of a foreign FMU as a number."""
+    """Return the start value of an unconnected input of a foreign FMU, as a number."""
     if not math.isfinite(start) or float(start) != start:
         raise InputError(f"{where}: its start value {start} cannot be carried: connect it or give it a constant value")
     return float(start)
 
 
 def _check_lines(system: System) -> None:
-    """Check that the sources of a first-order hold step as often as the reader."""
+    """Raise an InputError if a source of a first-order hold has a longer period than the unit with the hold."""
     for link in system.links:
         part, where = system.parts[link.to], f"{system.case.where}"
         if part.hold == "zero":
@@ -375,9 +377,9 @@ def _links(case: Case, parts: list[Part], columns: dict[str, int]) -> tuple[Link
 
 
 def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Graph, list[tuple[int, int]]]:
-    """Join units with the same period to one graph. The order of the units is kept.
+    """Join units with the same period to one graph. The order of the units does not change.
 
-    If `own` is True, values that a unit reads from itself stay external inputs, as in a coupling. The names are
+    If `own` is True, a connection from a unit to itself remains an external input, as in a coupling. The names are
     `unit_block` for blocks, `unit_output` for outputs and `unit_input` for inputs. Also return the inputs of units that
     become inputs of the graph, in the order of the graph. These are inputs with an external source and constants; a
     constant is the start value of its input.
@@ -411,7 +413,7 @@ def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Gra
 
 
 def _text(part: Part, i: int, port: Port) -> str:
-    """Return the text of an output. The text of its block is not used, because it does not describe the unit."""
+    """Return the text of an output that describes the unit, not the text of its block."""
     own = next(o.text for o in part.own.outputs if o.name == port.name)
     return own or f"{part.outputs[i]} of {part.name}" + (f", in {port.unit}" if port.unit else "")
 
@@ -419,9 +421,9 @@ def _text(part: Part, i: int, port: Port) -> str:
 def segments(system: System, cut: bool) -> list[tuple[int, ...]]:
     """Return groups of neighbours with the same period. Each group can be one graph without a change of any value.
 
-    If steps are divided (`cut`), units that accept any step and all other units are in different groups. If a unit
-    precedes its source in the order, it reads a value of the previous step. With direct feed-through, unit and source
-    in one graph would be an algebraic loop. Therefore such a unit and its source are in different groups.
+    If steps are divided (`cut`), units that accept any step and all other units are in different groups. A unit that
+    precedes its source in the order uses the value of the previous step. If the unit has direct feed-through, the unit
+    and the source would form an algebraic loop in one graph. Therefore they are in different groups.
     """
     owner = system.owners
     early = [(n.to, owner[n.source], n.input) for n in system.links if owner[n.source] >= n.to]
@@ -468,7 +470,7 @@ def _scalars(graph: Graph) -> list[tuple[str, str, Port]]:
 
 
 def _input_ends(graph: Graph) -> list[list[str]]:
-    """Return the endpoints inside the graph for every scalar input."""
+    """Return the endpoints inside the graph of every scalar input."""
     ends = []
     for i in graph.inputs:
         size = graph.port(i.name).size
