@@ -73,8 +73,7 @@ class Model(hystfmu.model.Model):
         block : Block
             One of `hystfmu.blocks`, with its sizes and values.
         step : float, optional
-            Sample period of the model (s). In Model Exchange, a sampled block uses this period. It is also the step of
-            the default experiment of an FMU.
+            Sample period (s) of a sampled block in Model Exchange, and step of the default experiment of an FMU.
 
         Examples
         --------
@@ -92,8 +91,8 @@ class Model(hystfmu.model.Model):
         Parameters
         ----------
         module : torch.nn.Module
-            A layer Linear, or a Sequential of Linear, Sigmoid, Tanh, ReLU and Identity, which may be nested. The
-            weights are copied. Therefore further training does not change the model.
+            A Linear, or a Sequential (also nested) of Linear, Sigmoid, Tanh, ReLU and Identity. The weights are copied.
+            Further training does not change the model.
         text : str
             One line for a reader.
         step : float, optional
@@ -338,9 +337,8 @@ class Model(hystfmu.model.Model):
 
         The output ``in_range`` is 1 if the input lies in the range of the training rows, else 0.
 
-        The output of an inverse is the input of the inverted model. Therefore ``in_range`` of an inverse tests the
-        output of the inverse, and is 0 at the ends of the range. Exports, units and scenarios of the model also have
-        the output ``in_range``.
+        For an inverse, ``in_range`` tests the output, which is the input of the inverted model; it is 0 at the ends of
+        the range. Exports, units and scenarios of the model also have the output ``in_range``.
 
         Raises
         ------
