@@ -1,16 +1,16 @@
-"""Build the FMU binary for all platforms on this machine by zig cc (PyPI: ziglang).
+"""Build the FMU binaries for all platforms on this computer with zig cc (PyPI: ziglang).
 
 build.py FMU_BUILD OUT [TUPLE ...]
 
-One binary per platform serves all models.  The binaries are written to OUT/<tuple>.<suffix>, named by the platform
-tuples of FMI 3.0; CMake installs the files in OUT.  The C library is linked at run time; the oldest supported version
+All models of a platform use the same binary. The binaries are written to OUT/<tuple>.<suffix>, with the platform
+tuples of FMI 3.0. CMake installs the files in OUT. The C library is linked at run time; the oldest supported version
 is glibc 2.17 on Linux and macOS 11.  If both binaries for macOS are built, darwin64.dylib combines them for FMI 2.0.
 
-An FMU may contain all binaries, so they are small: one translation unit for each level of fast.txt and one, compiled
-for size, for the other files; no unwind tables, because no exception passes an FMU; no parts of the C library of zig.
-The binary for 32-bit Windows, which few importers still are, is compiled for size as a whole.
-Each binary has a deflate stream (PyPI: zopfli), which exports copy: it is smaller than a fast compression, and exports
-need not wait for it.
+An FMU may contain all binaries, so they must be small. There is one translation unit for each optimisation level of
+fast.txt, and one for all other files, which is compiled for size. The binaries have no unwind tables, because no
+exception passes an FMU, and they contain no parts of the C library of zig. The binary for 32-bit Windows, which few
+importers use, is compiled for size as a whole. For each binary, a compressed copy (PyPI: zopfli) is written, which
+exports use. It is smaller than a fast compression, and its slow computation is not part of an export.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "sources"))
 from amalgamate import Amalgamation, source_files
 
-# FMI 3.0 tuple: target of zig, suffix
+# FMI 3.0 platform tuple: target of zig, suffix of libraries
 TARGETS = {
     "x86_64-windows": ("x86_64-windows-gnu", "dll"),
     "x86-windows": ("x86-windows-gnu", "dll"),
@@ -35,47 +35,50 @@ TARGETS = {
     "x86_64-darwin": ("x86_64-macos.11.0", "dylib"),
     "aarch64-darwin": ("aarch64-macos.11.0", "dylib"),
 }
-# options of CMakeLists.txt, for equal bits on every platform
+# options of CMakeLists.txt, so that results are bit-identical on all platforms
 MEANING = ["-std=c99", "-g0", "-ffp-contract=off", "-fno-math-errno"]
 OPTIONS = [*MEANING, "-fvisibility=hidden", "-DHYST_UNDOCUMENTED"]
 OPTIONS += ["-fno-asynchronous-unwind-tables", "-fno-unwind-tables", "-fno-stack-protector"]
-OPTIONS += ["-fomit-frame-pointer"]  # the default of zig is larger and up to 4 % slower
-OPTIONS += ["-mllvm", "-enable-machine-outliner=never"]  # outlining removes repetition, which deflate needs
-# zig takes "inline" at its word: functions of 325 instructions are copied into each caller. 60 instead makes an FMU a
-# twelfth smaller and its steps a few ns slower; 50, the limit of other functions, costs each step a tenth
+OPTIONS += ["-fomit-frame-pointer"]  # without this option, the binary is larger and up to 4 % slower
+OPTIONS += ["-mllvm", "-enable-machine-outliner=never"]  # outlining makes compression less effective
+# by default, zig inlines functions marked "inline" with up to 325 instructions; the limit 60 makes an FMU 8 % smaller
+# and its steps a few ns slower; the limit 50, which other functions have, makes its steps 10 % slower
 OPTIONS += ["-mllvm", "-inlinehint-threshold=60"]
 OPTIONS += ["-Wno-override-init", "-Wno-unused-function"]
 SMALL = ["-Os", "-Xclang", "-Oz"]
 WINDOWS = ("convert", "heap", "private", "stdio", "string")
 LINK = {
-    "so": ["-Wl,--gc-sections", "-Wl,--hash-style=sysv"],  # the Bloom filter of GNU hashes is incompressible
+    "so": ["-Wl,--gc-sections", "-Wl,--hash-style=sysv"],  # GNU hashes cannot be compressed well
     "dylib": ["-Wl,-x"],  # removes local symbols, which -s keeps
-    # link only libraries of Windows: the start-up code of mingw is half as large as the core
+    # link only libraries of Windows, because the start-up code of mingw is half as large as the core
     "dll": ["-nostdlib", "-lkernel32", *(f"-lapi-ms-win-crt-{n}-l1-1-0" for n in WINDOWS)],
 }
 
 
 def link(name: str) -> list[str]:
-    """Return the options of the linker for a library of this name."""
+    """Return the linker options for a library with this name."""
     suffix = name.rpartition(".")[2]
-    # the default is the path of the output, which changes with every build
+    # by default, the library contains its output path, which differs in every build
     return [*LINK[suffix], *([f"-Wl,-install_name,@rpath/{name}"] if suffix == "dylib" else [])]
 
 
 def levels(root: Path) -> dict[Path, str]:
-    """Return the files of fast.txt with their optimisation levels."""
+    """Return the files listed in fast.txt with their optimisation levels."""
     lines = (root / "fast.txt").read_text().splitlines()
     words = [line.split() for line in lines if line and not line.startswith("#")]
     return {path: level for level, pattern in words for path in root.glob(pattern)}
 
 
 def unit(root: Path, sources: list[Path]) -> str:
-    """Join source files into one translation unit; other files are declared by their headers."""
+    """Return one translation unit of the given source files. Headers declare the functions of other files."""
     return "#define HYST_PREFIX\n" + Amalgamation(root, sources).text("")
 
 
 def units(root: Path, sources: list[Path], fast: dict[Path, str]) -> dict[str, tuple[list[str], str]]:
-    """Return one translation unit for each level of `fast` and one of the other files: options and text by name."""
+    """Return the translation units by name, each with its compiler options and its text.
+
+    There is one unit for each optimisation level in `fast`, and one unit for all other files.
+    """
     fast = {path: level for path, level in fast.items() if path in sources}
     made = {"small": (SMALL, unit(root, [p for p in sources if p not in fast]))}
     for level in sorted(set(fast.values())):
@@ -84,7 +87,7 @@ def units(root: Path, sources: list[Path], fast: dict[Path, str]) -> dict[str, t
 
 
 def zig(*words: object) -> None:
-    """Run zig cc."""
+    """Run zig cc with the given arguments; exit if it fails."""
     if subprocess.run([sys.executable, "-m", "ziglang", "cc", *map(str, words)]).returncode:
         raise SystemExit("build.py: the compiler failed")
 
@@ -98,7 +101,7 @@ def fmi_headers() -> Path:
 
 
 def build(root: Path, out: Path, name: str) -> Path:
-    """Build one binary and write it atomically."""
+    """Build the binary of one platform, write it atomically, and return its path."""
     target, suffix = TARGETS[name]
     alone = [root / "fmi" / "files" / n for n in ("open_file.c", "own_folder.c")]  # see there
     fast = {} if name == "x86-windows" else levels(root)
@@ -123,7 +126,10 @@ def build(root: Path, out: Path, name: str) -> Path:
 
 
 def universal(parts: Sequence[bytes]) -> bytes:
-    """Join macOS binaries of several processors: a big-endian header, then page-aligned binaries (mach-o/fat.h)."""
+    """Return a universal macOS binary of the binaries for several processors.
+
+    It consists of a big-endian header and the page-aligned binaries (mach-o/fat.h).
+    """
     page = 1 << 14
     head, body, at = struct.pack(">II", 0xCAFEBABE, len(parts)), b"", page
     for part in parts:
@@ -135,7 +141,7 @@ def universal(parts: Sequence[bytes]) -> bytes:
 
 
 def deflate(path: Path) -> Path:
-    """Write the deflate stream (RFC 1951) of a file: a zlib stream without header and checksum."""
+    """Write the compressed content of a file as a raw deflate stream (RFC 1951); return the path."""
     import zopfli.zlib
 
     made = path.with_name(f"{path.name}.deflate")
@@ -144,7 +150,7 @@ def deflate(path: Path) -> Path:
 
 
 def main() -> None:
-    """Build the named platforms, by default all."""
+    """Build the binaries of the given platforms, by default of all platforms."""
     root, out, *names = sys.argv[1:]
     unknown = set(names) - set(TARGETS)
     if unknown:

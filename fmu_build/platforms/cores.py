@@ -1,11 +1,11 @@
-"""Build the core that Python loads, and the container, for all platforms of wheels on this machine by zig cc.
+"""Build the core for Python and the container for the platforms of all wheels on this computer with zig cc.
 
 cores.py FMU_BUILD OUT [TUPLE ...]
 
-The libraries (PyPI: ziglang) are written to OUT/<tuple>/_core.<suffix> and _container.<suffix>, with the sources and
-options that CMakeLists.txt gives to them, and linked like the FMU binaries of build.py.  There is none for 32-bit
-Windows: numpy and scipy have no wheels for it.  `hystfmu ssp` packs the container of its own machine only, so that a
-wheel needs no other.
+The compiler is zig cc (PyPI: ziglang). The libraries are written to OUT/<tuple>/_core.<suffix> and
+_container.<suffix>. They have the sources and compiler options of CMakeLists.txt, and are linked like the FMU binaries
+of build.py. There are no libraries for 32-bit Windows, because numpy and scipy have no wheels for it. A wheel contains
+only the container of its own platform, because `hystfmu ssp` uses no other one.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LIBRARIES = {
 
 
 def build(root: Path, out: Path, name: str, library: str) -> Path:
-    """Build a library for one platform and write it atomically."""
+    """Build a library for one platform, write it atomically, and return its path."""
     target, suffix = TARGETS[name]
     patterns, given, level = LIBRARIES[library]
     sources = [path for pattern in patterns for path in sorted(root.glob(pattern))]
@@ -39,19 +39,19 @@ def build(root: Path, out: Path, name: str, library: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     made = folder / f"{library}.{suffix}"
     with tempfile.TemporaryDirectory(dir=folder) as where:
-        objects = [Path(where, f"{k}.o") for k in range(len(sources))]  # names of files occur twice
+        objects = [Path(where, f"{k}.o") for k in range(len(sources))]  # file names occur twice
         for source, compiled in zip(sources, objects, strict=True):
             zig("-target", target, *options, "-c", source, "-o", compiled)
         part = Path(where, made.name)
-        # without a level, zig links as for debugging, and a library of Windows states the time
-        loads = ["-ldl"] if suffix == "so" and library == "_container" else []  # dlopen, before glibc 2.34
+        # without an optimisation level, zig links a debug version, and a library of Windows contains the build time
+        loads = ["-ldl"] if suffix == "so" and library == "_container" else []  # for dlopen in glibc before 2.34
         zig("-target", target, level, "-s", "-shared", *objects, *link(made.name), *loads, "-o", part)
         part.replace(made)
     return made
 
 
 def main() -> None:
-    """Build both libraries for the named platforms, by default all of wheels."""
+    """Build both libraries for the given platforms, by default for all platforms of wheels."""
     root, out, *names = sys.argv[1:]
     unknown = set(names) - set(CORES)
     if unknown:

@@ -1,4 +1,4 @@
-"""The list of parts of a release in the format CycloneDX 1.6: what is compiled, what it contains, what it needs."""
+"""List of parts of a release in the format CycloneDX 1.6: compiled files, their contents, and required packages."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ TOOLS = ("fmpy", "scikit-build-core", "ziglang", "zopfli")
 
 
 def sha256(path: Path) -> str:
-    """Return the checksum of a file."""
+    """Return the SHA-256 checksum of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def parts(project: dict[str, Any], version: str, files: dict[str, Path], seconds: int) -> dict[str, Any]:
-    """Return the list of parts.
+    """Return the list of parts of a release.
 
-    A package that pip chooses when it installs the wheel has no version here, but the property "requirement".
+    If pip chooses the version of a package at installation, the list states no version, but a property "requirement".
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def parts(project: dict[str, Any], version: str, files: dict[str, Path], seconds
     version : str
         Version of the release.
     files : dict of str to Path
-        Compiled files by their names in the list.
+        Compiled files, by the names that they have in the list.
     seconds : int
         Time of the release (s since 1970).
     """

@@ -1,12 +1,12 @@
-"""Write the files of a release: a wheel for each platform, the sdist, a list of parts, checksums.
+"""Write the files of a release: a wheel for each platform, the sdist, a list of parts, and checksums.
 
 release.py PLATFORMS CORES DIST
 
-Wheels are made by the backend of pyproject.toml, of which this program sets the tag and the libraries: core and
-container from CORES (cores.py) instead of those that it would compile here.  They contain the FMU binaries of PLATFORMS
-(build.py), which must be the folder that CMakeLists.txt installs.  The list of parts is a CycloneDX file, in DIST and
-in each wheel (PEP 770).  Equal sources give equal bytes: times are those of SOURCE_DATE_EPOCH, by default the last
-commit.
+The build backend of pyproject.toml makes the wheels. This program sets their tags, and it supplies the libraries of
+core and container from CORES (cores.py), so that the backend does not compile them. The wheels contain the FMU binaries
+in PLATFORMS (build.py), which must be the folder that CMakeLists.txt installs. The list of parts is a CycloneDX file in
+DIST and in each wheel (PEP 770). Equal sources give bit-identical files, because all files have the time
+SOURCE_DATE_EPOCH, by default the time of the last commit.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from cores import CORES, LIBRARIES
 from parts import parts, sha256
 
 ROOT = Path(__file__).parents[2]
-# tags of wheels; the versions are those of TARGETS
+# platform tags of the wheels; their versions agree with TARGETS
 TAGS = {
     "x86_64-windows": ["win_amd64"],
     "x86_64-linux": ["manylinux_2_17_x86_64", "manylinux2014_x86_64"],
@@ -34,7 +34,7 @@ TAGS = {
 
 
 def epoch() -> int:
-    """Return the time of all files (s since 1970): SOURCE_DATE_EPOCH, else that of the last commit."""
+    """Return the time of all files (s since 1970). It is SOURCE_DATE_EPOCH, or the time of the last commit."""
     if "SOURCE_DATE_EPOCH" not in os.environ:
         git = ["git", "-C", str(ROOT), "log", "-1", "--format=%ct"]
         os.environ["SOURCE_DATE_EPOCH"] = subprocess.check_output(git, text=True).strip()
@@ -42,12 +42,12 @@ def epoch() -> int:
 
 
 def main() -> None:
-    """Write all files into DIST, which must be empty."""
+    """Write all files of the release to the empty folder DIST."""
     platforms, cores, dist = (Path(a).resolve() for a in sys.argv[1:])
     os.chdir(ROOT)
     from scikit_build_core.build import build_sdist, build_wheel
 
-    seconds = epoch()  # the backend reads it in the environment
+    seconds = epoch()  # the backend reads the time from the environment
     dist.mkdir(parents=True, exist_ok=True)
     if found := sorted(dist.iterdir()):
         raise SystemExit(f"release.py: {dist} must be empty. Got {found[0].name} and {len(found) - 1} more instead.")

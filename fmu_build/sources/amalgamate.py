@@ -1,11 +1,11 @@
-"""Join the C core and the FMI layer into one text of sections, from which the exporter selects those of an FMU.
+"""Join the C core and the FMI layer into one text of sections, from which the export selects those that an FMU needs.
 
 amalgamate.py FMU_BUILD LICENSE OUT
 
-The binaries of an FMU (`platforms/build.py`) are compiled from such texts too, because tables and functions of headers
-occur only once in one translation unit.
+The binaries of an FMU (`platforms/build.py`) are also compiled from such texts, because tables and functions of headers
+then occur only once.
 
-Every section begins with a line "/* ==== name ==== */".  Names that are private to a file must not collide in one
+Every section begins with a line "/* ==== name ==== */". Names that are private to a file must not collide in one
 translation unit:
 - names of a file (static functions and data, types, enumeration constants) are prefixed with the name of the file;
 - the functions of a block, which headers may define too, are renamed by macros; the initialiser of its descriptor has
@@ -20,17 +20,17 @@ import re
 import sys
 from pathlib import Path
 
-FILES = {"resource.c", "open_file.c", "own_folder.c"}  # embedded.c replaces them: a source FMU reads no file
+FILES = {"resource.c", "open_file.c", "own_folder.c"}  # replaced by embedded.c: a source FMU reads no file
 WORD = r"[A-Za-z_]\w*"
 
 
 def in_place(header: Path) -> bool:
-    """Tell whether a header expands at each include: it has no guard, or depends on macros defined before it."""
+    """Return whether a header must be inserted at each include. It has no guard, or depends on earlier macros."""
     return header.name == "calls.h" or not re.search(r"^#ifndef \w+_H$", header.read_text(), re.M)
 
 
 def blank(text: str) -> str:
-    """Replace comments, strings and directives by spaces, so that only declarations remain."""
+    """Return the text with spaces instead of comments, strings and directives, so that only declarations remain."""
 
     def spaces(m: re.Match[str]) -> str:
         return re.sub(r"[^\n]", " ", m[0])
@@ -40,7 +40,7 @@ def blank(text: str) -> str:
 
 
 def top_level(text: str) -> str:
-    """Return the declarations outside of braces; bodies in braces become {}."""
+    """Return the declarations outside of braces. The content of braces is removed."""
     out, depth = [], 0
     for c in blank(text):
         depth -= c == "}"
@@ -51,7 +51,7 @@ def top_level(text: str) -> str:
 
 
 def private_names(text: str) -> set[str]:
-    """Return the names that are private to a file."""
+    """Return the names that are private to the file with this text."""
     outside, whole = top_level(text), blank(text)
     names = set(re.findall(rf"\bstatic\b[^;{{}}=()]*?\b({WORD})\s*[=;(\[]", outside))
     names |= set(re.findall(rf"\bHYST_\w+_FN\(({WORD})\)", outside))
@@ -62,7 +62,7 @@ def private_names(text: str) -> set[str]:
 
 
 def public_names(headers: str) -> set[str]:
-    """Return functions and data that files share."""
+    """Return the names of functions and data that several files use."""
     names = set()
     for declaration in re.split("[;}]", top_level(headers)):
         if not re.search(r"\b(?:static|typedef)\b", declaration):
@@ -72,7 +72,7 @@ def public_names(headers: str) -> set[str]:
 
 
 def rename(text: str, names: set[str], prefix: str) -> str:
-    """Prefix names, except members and text in strings and comments."""
+    """Return the text in which the given names have a prefix, except members, strings and comments."""
     if not names:
         return text
     pattern = rf"/\*.*?\*/|\"(?:\\.|[^\"\\\n])*\"|(?:\.|->)\s*{WORD}|\b(?:{'|'.join(sorted(names))})\b"
@@ -80,7 +80,7 @@ def rename(text: str, names: set[str], prefix: str) -> str:
 
 
 def arguments(text: str, at: int) -> tuple[list[str], int]:
-    """Return the arguments of a macro call whose "(" is at `at`, and the position after its ")"."""
+    """Return the arguments of the macro call whose "(" is at the position `at`, and the position after its ")"."""
     depth, begin, found, quoted = 0, at + 1, [], False
     for k in range(at, len(text)):
         c = text[k]
@@ -98,7 +98,7 @@ def arguments(text: str, at: int) -> tuple[list[str], int]:
 
 
 def fields(hyst_h: str) -> list[str]:
-    """Return the members of hyst_block in order."""
+    """Return the names of the members of `hyst_block` in their order."""
     body = re.search(r"typedef struct hyst_block \{(.*?)\} hyst_block;", hyst_h, re.S)[1]
     body = re.sub(r"/\*.*?\*/|HYST_TOLD\(.*?\)", "", body, flags=re.S)
     names: list[str] = []
@@ -109,7 +109,7 @@ def fields(hyst_h: str) -> list[str]:
 
 
 class Amalgamation:
-    """The sections by name, in the order of compilation."""
+    """Sections of the joined text by name, in the order of compilation."""
 
     def __init__(self, root: Path, sources: list[Path]) -> None:
         self.root, self.sections = root, dict[str, str]()
@@ -148,7 +148,7 @@ class Amalgamation:
                 self.headers.append(header)
 
     def body(self, path: Path) -> str:
-        """Return the text without includes of project headers; headers that expand at each include are inserted."""
+        """Return the text of a file without includes of project headers. Headers of `in_place` are inserted."""
         text = path.read_text()
         for header in self.includes(path):
             if in_place(header):
@@ -161,7 +161,7 @@ class Amalgamation:
         return self.positional_macro(text) if path.name == "hyst.h" else text
 
     def positional_macro(self, text: str) -> str:
-        """Rewrite HYST_BLOCK with one parameter for each field given by blocks, in the order of the descriptor."""
+        """Return the macro HYST_BLOCK with one parameter for each field of a block, in the order of the descriptor."""
         at = text.index("const hyst_block hyst_##id = {")
         first, rest = re.split(r"HYST_TOLD\(.*?\) __VA_ARGS__", text[at:], maxsplit=1)
         own = dict(re.findall(r"\.(\w+) = ([^,\\]+),", first))
@@ -193,7 +193,7 @@ class Amalgamation:
         return before + text + "".join(f"#undef {m}\n" for m in macros)
 
     def positional_call(self, text: str) -> str:
-        """Rewrite the call of HYST_BLOCK with values in the order of the descriptor."""
+        """Return the text in which the call of HYST_BLOCK has its values in the order of the descriptor."""
         at = text.index("HYST_BLOCK(")
         found, end = arguments(text, at + len("HYST_BLOCK"))
         given = dict(re.match(r"\.(\w+)\s*=\s*(.*)", a, re.S).groups() for a in found[2:])
@@ -202,7 +202,7 @@ class Amalgamation:
         return f"{text[:at]}HYST_BLOCK({', '.join(values)}){text[end:]}"
 
     def text(self, licence: str) -> str:
-        """Return all sections after the licence."""
+        """Return the licence, followed by all sections."""
         lines = "\n".join(f" * {line}".rstrip() for line in licence.splitlines())
         out = [f"/* generated from fmu_build/core and fmu_build/fmi - do not edit\n *\n{lines}\n */\n"]
         for name, content in self.sections.items():
@@ -211,7 +211,7 @@ class Amalgamation:
 
 
 def source_files(root: Path) -> list[Path]:
-    """Return all files that are compiled into an FMU, blocks first."""
+    """Return all source files of an FMU, with the files of blocks first."""
     blocks = sorted(root.glob("core/blocks/*/*.c"))
     return [*blocks, *sorted(set(root.glob("core/**/*.c")) - set(blocks)), *sorted(root.glob("fmi/**/*.c"))]
 

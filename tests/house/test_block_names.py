@@ -146,7 +146,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         ),
         "a class of the slot of an actuator stands for these blocks together",
     ),
-    "modelica/library/pictures.py": {"prandtl_ishlinskii": "the loops that the guide shows"},
+    "modelica/library/drawing.py": {"prandtl_ishlinskii": "the loops that the guide shows"},
     "modelica/realisation.py": dict.fromkeys(
         ("scaling", "sum"), "rate_of(): gains through which the rates of ports reach an operator"
     ),
@@ -156,16 +156,13 @@ ALLOWED: dict[str, dict[str, str]] = {
     "modelica/classes.py": {
         **dict.fromkeys(("delay", "iterative_learning", "narx_network", "repetitive"), "COUNTED: lags in samples"),
         "polynomial_narx": "the class has a limit on the degree",
-        "transfer_function": "is_discretised(): becomes a StateSpace",
+        "transfer_function": "is_discretised(): becomes a StateSpace; _LACKS: the class is continuous",
         "mlp": "is_large(): becomes a function",
-    },
-    "modelica/places.py": {
         **dict.fromkeys(("bouc_wen_oscillator", "duhem_oscillator"), "_PLANTS: stands among the plants"),
         "adaptive_inverse": "_LEARNS: an inverse without other realisations",
-        "transfer_function": "_LACKS: the class is continuous",
         "reference": "has_shapes(): a class for each shape",
     },
-    "modelica/static_form.py": dict.fromkeys(
+    "modelica/implicit.py": dict.fromkeys(
         (
             "backlash_sum",
             "bouc_wen",

@@ -18,7 +18,7 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
-from hystfmu.modelica.static_form import STATIC
+from hystfmu.modelica.implicit import STATIC
 
 
 def test_example_follows_and_agrees_with_the_unit(tmp_path: Path) -> None:

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from hystfmu.core.library import BlockType, block_types
 from hystfmu.graph import Graph, Node
-from hystfmu.modelica import places
+from hystfmu.modelica import classes
 
 Array = NDArray[np.float64]
 # classes that are one shape of the block `reference`
-SHAPES = {places.camel(k): k for k in places.SHAPES}
+SHAPES = {classes.camel(k): k for k in classes.SHAPES}
 TWINS = {t.class_name: t for t in block_types().values()}
 TWINS |= dict.fromkeys(SHAPES, TWINS["Reference"])
 

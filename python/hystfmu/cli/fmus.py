@@ -137,9 +137,9 @@ def export(
     own = Path(model).name.removesuffix(".toml").removesuffix(".model") if Path(model).suffix else None
     if folder is not None:
         from hystfmu.modelica.actuator import actuator_told
+        from hystfmu.modelica.classes import shipped_library
         from hystfmu.modelica.package import package_name
         from hystfmu.modelica.realisation import left_out
-        from hystfmu.modelica.shipped import shipped_library
 
         file = Path(model).name
         package, data = how["name"] or package_name(own or file), sheet or None

@@ -8,12 +8,11 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.printable import escape
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
-from hystfmu.modelica import classes, implicit, network
+from hystfmu.modelica import classes, implicit
+from hystfmu.modelica.classes import DEPTH, lacks
 from hystfmu.modelica.layout import placed, spots
 from hystfmu.modelica.literals import number, sentence, string
-from hystfmu.modelica.places import DEPTH, lacks
-from hystfmu.modelica.ports import names
-from hystfmu.modelica.rates import declarations
+from hystfmu.modelica.ports import names, rate_declarations
 from hystfmu.modelica.realisation import (
     CONTINUOUS,
     SAMPLED,
@@ -24,9 +23,7 @@ from hystfmu.modelica.realisation import (
     starts_in_chain,
     takes_rate,
 )
-from hystfmu.modelica.record import field, step
-from hystfmu.modelica.span import span
-from hystfmu.modelica.state_space import TEXTS
+from hystfmu.modelica.record import TEXTS, field, span, step
 from hystfmu.modelica.wiring import Wiring, inlined_before_samples
 
 
@@ -87,7 +84,7 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
         f"annotation ({placed(*w.where.of[n.name])});"
         for n in nodes
     ]
-    declared, stated = declarations(w, rates)
+    declared, stated = rate_declarations(w, rates)
     declared += [d for d, _ in sums]
     lines += [*(["protected"] if declared else []), *declared, "equation", *stated, *(e for _, e in sums)]
     if tied:
@@ -122,7 +119,7 @@ def _shown(graph: Graph) -> list[Node]:
 def _declaration(model: Model, node: Node, name: str, inverse: implicit.Tried | None, kind: str) -> str:
     graph = model.graph
     if classes.is_large(node):
-        return f"{network.names(node)[1]} {name}"
+        return f"{classes.network_names(node)[1]} {name}"
     discrete = kind == SAMPLED and classes.is_discretised(node)
     keys = ["n", *TEXTS] if discrete else [*classes.dims(node), *classes.values(node)]
     given = [f"{k} = values.{field(graph, node, k)}" for k in keys]
@@ -204,6 +201,6 @@ def _documentation(model: Model, sampled: bool, tied: bool, kind: str, history: 
 
 def _links(nodes: list[Node], within: str, kind: str) -> str:
     """Return links to the Example of the package and to the classes of the components."""
-    made_of = {f"{within}.{network.names(n)[1]}" if classes.is_large(n) else class_in(n, kind) for n in nodes}
+    made_of = {f"{within}.{classes.network_names(n)[1]}" if classes.is_large(n) else class_in(n, kind) for n in nodes}
     example, *see = (f'<a href="modelica://{c}">{c}</a>' for c in (f"{within}.Example", *sorted(made_of)))
     return f"<p><b>Example:</b> {example}.</p><p><b>See also:</b> {', '.join(see)}.</p>"

@@ -1,21 +1,136 @@
-"""Class of the library HystFMU for a block of a graph, and the modifiers of this class."""
+"""Class of a block of a graph: folder and packages of the library HystFMU, name, and modifiers of the class."""
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
+from hystfmu.base import PACKAGE
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.core.library import Var
+from hystfmu.core.library import BlockType, Var
 from hystfmu.graph import Node
-from hystfmu.modelica.places import (
-    DEPTH,
-    camel,
-    enumeration,
-    has_shapes,
-    is_sampled_class,
-    lacks,
-    matrix_rows,
-    package_of,
-)
+from hystfmu.modelica.layout import port_placed
+from hystfmu.modelica.literals import array, class_name, string
+
+
+def library_date() -> str:
+    """Return the day of the version of the library, ``2026-11-21``; exports carry it, so that their bytes repeat."""
+    found = re.search(r'versionDate = "([\d-]+)"', (shipped_library() / "HystFMU" / "package.mo").read_text("utf-8"))
+    assert found is not None
+    return found[1]
+
+
+def shipped_library() -> Path:
+    """Return the folder for the library path (MODELICAPATH); this folder contains the library HystFMU.
+
+    Raises
+    ------
+    InputError
+        The package was installed without the library.
+    """
+    for folder in (PACKAGE / "_modelica", PACKAGE.parents[1] / "modelica"):
+        if (folder / "HystFMU" / "package.mo").is_file():
+            return folder
+    raise InputError(f"no Modelica library in {PACKAGE / '_modelica'}: install the package with 'pip install .'")
+
+
+DEPTH = 16  # extrema that an operator remembers: a step takes time in proportion; 16 nested loops are rare
+_PRODUCT = re.compile(r"(\w+) ?\* ?\w+\Z")
+
+# package of a family; a plant, which is continuous in the library, stands apart from the linear dynamics
+_PACKAGES = {
+    "operators": "Operators",
+    "inverses": "Inverse",
+    "networks": "Networks",
+    "dynamics": "Dynamics",
+    "controllers": "Control",
+    "sources": "Sources",
+}
+_PLANTS = {"bouc_wen_oscillator", "duhem_oscillator"}
+_LEARNS = {"adaptive_inverse"}  # an inverse that learns from samples has no realisation but the sampled one
+# a class of Sources is one shape of the unit `reference`: parameters that belong to a shape, besides those of all
+SHAPES = {
+    "sine": {"frequency", "phase"},
+    "triangle": {"frequency", "phase", "turn"},
+    "decaying_sine": {"frequency", "phase", "decay"},
+    "multisine": {"m", "f", "a", "ph"},
+    "steps": {"m", "levels", "T"},
+    "random_reversals": {"m", "frequency", "seed"},
+}
+# what a class has not of its block
+_LACKS = {
+    "transfer_function": {"hold"},  # continuous: its input is not sampled
+}
+
+
+# the enumerations of Types that are written by hand, by their words
+_ENUMERATIONS = {
+    "dominant|last": "Memory",
+    "sigmoid|tanh|relu": "Activation",
+    "corrected|printed|plain": "Recursion",
+    "demagnetised|low|high": "Magnetisation",
+    "rest|steady": "Start",
+    "smooth|saturation": "Switching",
+}
+
+
+def enumeration(block: BlockType, v: Var) -> str:
+    """Return the name below HystFMU of the enumeration of the words of a choice.
+
+    An enumeration that is not written by hand is in the generated package Choices, with a name from block and
+    parameter.
+    """
+    if name := _ENUMERATIONS.get(v.type):
+        return f"Types.{name}"
+    return f"Choices.{block.class_name}{camel(v.name)}"
+
+
+def camel(key: str) -> str:
+    """Return the name of a class: ``DecayingSine`` for ``decaying_sine``."""
+    return "".join(w.capitalize() for w in key.split("_"))
+
+
+def package_of(block: BlockType) -> str:
+    """Return the package of the class of a block, below HystFMU; for an operator, of its sampled realisation."""
+    package = "Plants" if block.name in _PLANTS else _PACKAGES[block.family]
+    return f"{package}.Sampled" if _is_realised(block) else package
+
+
+def is_sampled_class(block: BlockType) -> bool:
+    """Return whether the class acts at 0, Ts, 2 Ts, ... and has the parameter Ts."""
+    return block.rate == "sampled" or _is_realised(block)
+
+
+def _is_realised(block: BlockType) -> bool:
+    """Return whether a block has up to three realisations: an operator or inverse with memory and without learning."""
+    return block.family in ("operators", "inverses") and block.rate != "function" and block.name not in _LEARNS
+
+
+def matrix_rows(v: Var) -> str:
+    """Return the name of the size that is the number of rows of a matrix in Modelica; "" for other variables."""
+    product = _PRODUCT.match(v.size)
+    return product[1] if product else ""
+
+
+def has_shapes(block: BlockType) -> bool:
+    """Return whether each shape of the block is a class."""
+    return block.name == "reference"
+
+
+def class_names(block: BlockType) -> list[str]:
+    """Return the names of the classes of a block: one, or one for each shape."""
+    return [camel(s) for s in SHAPES] if has_shapes(block) else [block.class_name]
+
+
+def lacks(block: BlockType, class_name: str) -> frozenset[str]:
+    """Return the parameters, sizes and ports of a block that its class does not have."""
+    if has_shapes(block):
+        own = next(rows for shape, rows in SHAPES.items() if camel(shape) == class_name)
+        return frozenset({"shape", *set.union(*SHAPES.values())} - own)
+    # the model of an output found by trial is a package of functions, and hangs on no port
+    return frozenset({*_LACKS.get(block.name, ()), *((block.tried,) if block.tried else ())})
+
 
 # their lags and periods are numbers of samples
 COUNTED = ("delay", "iterative_learning", "narx_network", "polynomial_narx", "repetitive")
@@ -107,3 +222,54 @@ def choices(node: Node) -> dict[str, str]:
 
 def _of_other_shapes(node: Node) -> frozenset[str]:
     return lacks(node.block, camel(word(node, "shape"))) if has_shapes(node.block) else frozenset()
+
+
+def network_names(node: Node) -> tuple[str, str]:
+    """Return the names of the function and of the block."""
+    return f"{node.name}Output", f"{class_name(node.name)}Network"
+
+
+def network_classes(node: Node, within: str) -> dict[str, str]:
+    """Return the two classes by name, without the first line of a file (the mark)."""
+    n_in, n_hidden, n_out = (node.dims[k] for k in ("n_in", "n_hidden", "n_out"))
+    function, block = network_names(node)
+    text = f"Network {node.name}: {n_in} inputs, {n_hidden} hidden neurons, {n_out} outputs"
+    weights = [
+        f"  constant Real {k}[{', '.join(map(str, w.shape))}] = {array(w)} {string(v.text)};"
+        for k, (v, w) in values(node).items()
+    ]
+    activation = choices(node)["activation"]
+    return {
+        function: f"""within {within};
+function {function} {string(text)}
+  extends HystFMU.Icons.Function;
+  input Real u[{n_in}] "Inputs";
+  output Real y[{n_out}] "Outputs";
+protected
+{chr(10).join(weights)}
+algorithm
+  y := b2 + W2*HystFMU.Functions.activation(b1 + W1*u, {activation});
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> y = b2 + W2 f(b1 + W1 u), f the activation.</p>
+<p><b>Source:</b> trained by hystfmu.</p>
+<p><b>Limitations:</b> the weights are constants, so that tools need not handle thousands of parameters.</p>
+</html>"));
+end {function};
+""",
+        block: f"""within {within};
+block {block} {string(text)}
+  extends HystFMU.Icons.Block;
+  HystFMU.Interfaces.RealInput u[{n_in}] "Inputs" annotation ({port_placed(True, 0, 1)});
+  HystFMU.Interfaces.RealOutput y[{n_out}] "Outputs" annotation ({port_placed(False, 0, 1)});
+equation
+  y = {function}(u);
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> y = {function}(u).</p>
+<p><b>Source:</b> trained by hystfmu.</p>
+<p><b>Limitations:</b> memoryless; the weights cannot be changed.</p>
+<p><b>Example:</b> <a href=\\"modelica://{within}.Example\\">{within}.Example</a>.</p>
+<p><b>See also:</b> <a href=\\"modelica://HystFMU.Networks.Mlp\\">HystFMU.Networks.Mlp</a>.</p>
+</html>"));
+end {block};
+""",
+    }

@@ -9,8 +9,7 @@ from hystfmu.modelica.layout import line, placed
 from hystfmu.modelica.literals import number
 from hystfmu.modelica.measures import per_second, si, to_si
 from hystfmu.modelica.ports import rate_name
-from hystfmu.modelica.record import step
-from hystfmu.modelica.span import span
+from hystfmu.modelica.record import span, step
 from hystfmu.modelica.wiring import Wiring
 
 PERIODS, ROWS = 4, 100  # of the sine; rows of one

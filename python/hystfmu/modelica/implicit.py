@@ -6,8 +6,236 @@ from dataclasses import dataclass
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node
-from hystfmu.modelica.literals import class_name, number, unique
-from hystfmu.modelica.static_form import static_form
+from hystfmu.modelica import classes
+from hystfmu.modelica.classes import matrix_rows
+from hystfmu.modelica.literals import class_name, number, sentence, unique
+from hystfmu.modelica.record import field
+
+# what `step` of a package in HystFMU.Inverse.Models, or the text below, takes of a block, in this order
+STATIC = {
+    "backlash_sum": "w0 r w",
+    "bouc_wen": "A beta gamma n alpha k",
+    "coleman_hodgdon": "alpha b k",
+    "constraint_factor": "a0 d_max memory x0 a",
+    "dead_zones": "w0 r w",
+    "duhem": "k w_max du_max a_rise b_rise c_rise a_fall b_fall c_fall",
+    "jiles_atherton": "Ms a k c alpha steps",
+    "krasnoselskii_pokrovskii": "a offset p1 p2 w",
+    "mlp": "W1 b1 W2 b2",
+    "play_bank": "r",
+    "prandtl_ishlinskii": "w0 u0 r w",
+    "preisach": "lo hi origin virgin E",
+    "scaling": "gain offset lo hi",
+    "sum": "offset k",
+    "zhao_tan": "x0 memory",
+}
+_REST = {"prandtl_ishlinskii": "u0", "zhao_tan": "x0", "constraint_factor": "x0"}  # where the memory of extrema begins
+_FIRST = {"bouc_wen": "z0", "duhem": "w0", "jiles_atherton": "m0"}  # the state at u0
+_INNER = {"mlp": "Hidden layer", "duhem": "State after the input"}  # values of a block that its output is made of
+
+
+@dataclass(frozen=True)
+class StaticForm:
+    """A block as expressions of its values, its state and its inputs.
+
+    Attributes
+    ----------
+    node : Node
+    values : dict of (str, int)
+        Vector of numbers and size of this vector, by the name of the parameter.
+    state0 : tuple of str
+        Vectors of the state before the first input, outputs first; empty for a function.
+    size : int
+        Number of elements of the state.
+    """
+
+    node: Node
+    values: dict[str, tuple[str, int]]
+    state0: tuple[str, ...]
+    size: int
+
+    @property
+    def inner(self) -> bool:
+        """True if the output of the block is computed from another vector, `_inner`."""
+        return self.node.type in _INNER and not classes.is_large(self.node)
+
+    def lines(self, name: str, z: str, x: list[str], n_values: int, n_state: int) -> tuple[list[str], list[str]]:
+        """Return declarations and statements.
+
+        Parameters
+        ----------
+        name, z : str
+            Name of the outputs and the state of the block, and name of its inner vector.
+        x : list of str
+            Inputs of the block, one expression for each element.
+        n_values, n_state : int
+            Numbers of elements in the vectors ``values`` and ``state`` before the elements of this block.
+        """
+        node, at = self.node, {}
+        for key, (_, n) in self.values.items():
+            at[key] = (n_values + 1, n_values + n)
+            n_values += n
+        n_out = sum(node.sizes[v.name] for v in node.block.of("output"))
+        declared = [f"Real {name}[{self.size or n_out}] {sentence(node.block.text)}"]
+        stated = [f"{name} := {_call(node, x, z, f'state[{n_state + 1}:{n_state + self.size}]', at)}"]
+        if self.inner:
+            declared.append(f'Real {z}[{node.dims.get("n_hidden", 1)}] "{_INNER[node.type]}"')
+            stated.insert(0, f"{z} := {_inner(node, x, n_state, at)}")
+        return declared, stated
+
+
+def static_form(graph: Graph, node: Node) -> StaticForm:
+    """Return the static form of a block.
+
+    Raises
+    ------
+    InputError
+        The library has no static form of the block.
+    """
+    if node.type not in STATIC:
+        raise InputError(
+            f"block {node.name!r}: the Modelica library HystFMU has no static form of {node.type!r} for an implicit "
+            "inverse"
+        )
+    state0, size = _start(graph, node)
+    return StaticForm(node, _values(graph, node), tuple(state0), size)
+
+
+def _values(graph: Graph, node: Node) -> dict[str, tuple[str, int]]:
+    if classes.is_large(node):
+        return {}  # constants of its function
+    found = {}
+    rows = {v.name: v for v in node.block.parameters}
+    for key in STATIC[node.type].split():
+        ref = f"values.{field(graph, node, key)}"
+        if key in ("origin", "virgin"):
+            found[key] = _preisach(graph, node, key)
+        elif key in ("a", "p1", "p2") and node.type == "krasnoselskii_pokrovskii":
+            found[key] = _kernels(graph, node, key)
+        elif key in node.dims:
+            found[key] = f"{{{node.dims[key]}}}", 1
+        elif rows[key].choices:
+            found[key] = f"{{{int(node.value(key)[0])}}}", 1
+        elif count := matrix_rows(rows[key]):
+            found[key] = ", ".join(f"{ref}[{k + 1}, :]" for k in range(node.dims[count])), node.value(key).size
+        else:
+            found[key] = f"{{{ref}}}" if rows[key].size == "1" else ref, node.value(key).size
+    return found
+
+
+def _preisach(graph: Graph, node: Node, key: str) -> tuple[str, int]:
+    """Return the start of the first branch, and this branch, as in Operators.Sampled.Preisach."""
+
+    def of(k: str) -> str:
+        return f"values.{field(graph, node, k)}"
+
+    word, n = classes.word(node, "start"), node.dims["n"]
+    if key == "origin":
+        middle = f"0.5*{of('lo')} + 0.5*{of('hi')}"
+        return f"{{{of('lo') if word == 'low' else of('hi') if word == 'high' else middle}}}", 1
+    if word == "demagnetised":
+        return f"HystFMU.Functions.demagnetisedBranch({n}, {of('E')}, {of('offset')})", 2 * n + 1
+    kind = classes.choices(node)["start"]
+    return f"HystFMU.Functions.saturatedBranch({n}, {of('E')}, {of('offset')}, {kind})", 2 * n + 1
+
+
+def _kernels(graph: Graph, node: Node, key: str) -> tuple[str, int]:
+    """Return rise length, ramps or start values of kernels, as in Operators.Sampled.KrasnoselskiiPokrovskii."""
+
+    def of(k: str) -> str:
+        return f"values.{field(graph, node, k)}"
+
+    n = node.dims["n"]
+    count, grid = n * (n + 1) // 2, f"{n}, {of('lo')}, {of('hi')}"
+    if key == "a":
+        return f"{{({of('hi')} - {of('lo')})/{n}}}", 1
+    if key == "k0":
+        return f"HystFMU.Functions.kernelStart({grid}, {of('u0')})", count
+    return f"HystFMU.Functions.kernelGrid({grid}, {'false' if key == 'p1' else 'true'})", count
+
+
+def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
+    """Return the state of a block before the first input, output first, and its size; 0 for a function."""
+
+    def of(k: str) -> str:
+        return f"values.{field(graph, node, k)}"
+
+    if node.type in (*_REST, "preisach"):
+        depth = classes.dims(node)["depth"]
+        rest = _preisach(graph, node, "origin")[0] if node.type == "preisach" else f"{{{of(_REST[node.type])}}}"
+        return ["{0, 0, 0}", rest, f"zeros({2 * depth})"], 4 + 2 * depth
+    match node.type:
+        case "backlash_sum":
+            return ["{0}", of("z0")], 1 + node.dims["n"]
+        case "play_bank":
+            return [of("z0")], node.dims["n"]
+        case "krasnoselskii_pokrovskii":
+            k0, n = _kernels(graph, node, "k0")
+            return ["{0}", k0], 1 + n
+        case "bouc_wen" | "duhem" | "jiles_atherton":
+            return [f"{{0, {of(_FIRST[node.type])}, {of('u0')}}}"], 3
+        case "coleman_hodgdon":
+            return [f"{{0, {of('y0')} - {of('b')}*{of('u0')}, {of('u0')}}}"], 3
+    return [], 0
+
+
+def _call(node: Node, x: list[str], z: str, state: str, at: dict[str, tuple[int, int]]) -> str:
+    """Return the state or the outputs of a block after its inputs `x`; `z` is the vector of `_inner`."""
+    v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
+    one = {k: f"values[{a}]" for k, (a, _) in at.items()}
+    inputs = _vector(x)
+    match node.type:
+        case "play_bank":
+            return f"HystFMU.Functions.play({x[0]}, {v['r']}, {state})"
+        case "dead_zones":
+            return f"{{{one['w0']}*{x[0]} + {v['w']}*HystFMU.Functions.deadZone({x[0]}, {v['r']})}}"
+        case "sum":
+            return f"{{{one['offset']} + {v['k']}*{inputs}}}"
+        case "scaling":
+            keys = ("hi", "lo", "gain", "offset")
+            rows = [[xi, *(f"values[{at[k][0] + i}]" for k in keys)] for i, xi in enumerate(x)]
+            return "{" + ", ".join(f"min({hi}, max({lo}, {xi}))*{k} + {c}" for xi, hi, lo, k, c in rows) + "}"
+        case "mlp" if classes.is_large(node):
+            return f"{classes.network_names(node)[0]}({inputs})"
+        case "mlp":
+            return f"{v['b2']} + {_products(at['W2'], z, node.dims['n_hidden'])}"
+        case "duhem":
+            return f"{{{one['k']}*{x[0]} + {z}[1], {z}[1], {x[0]}}}"
+    first, last = min(a for a, _ in at.values()), max(b for _, b in at.values())
+    return f"HystFMU.Inverse.Models.{node.block.class_name}.step({x[0]}, {state}, values[{first}:{last}])"
+
+
+def _inner(node: Node, x: list[str], before: int, at: dict[str, tuple[int, int]]) -> str:
+    """Return the inner vector of a block, from which its output follows; `before` elements precede its state."""
+    v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
+    one = {k: f"values[{a}]" for k, (a, _) in at.items()}
+    if node.type == "mlp":
+        sums = f"{v['b1']} + {_products(at['W1'], _vector(x), len(x))}"
+        return f"HystFMU.Functions.activation({sums}, {classes.choices(node)['activation']})"
+    w, u = (f"state[{before + k}]" for k in (2, 3))
+    rise, fall = (
+        f"HystFMU.Functions.duhem({x[0]}, {u}, {w}, {v[f'a_{way}']}, {v[f'b_{way}']}, {v[f'c_{way}']}, "
+        f"{node.dims['q']}, {one['w_max']}, {one['du_max']})"
+        for way in ("rise", "fall")
+    )
+    return f"{{if {x[0]} >= {u} then {rise} else {fall}}}"
+
+
+def _products(rows: tuple[int, int], x: str, n: int) -> str:
+    """Return the product of a matrix, whose values are given row by row, and a vector."""
+    return "{" + ", ".join(f"values[{a}:{a + n - 1}]*{x}" for a in range(rows[0], rows[1] + 1, n)) + "}"
+
+
+def _vector(x: list[str]) -> str:
+    """Return expressions as a vector; consecutive elements of a vector become a slice."""
+    name = x[0].partition("[")[0]
+    places = [e.partition("[")[2].rstrip("]") for e in x]
+    if all(places) and [e.partition("[")[0] for e in x] == [name] * len(x):
+        first = int(places[0])
+        if [int(p) for p in places] == list(range(first, first + len(x))):
+            return f"{name}[{first}:{first + len(x) - 1}]"
+    return f"{{{', '.join(x)}}}"
+
 
 _WORDS = ("u", "state", "values", "state_new")  # of the function
 

@@ -15,14 +15,12 @@ from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit
 from hystfmu.modelica.actuator import ACTUATOR, actuator_files
 from hystfmu.modelica.block import block, rated_ports, wiring
+from hystfmu.modelica.classes import library_date, network_classes, network_names
 from hystfmu.modelica.example import example
 from hystfmu.modelica.literals import NAME, RESERVED, class_name, sentence, string, unique
-from hystfmu.modelica.network import names as network_names
-from hystfmu.modelica.network import network
 from hystfmu.modelica.ports import ports_block
 from hystfmu.modelica.realisation import CONTINUOUS, kinds, missing
 from hystfmu.modelica.record import is_ours, mark, record
-from hystfmu.modelica.shipped import library_date
 
 CLASSES = ("Values", "Ports", "Model", *CONTINUOUS, "Example")  # in a package
 HIDDEN = {*CLASSES, *ACTUATOR, "HystFMU", "Modelica"}  # what a package of one of these names would hide
@@ -91,7 +89,7 @@ def export_modelica(
     hidden = implicit.hidden(model.graph)
     for node in networks:
         function, own_block = network_names(node)
-        written = network(node, name)
+        written = network_classes(node, name)
         files[function] = written[function]
         if node.name not in hidden:
             files[own_block] = written[own_block]

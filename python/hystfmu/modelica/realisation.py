@@ -9,7 +9,7 @@ import numpy as np
 
 from hystfmu.graph import Graph, Node
 from hystfmu.modelica import classes
-from hystfmu.modelica.shipped import shipped_library
+from hystfmu.modelica.classes import shipped_library
 
 SAMPLED = "Sampled"  # the block Model of a package
 IN_A_ROW = 8  # blocks with dynamics that Interfaces.InChain lets start one after the other

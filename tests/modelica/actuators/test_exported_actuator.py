@@ -20,8 +20,7 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.modelica.actuator.form import COUPLING, PIEZO
-from hystfmu.modelica.actuator.sheet import Sheet
+from hystfmu.modelica.actuator.mechanics import COUPLING, PIEZO, Sheet
 from hystfmu.modelica.actuator.slot import thinned
 
 BOUND = 5e-3  # |actuator - FMU| / span, at 5 Hz: what the load and the relaxation add to the model

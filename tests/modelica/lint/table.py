@@ -9,7 +9,7 @@ import numpy as np
 from twin import TWINS
 
 from hystfmu.core.library import Var
-from hystfmu.modelica.places import DEPTH, lacks
+from hystfmu.modelica.classes import DEPTH, lacks
 
 PAIRS = sorted(
     n

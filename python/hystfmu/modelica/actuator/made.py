@@ -9,14 +9,40 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
-from hystfmu.modelica.actuator.fold import fold, why_not
-from hystfmu.modelica.actuator.form import FORMS, Form
-from hystfmu.modelica.actuator.mechanics import Mechanics, Mode, mechanics
-from hystfmu.modelica.actuator.sheet import Sheet
+from hystfmu.modelica import classes
+from hystfmu.modelica.actuator.chain import bouc_wen, chain, preisach, temperatures, warm
+from hystfmu.modelica.actuator.mechanics import FORMS, Form, Mechanics, Mode, Sheet, mechanics
+from hystfmu.modelica.actuator.operators import magnetic, network, operator
 from hystfmu.modelica.actuator.slot import Slot
-from hystfmu.modelica.actuator.temperature import temperatures
 from hystfmu.modelica.measures import si
-from hystfmu.modelica.span import span
+from hystfmu.modelica.record import span
+
+LINEAR = ("transfer_function", "delay")  # what the mechanics stand for
+
+
+def fold(graph: Graph, h: float) -> Slot | None:
+    """Return the slot of a model, or None if the library has no class for the model.
+
+    Parameters
+    ----------
+    graph : Graph
+        Graph of an identified model.
+    h : float
+        Step of the model (s).
+    """
+    beside = preisach(graph, h) or bouc_wen(graph, h)
+    return beside or next((found for of in (warm, chain, operator, magnetic, network) if (found := of(graph))), None)
+
+
+def why_not(graph: Graph) -> str:
+    """Return the reason why a graph has no slot, as the end of a sentence."""
+    for n in graph.nodes:
+        if n.block.family != "operators" and n.type not in LINEAR and n.block.of("state"):
+            return f"the slot takes only static models, but the block {n.type} has dynamics"
+        if any(v.name == "memory" for v in n.block.parameters) and classes.word(n, "memory") == "last":
+            return f"{n.type} with memory = last drifts, so that HystFMU.Actuators.Hysteresis has no class for it"
+    return "HystFMU.Actuators.Hysteresis has no class for these blocks: " + ", ".join(n.type for n in graph.nodes)
+
 
 ROWS, HELD = 400, 100  # of the ramp that shows the stroke; rows that each end is held
 SMALL = 1e-3  # amplitude of a small vibration, of the range

@@ -1,17 +1,21 @@
-"""Slot of one operator: Krasnosel'skii-Pokrovskii or Duhem."""
+"""Slots of one operator: alone, with its magnetisation squared, or in front of a network."""
 
 from __future__ import annotations
+
+import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.graph import Graph, Node
-from hystfmu.modelica.actuator.slot import Slot, limits, numbers, value
-from hystfmu.modelica.literals import number
+from hystfmu.modelica import classes
+from hystfmu.modelica.actuator.slot import Slot, left_out, limits, numbers, value
+from hystfmu.modelica.literals import array, number
 
 DUHEM = ["scaling", "duhem", "scaling"]
 REACH = 1.0  # greatest scaled input of a fit
-FINE, INSIDE = 1001, 11  # points of a branch of the loop, and across it
+BRANCH_POINTS, INSIDE = 1001, 11  # points of a branch of the loop, and across it
 
 
 def operator(graph: Graph) -> Slot | None:
@@ -33,9 +37,9 @@ def operator(graph: Graph) -> Slot | None:
 
 def _slopes(node: Node) -> tuple[float, float]:
     """Return the slope of a rising output at the start, and the least slope of both directions in the largest loop."""
-    k, u0, up = value(node, "k"), value(node, "u0"), np.linspace(-REACH, REACH, FINE)
+    k, u0, up = value(node, "k"), value(node, "u0"), np.linspace(-REACH, REACH, BRANCH_POINTS)
     way = np.concatenate([up[up >= u0], up[::-1], up, up[::-1], up])
-    w = (Graph.single(node).run(way).reshape(-1) - k * way)[-2 * FINE :].reshape(2, FINE)
+    w = (Graph.single(node).run(way).reshape(-1) - k * way)[-2 * BRANCH_POINTS :].reshape(2, BRANCH_POINTS)
     x, inside = np.tile(up, (INSIDE, 1)), np.linspace(w[0, ::-1], w[1], INSIDE)
     least = min(float(_slope(node, x, inside, way).min()) for way in ("rise", "fall"))
     return k + float(_slope(node, np.array(u0), np.array(value(node, "w0")), "rise")), k + least
@@ -47,3 +51,144 @@ def _slope(node: Node, x: Array, w: Array, way: str) -> Array:
     b, c = (np.reshape(node.value(f"{key}_{way}"), (len(a), -1)) for key in "bc")
     val = np.polynomial.polynomial.polyval2d
     return np.polynomial.polynomial.polyval(x, a) + w * val(x, w, b) + np.abs(w) * val(x, w, c)
+
+
+MOST_FIELD = 3.0  # greatest scaled field of a fit: the half range, and a bias of twice that
+BEHIND = ("transfer_function", "delay", "scaling")
+
+
+def magnetic(graph: Graph) -> Slot | None:
+    """Return the slot of a scaling, a Jiles-Atherton operator, and a sum of field, magnetisation and its square."""
+    nodes = {n.name: n for n in graph.nodes}
+    if [n.type for n in graph.nodes][:2] != ["scaling", "jiles_atherton"]:
+        return None
+    total = next((n for n in graph.nodes if n.type == "sum"), None)
+    if total is None:
+        return None
+    first, operator = graph.nodes[:2]
+    squares = [n for n in graph.nodes if n.type == "product"]
+    behind = list(graph.nodes[graph.nodes.index(total) + 1 :])
+    places = iter(BEHIND)
+    if len(squares) > 1 or not all(n.type in places for n in behind):
+        return None
+    parts = [f"{first.name}.y", f"{operator.name}.y", *(f"{n.name}.y" for n in squares)]
+    wires = {f"{total.name}.u[{i + 1}]": part for i, part in enumerate(parts)}
+    wires |= {f"{operator.name}.u": parts[0], **{f"{n.name}.u[{i}]": parts[1] for n in squares for i in (1, 2)}}
+    chain = [total, *behind]
+    wires |= {f"{b.name}.u": f"{a.name}.y" for a, b in zip(chain, behind, strict=False)}
+    if {(a, b) for b, a in wires.items()} != set(graph.wires) or len(nodes) != 3 + len(squares) + len(behind):
+        return None
+    Ms, a, k, c, alpha = (value(operator, key) for key in ("Ms", "a", "k", "c", "alpha"))
+    w0, w, w2 = (*(float(x) for x in total.value("k")), 0.0)[:3]
+    w, w2, alpha = w * Ms, w2 * Ms**2, alpha * Ms
+    at = {n.type: n for n in behind}
+    scale = value(at["scaling"], "gain") if "scaling" in at else 1.0
+    if dynamics := at.get("transfer_function"):
+        scale *= float(dynamics.value("b")[-1] / dynamics.value("a")[-1])
+    least = c / a * _langevin_slope((MOST_FIELD + abs(alpha)) / a)
+    least = w0 + (w - 2 * abs(w2)) * least / (1 - alpha * least)
+    values = {"a": a, "k": k, "c": c, "alpha": alpha, "w0": w0, "w": w, "w2": w2, "m_start": value(operator, "m0") / Ms}
+    offset = scale * value(total, "offset") + (value(at["scaling"], "offset") if "scaling" in at else 0.0)
+    return Slot(
+        "JilesAtherton",
+        {name: number(x) for name, x in values.items()},
+        value(operator, "u0"),
+        value(first, "gain"),
+        value(first, "offset"),
+        scale,
+        offset,
+        [left_out(at["delay"])] if "delay" in at else [],
+        w0 + w * c / (3 * a),
+        least if w > 2 * abs(w2) else w - 2 * abs(w2),
+    )
+
+
+def _langevin_slope(h: float) -> float:
+    return 1 / h**2 - 1 / math.sinh(min(h, 300.0)) ** 2
+
+
+PLAYS = 24  # that stand for the branch of an operator: a polygon
+CURVE_POINTS = 2001  # points of its loading curve
+BLOCKS = {"input": "scaling", "features": "scaling", "network": "mlp", "readout": "scaling"}
+
+
+@dataclass(frozen=True)
+class _Plays:
+    """Inputs of a network: `matrix` (m, n + 1) times (x, plays of half-widths r) + `at_0` (m,); all start at `rest`."""
+
+    r: Array
+    matrix: Array
+    at_0: Array
+    rest: float
+
+
+def network(graph: Graph) -> Slot | None:
+    """Return the slot of a network on scaled input and plays or one operator, with or without linear readout."""
+    nodes = {n.name: n for n in graph.nodes}
+    operators = [n for n in graph.nodes if n.name in ("bank", "operator")]
+    types = {n: node.type for n, node in nodes.items() if n not in ("linear", "total", "bank", "operator")}
+    if types != BLOCKS or len(operators) != 1 or len(graph.inputs) != 1:
+        return None
+    first, features, net, readout = (nodes[n] for n in BLOCKS)
+    plays = _plays(operators[0], _reach(graph, first))
+    if plays is None:
+        return None
+    gain, shift = (features.value(k) for k in ("gain", "offset"))
+    W1: Array = net.value("W1").reshape(-1, len(plays.matrix))
+    out = value(readout, "gain")
+    k, at_0 = np.zeros(len(plays.matrix)), out * value(net, "b2") + value(readout, "offset")
+    if "linear" in nodes:
+        k, at_0 = nodes["linear"].value("k"), at_0 + value(nodes["linear"], "offset")
+    values = {
+        "n": str(len(plays.r)),
+        "n_hidden": str(len(W1)),
+        "r": array(plays.r),
+        "k": array(k @ plays.matrix),
+        "W1": array(W1 * gain @ plays.matrix),
+        "b1": array(net.value("b1") + W1 @ (shift + gain * plays.at_0)),
+        "W2": array(out * net.value("W2")),
+        "b2": number(at_0 + float(k @ plays.at_0)),
+        **classes.choices(net),
+    }
+    return Slot("PlayBankMlp", values, plays.rest, value(first, "gain"), value(first, "offset"))
+
+
+def _reach(graph: Graph, first: Node) -> tuple[float, float]:
+    """Return the range of the scaled input for which the features were scaled."""
+    features = graph.node("features")
+    middle, half = -features.value("offset")[0] / features.value("gain")[0], 1 / abs(features.value("gain")[0])
+    return float(middle - half), float(middle + half)
+
+
+def _plays(node: Node, reach: tuple[float, float]) -> _Plays | None:
+    """Return plays, a sum of plays, or the plays that replace an operator with return-point memory."""
+    match node.type:
+        case "play_bank":
+            n = node.dims["n"] + 1
+            return _Plays(node.value("r"), np.eye(n), np.zeros(n), float(node.value("z0")[0]))
+        case "prandtl_ishlinskii":
+            rows = np.zeros((2, node.dims["n"] + 1))
+            rows[0, 0], rows[1] = 1.0, [value(node, "w0"), *node.value("w")]
+            return _Plays(node.value("r"), rows, np.zeros(2), value(node, "u0"))
+    if any(v.name == "memory" for v in node.block.parameters) and classes.word(node, "memory") == "dominant":
+        x0 = value(node, "x0")
+        r, w = _polygon(node, x0, max(abs(reach[0] - x0), abs(reach[1] - x0), (reach[1] - reach[0]) / 2))
+        rows = np.zeros((2, len(r) + 1))
+        rows[0, 0], rows[1, 1:] = 1.0, w
+        return _Plays(r, rows, np.array([0.0, -w.sum() * x0]), x0)
+    return None
+
+
+def _polygon(node: Node, x0: float, longest: float) -> tuple[Array, Array]:
+    """Return half-widths and weights of plays, each (n,), that approximate the loading curve of an operator.
+
+    The loading curve of the plays is a polygon. Its corners are denser where the curve bends, so that the largest
+    distance is about the same in every segment.
+    """
+    q = np.linspace(0, longest, CURVE_POINTS)
+    phi = Graph.single(node).run(x0 + q).reshape(CURVE_POINTS, -1)[:, 0]
+    bends = np.cumsum(np.sqrt(np.abs(np.diff(phi, 2))) + 1e-6 * np.ptp(phi) / CURVE_POINTS)
+    corners = np.interp(np.linspace(0, bends[-1], PLAYS + 1), bends, q[1:-1])
+    corners[[0, -1]] = 0.0, longest
+    slopes = np.diff(np.interp(corners, q, phi)) / np.diff(corners)
+    return corners[:-1], np.diff(slopes, prepend=0.0)

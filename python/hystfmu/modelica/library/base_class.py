@@ -1,4 +1,4 @@
-"""Partial block for a block of the C core: parameters, ports and documentation. Realisations extend it."""
+"""Classes generated from the C tables: a partial block for each block, and the enumerations of its choices."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 from hystfmu.base.printable import escape
 from hystfmu.core.library import BlockType, block_types
-from hystfmu.modelica.library.declarations import dim, parameter, ports, rate_port
-from hystfmu.modelica.library.markup import equation, information, link
+from hystfmu.modelica.classes import class_names, enumeration, lacks, package_of
+from hystfmu.modelica.library.declarations import dim, equation, information, link, parameter, ports, rate_port
 from hystfmu.modelica.library.shelf import Shelf, mark
 from hystfmu.modelica.literals import sentence
-from hystfmu.modelica.places import class_names, lacks, package_of
 
 # a slot of a loop takes the blocks of a package that have its inputs and its output: partial classes of Interfaces
 _SLOTS = {
@@ -130,3 +129,32 @@ def package(name: str) -> str:
         f'package BaseClasses "Parameters and ports of the {what}"\n'
         f"  extends Icons.Package;\n  annotation (Documentation(info = {info}));\nend BaseClasses;\n"
     )
+
+
+_PACKAGE = "Choices"
+
+
+def enumerations() -> dict[str, str]:
+    """Return all generated enumerations by name below HystFMU, and the package; empty if Types has them all."""
+    found = {}
+    for base in base_classes():
+        for v in base.block.parameters:
+            if not v.choices or v.name in lacks(base.block, base.name):
+                continue
+            package, name = enumeration(base.block, v).split(".")
+            if package != _PACKAGE:
+                continue
+            words = ", ".join(f"{w} {sentence(w)}" for w in v.choices)
+            info = information(f"{v.text.capitalize()}.")
+            found[f"{package}.{name}"] = (
+                f"{mark('the C tables')}\nwithin HystFMU.{package};\n"
+                f"type {name} = enumeration({words}) {sentence(v.text)}\n"
+                f"  annotation (Documentation(info = {info}));\n"
+            )
+    if found:
+        info = information("Words of parameters, from the C tables.")
+        found[f"{_PACKAGE}.package"] = (
+            f'{mark("the C tables")}\nwithin HystFMU;\npackage {_PACKAGE} "Choices of the blocks"\n'
+            f"  extends Icons.Package;\n  annotation (Documentation(info = {info}));\nend {_PACKAGE};\n"
+        )
+    return found

@@ -1,4 +1,4 @@
-"""Rows of a C table as declarations in Modelica: parameters with units, ranges and dialogs, and ports."""
+"""Rows of a C table in Modelica: declarations of parameters and ports, and equations as HTML."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ import re
 import sys
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.printable import escape
 from hystfmu.core.library import BlockType, Dim, Var
 from hystfmu.graph.listing import group
+from hystfmu.modelica.classes import DEPTH, enumeration
 from hystfmu.modelica.layout import placed, port_placed
 from hystfmu.modelica.library.shelf import Shelf
 from hystfmu.modelica.literals import sentence
-from hystfmu.modelica.places import DEPTH, enumeration
 
 _CALL = re.compile(r"(\w+)\(")
 _PRODUCT = re.compile(r"(\w+)\*(\w+)\Z")
@@ -121,3 +122,22 @@ def rate_port(v: Var) -> str:
 
 def _plain(text: str) -> str:
     return text.replace("`", "")
+
+
+_POWER = re.compile(r"\^(?:\(([^()]*)\)|([+-]?\w+))")
+
+
+def equation(text: str) -> str:
+    """Return an equation of a C table for a paragraph of a documentation."""
+    return _POWER.sub(lambda m: f"<sup>{m[1] or m[2]}</sup>", escape(text, quote=False))
+
+
+def link(name: str) -> str:
+    """Return a link to the class `name` below HystFMU."""
+    return f'<a href="modelica://HystFMU.{name}">{name}</a>'
+
+
+def information(*paragraphs: str) -> str:
+    """Return the value of ``Documentation(info = ...)``."""
+    body = "\n".join(f"<p>{p}</p>" for p in paragraphs).replace('"', '\\"')
+    return f'"<html>\n{body}\n</html>"'

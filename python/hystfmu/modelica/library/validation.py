@@ -3,15 +3,110 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from hystfmu.base.errors import InputError
+from hystfmu.core.library import BlockType
+from hystfmu.modelica.classes import enumeration, is_sampled_class, matrix_rows
 from hystfmu.modelica.layout import placed
-from hystfmu.modelica.library.cases import Case, cases
-from hystfmu.modelica.library.declarations import number
-from hystfmu.modelica.library.markup import information, link
-from hystfmu.modelica.library.shelf import Shelf, mark
-from hystfmu.modelica.literals import sentence
+from hystfmu.modelica.library.base_class import BaseClass, base_classes
+from hystfmu.modelica.library.declarations import information, link, number
+from hystfmu.modelica.library.shelf import REALISATIONS, Shelf, mark
+from hystfmu.modelica.literals import array, sentence
+
+_OMEGAS = (7, 5, 11, 13)  # of the inputs of a block that has no table
+
+
+@dataclass(frozen=True)
+class Case:
+    """A table of the file of test values."""
+
+    name: str
+    text: str
+    class_name: str
+    values: str = ""
+    amplitude: float = 1.0
+    offset: float = 0.0
+    Ts: float = 2e-3
+    realisations: tuple[str, ...] = REALISATIONS
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    stop: float = 1.0
+    interval: float = 0.01
+    source: str = "modelica/validation.toml"
+
+
+def cases(shelf: Shelf) -> list[Case]:
+    """Return the tables of ``modelica/validation.toml``, and a table for each further class of a block."""
+    tables = tomllib.loads((shelf.root.parent / "validation.toml").read_text("utf-8"))
+    found = [_case(name, table) for name, table in tables.items()]
+    by_hand = {n.rsplit(".", 1)[-1] for n in shelf.texts if n.startswith("Validation.") and "BaseClasses" not in n}
+    there = {c.class_name for c in found} | by_hand
+    vectors = shelf.root.parents[1] / "tests" / "vectors"
+    return found + [_from_vectors(b, vectors) for b in base_classes() if b.name not in there and shelf.classes(b.name)]
+
+
+def _case(name: str, table: dict[str, Any]) -> Case:
+    given = {"class_name": name} | {{"class": "class_name"}.get(k, k): v for k, v in table.items()}
+    if "realisations" in given:
+        given["realisations"] = tuple(given["realisations"])
+    return Case(name, **given)
+
+
+def _from_vectors(base: BaseClass, vectors: Path) -> Case:
+    """Return the values of the first vector of a block; a test checks that the C core agrees with the vector.
+
+    Raises
+    ------
+    InputError
+        The block has no vectors.
+    """
+    block = base.block
+    files = [vectors / kind / f"{block.name}.toml" for kind in ("published", "derived")]
+    file = next((f for f in files if f.exists()), None)
+    if file is None:
+        raise InputError(f"write tests/vectors/derived/{block.name}.toml or published/{block.name}.toml: its vectors")
+    case = tomllib.loads(file.read_text("utf-8"))["case"][0]
+    dims = {d.name: d.start for d in block.dims} | case.get("dims", {})
+    values = [f"{k} = {n}" for k, n in case.get("dims", {}).items()]
+    values += [f"{k} = {_literal(block, k, v, dims)}" for k, v in case.get("values", {}).items()]
+    inputs = [
+        f"{v.name}[{i + 1}]" if v.size != "1" else v.name
+        for v in block.of("input")
+        for i in range(block.sizes(dims)[v.name])
+    ]
+    largest = float(np.abs(np.asarray(case["u"], float)).max()) if inputs else 1.0
+    size = number(largest or 1.0)
+    waves = {name: f"{size}*sin({_OMEGAS[i % len(_OMEGAS)] + i // len(_OMEGAS)}*time)" for i, name in enumerate(inputs)}
+    realised = base.package in ("Operators", "Inverse") and is_sampled_class(block)
+    return Case(
+        base.name,
+        f"{block.text}, values of its first vector",
+        base.name,
+        ", ".join(values + (["Ts = 0.01"] if is_sampled_class(block) and not realised else [])),
+        amplitude=float(size),
+        inputs=waves,
+        stop=1.1,
+        source=f"tests/vectors/{file.parent.name}/{file.name}",
+    )
+
+
+def _literal(block: BlockType, name: str, value: Any, dims: Mapping[str, int]) -> str:
+    v = next(v for v in block.parameters if v.name == name)
+    if v.choices:
+        word = value if isinstance(value, str) else v.choices[int(value)]
+        return f"{enumeration(block, v)}.{word}"
+    if v.size == "1":
+        return number(float(np.ravel(value)[0]))
+    values = np.asarray(value, float)
+    rows = matrix_rows(v)
+    return array(values.reshape(dims[rows], -1) if rows else values.ravel())
+
 
 _INTERVALS = {"Events": 2e-3, "Smooth": 1e-3}  # Sampled: its sample period
 _STOP = 1.4  # of the signal
