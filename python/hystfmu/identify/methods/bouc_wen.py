@@ -23,7 +23,7 @@ from hystfmu.identify.graphs import device, scaled_input
 TEXT = "Bouc-Wen operator as a grey box, nonlinear least squares"
 CANDIDATES = (Candidate(OPENS, 0.2, 0.4, quick={"starts": 1}),)
 OPTIONS = (
-    Option("starts", 6, 1, 1000, text="number of start values of the search"),
+    Option("starts", 6, 1, 1000, text="start values of the search"),
     Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"),
     Option("z0", None, -1.0, 1.0, text="z at the first row, as a fraction of its bound; default: fitted"),
     DEAD_BAND,

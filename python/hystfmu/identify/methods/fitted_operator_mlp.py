@@ -52,7 +52,7 @@ def straightened(x: Array, y: Array, degree: int, covariates: Array) -> tuple[Ar
     """Return the target and the free columns of a linear fit of an operator that precedes a static nonlinearity.
 
     The output is nearly y = f(h), where h is the operator and f is a static nonlinearity. If the inverse of f is nearly
-    a polynomial, then h = y + q_2 P_2(y) + q_3 P_3(y) + ... This equation is linear in the weights of h and in the q, so
+    a polynomial, then h = y + q_2 P_2(y) + q_3 P_3(y) + ... It is linear in the weights of h and in the q, so
     one least-squares problem determines both. Without this, the nonlinearity would distort the weights of h. With
     covariates (n, m), the q are linear functions of the covariates.
 
