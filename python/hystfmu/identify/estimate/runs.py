@@ -54,7 +54,7 @@ class Runs:
         rows: NDArray[np.intp],
         step: float = DIFFERENCE,
     ) -> tuple[Array, Array]:
-        """Return the output (k,) and its directional derivatives (k, changes) at the rising rows `rows` (k,).
+        """Return the output (k,) and its derivatives (k, changes) at the rising rows `rows` (k,).
 
         Each element of `changes` is a direction: a change for each element of some parameters. An empty direction has
         the derivative 0. Blocks without sensitivities use finite differences of the size `step`, relative to the
