@@ -1,8 +1,10 @@
-"""Reproduction of papers: `reproduce(name)` gives a table with the printed numbers, a literal replica and ours.
+"""Reproduction of papers. `reproduce(name)` returns a table of the printed numbers and of our results.
 
-Each paper or data set has one module, named as in `PAPERS`, with a function ``table(data, progress) -> Report``, and
-``check(data)`` where it needs a file or an optional package.  The modules of the four papers have ``quick() -> list of
-Row``, the rows that take seconds.
+Each number has up to three columns: the value that the paper prints, the result of a literal replica (the method
+exactly as the paper states it), and "ours", the result of the corrected and improved method of this project. Each paper
+or data set has one module with the name in `PAPERS` and a function ``table(data, progress) -> Report``. If a module
+needs a file or an optional package, it has a function ``check(data)``. The modules of the four papers also have a
+function ``quick() -> list of Row``, which computes the rows that take only seconds.
 """
 
 from __future__ import annotations
@@ -35,9 +37,9 @@ NEEDS_DATA = ("dbo_piezo",)
 
 
 def missing(name: str, data: str | Path | None = None) -> str:
-    """Return a line on missing data or packages of a paper or data set before anything runs.
+    """Return one line on missing data or packages of a paper or data set, or "" if nothing is missing.
 
-    Empty if nothing is missing.
+    Call this function before a long computation.
 
     Raises
     ------
@@ -68,14 +70,14 @@ def reproduce(
     data : path, optional
         Folder with the measured data, for the names that use them.
     progress : function
-        Called with the fraction done, 0..1.
+        Function that is called with the completed fraction of the work, 0 to 1.
     full : bool
-        Run all variants of the paper, if the default runs only a part of them (``FULL`` of the paper's module).
+        Whether to run all variants of the paper (`FULL` in the module of the paper) instead of the default ones.
 
     Raises
     ------
     InputError
-        Unknown name, or missing data.
+        The name is unknown, or data are missing.
     """
     module = _module(name)
     with extras(name), threadpool_limits(1):  # see hystfmu.identify.fit
@@ -85,7 +87,7 @@ def reproduce(
 
 
 def quick(name: str) -> tuple[Row, ...]:
-    """Compute the rows of a paper that take seconds: equations, lemmas and statements.
+    """Compute the rows of a paper that take only seconds: equations, lemmas and statements.
 
     Parameters
     ----------
@@ -95,7 +97,7 @@ def quick(name: str) -> tuple[Row, ...]:
     Raises
     ------
     InputError
-        Unknown name, or a name without such rows.
+        The name is unknown, or the paper has no such rows.
     """
     module = _module(name)
     if not hasattr(module, "quick"):

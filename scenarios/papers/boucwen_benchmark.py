@@ -1,12 +1,13 @@
-"""Bouc-Wen benchmark of nonlinearbenchmark.org: our generator, a grey box, a structured Duhem model, a black box.
+"""Bouc-Wen benchmark of nonlinearbenchmark.org: grey-box, structured Duhem and black-box models.
 
-All three models are trained on one multisine of 8192 rows of our generator (random phases, different from those of the
-test) with 8e-6 m of white noise, and run free on the two official test records.  Without the records, our generator
-replaces them: another multisine, and the official sine sweep, whose force is a formula.
+The three models are trained on one multisine of 8192 rows with 8e-6 m of white noise. Our generator of the benchmark
+system computes this record, with other random phases than those of the test. The models are simulated without measured
+outputs on the two official test records. If these records are missing, the generator replaces them by another multisine
+and by the official sine sweep, whose force is a formula.
 
 Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016.  The published rows are test errors on the
-multisine as printed by their authors: best linear model, dynoNet (Forgione & Piga 2021), polynomial nonlinear
-state-space model (PNLSS), state-space neural networks (SS-NN, gr-SS-NN).
+multisine that their authors print: best linear model, dynoNet (Forgione & Piga 2021), polynomial nonlinear state-space
+model (PNLSS), state-space neural networks (SS-NN, gr-SS-NN).
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ from papers import static_bouc_wen
 from papers.row import Row
 from papers.table import Report
 
-NOISE = 8e-6  # m, on the training displacement
-ROWS, SEED = 8192, 7  # training multisine
-COARSER = 2  # the Duhem model runs at 7.5 kHz
+NOISE = 8e-6  # RMS of the noise on the training displacement (m)
+ROWS, SEED = 8192, 7  # number of rows and seed of the training multisine
+COARSER = 2  # the Duhem model is sampled at 7.5 kHz, half the rate of the benchmark
 PUBLISHED = (
     ("linear", 1.67e-4),
     ("dynoNet", 4.5e-5),
@@ -40,7 +41,7 @@ PUBLISHED = (
 
 @dataclass(frozen=True)
 class Records:
-    """Test records: forces and displacements at 750 Hz, and whether they are the official ones."""
+    """Test records: forces and displacements at 750 Hz, and whether these are the official records."""
 
     multisine: tuple[Array, Array]
     sweep: tuple[Array, Array]
@@ -48,12 +49,12 @@ class Records:
 
 
 def records(data: Path | None) -> Records:
-    """Read the test records from ``boucwen_benchmark/test.h5`` below `data` (or in it), or generate them.
+    """Return the test records, read from ``boucwen_benchmark/test.h5`` in `data`, or generated without `data`.
 
     Raises
     ------
     InputError
-        The file is missing or is not that of the benchmark, or h5py is not installed.
+        The file is missing or is not the file of the benchmark, or h5py is not installed.
     """
     if data is None:
         u = synthetic.multisine(8192, seed=SEED + 1)
@@ -77,12 +78,12 @@ def records(data: Path | None) -> Records:
 
 
 def finer(v: Array, factor: int) -> Array:
-    """Interpolate one period (n,) with its band limit to (n * factor,)."""
+    """Return one band-limited period, shape (n,), interpolated to shape (n * factor,)."""
     return np.asarray(np.fft.irfft(np.fft.rfft(v), len(v) * factor) * factor)
 
 
 def sampled(y: Array, factors: tuple[int, ...]) -> Array:
-    """Decimate a displacement from 15 kHz to 750 Hz as the benchmark does."""
+    """Return a displacement at 15 kHz decimated to 750 Hz with the filter of the benchmark."""
     for factor in factors:
         y = decimate(y, factor)
     return y
@@ -104,7 +105,7 @@ def grey_box(u: Array, y: Array, test: Records) -> tuple[float, float]:
     data = Dataset.from_signal(force, displacement, step, "Bouc-Wen benchmark", steady)
     model = fit(data, "bouc_wen_oscillator", stride=UPSAMPLING)
     n = len(test.multisine[0])
-    # one extra period keeps the end of the record, where the filters extrapolate, out of the result
+    # with one additional period, the end of the record, where the filters extrapolate, is not in the result
     y1 = sampled(model.predict(np.tile(finer(test.multisine[0], UPSAMPLING), 3)), DECIMATE_MULTISINE)[n : 2 * n]
     y2 = sampled(model.predict(synthetic.sweep(len(test.sweep[0]) / RATE)), DECIMATE_SWEEP)
     return rms(y1 - test.multisine[1]), rms(y2 - test.sweep[1])
@@ -115,13 +116,13 @@ def duhem(u: Array, y: Array, test: Records, progress: Callable[[float], None]) 
     from hystfmu.identify import fit
 
     k = UPSAMPLING // COARSER
-    way_in = len(u) * k // 8  # 1.4 s; the oscillator decays within 0.4 s
+    way_in = len(u) * k // 8  # lead-in of 1.4 s, because the oscillator decays within 0.4 s
     force, displacement = (np.concatenate([v[-way_in:], v]) for v in (finer(u, k), finer(y, k)))
     data = Dataset.from_signal(force, displacement, 1 / (RATE * k), "Bouc-Wen benchmark", slice(way_in, len(force)))
     model = fit(data, "duhem_oscillator", progress=progress, stride=k)
     n = len(test.multisine[0])
 
-    def full_rate(y: Array) -> Array:  # the benchmark's filters act at 15 kHz
+    def full_rate(y: Array) -> Array:  # the filters of the benchmark work at 15 kHz
         return np.interp(np.arange(len(y) * COARSER) / COARSER, np.arange(len(y)), y)
 
     y1 = full_rate(model.predict(np.tile(finer(test.multisine[0], k), 3)))
@@ -136,27 +137,27 @@ def black_box(u: Array, y: Array, test: Records, progress: Callable[[float], Non
     from hystfmu.identify import fit
 
     data = Dataset.from_signal(u, y, 1 / RATE, "Bouc-Wen benchmark")
-    model = fit(data, "narx_network", progress=progress, y0=0.0)  # tests start from rest
+    model = fit(data, "narx_network", progress=progress, y0=0.0)  # the tests start from rest
     n = len(test.multisine[0])
     y1 = model.predict(np.tile(test.multisine[0], 2))[n:]
     return rms(y1 - test.multisine[1]), rms(model.predict(test.sweep[0]) - test.sweep[1])
 
 
 def check(data: Path | None) -> None:
-    """Refuse a folder `data` without the test file, or with a damaged one."""
+    """Raise an InputError if the folder `data` has no test file or a damaged one."""
     if data is not None:
         records(data)
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """Compute the test errors (m) beside the published ones.
+    """Return a table of our test errors (m) and the published ones.
 
     Parameters
     ----------
     data : path, optional
-        Folder with ``boucwen_benchmark/test.h5``, or that folder itself; without it our own records.
+        Folder with ``boucwen_benchmark/test.h5``, or the folder of this file. By default, generated records are used.
     progress : function
-        Called with the fraction done.
+        Function that is called with the completed fraction of the work.
     """
     test = records(data)
     n = len(test.multisine[0])

@@ -1,4 +1,4 @@
-"""The first figure of a page: met and missed bounds, each figure divided by its bound."""
+"""First diagram of a page: each number of a paper over its bound, which is met up to a ratio of 1."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from hystfmu.report.diagrams import Ratio, Ratios
 if TYPE_CHECKING:
     from papers.row import Row
 
-MOST = 12  # rows of the diagram
+MOST = 12  # largest number of rows in the diagram
 
 
 def bounded(rows: Sequence[Row]) -> list[Ratios]:
-    """Return a diagram of the figures that the paper prints, without any of the targets; none without either."""
+    """Return a diagram of the printed numbers, or of the targets if nothing is printed, or an empty list."""
     printed = [
         _printed(r) for r in rows if r.where == "paper" and r.printed_met is not None and _positive(r.printed, r.ours)
     ]
@@ -52,7 +52,7 @@ def _target(r: Row) -> Ratio:
 
 
 def _over(ours: float, bound: float, sense: str) -> float:
-    """Return the ratio that is at most 1 where the bound is met."""
+    """Return the ratio of a number to its bound, which is at most 1 if the bound is met."""
     if sense == "equal":
         return max(ours / bound, bound / ours)
     return bound / ours if sense == "least" else ours / bound

@@ -1,9 +1,9 @@
-"""Measured piezo stack (Aye & Ang 2018, PICMA P-885.91, 200 Hz): every model on protocol P1, beside published runs.
+"""Measured piezo stack (Aye & Ang 2018, PICMA P-885.91, 200 Hz): errors of every model, and published errors.
 
 Protocol P1: u[k] is column 1 (V) of row k of the test file, y[k] column 5 (um) of row k + 1, because the sensor lags
-one sample. The model runs free from row 0, residuals of rows 2000:4200 (one decaying sine) are fitted, and rows
-3000:13800 are the test (stroke 41.4 um). The test rows contain other amplitudes, and an input shaped by a feed-forward
-inverse, which the training rows do not contain. Repeatability from cycle to cycle is 0.071 um.
+one sample. The model is simulated from row 0. The fit minimises the residuals of rows 2000:4200 (one decaying sine),
+and rows 3000:13800 are the test (stroke 41.4 um). The test rows contain other amplitudes than the training rows, and an
+input from a feed-forward inverse. The device repeats its cycles with an error of 0.071 um.
 
 Data: github.com/yan9a/DiscreteBacklashOperator (MIT licence).
 """
@@ -25,17 +25,17 @@ from papers.row import Row
 from papers.table import Report
 
 FILE = "Test_Vi_Do_Di.dat"
-RATE = 200.0  # Hz
+RATE = 200.0  # sampling rate (Hz)
 TRAIN, RESULT = slice(2000, 4200), slice(3000, 13800)
 WITHOUT, WITH = slice(2000, 7000), slice(7800, 13800)  # rows of the experiment without and with feed-forward
 
-LIMITS = {  # RMS in um that must be met
+LIMITS = {  # largest allowed RMS errors (um)
     "prandtl_ishlinskii": 0.471,
     "zhao_tan_mlp": 0.30,
     "actuator": 0.203,
     "preisach": 0.14,
 }
-# not a method of its own; resonances, which the data lack
+# kinds that are no separate methods, or that need resonances, which the data do not contain
 LEFT_OUT = ("auto", "bouc_wen_oscillator", "duhem_oscillator")
 PUBLISHED = (
     ("sysidentpy, polynomial NARX (best of several)", 0.316),
@@ -44,7 +44,7 @@ PUBLISHED = (
 
 
 def measured(data: Path) -> tuple[Dataset, Array]:
-    """Read the test file as a dataset (rows of protocol P1) and the wanted displacement (n,) in um of the same rows.
+    """Return the data set of protocol P1 and the wanted displacement (um) of the same rows, shape (n,).
 
     Raises
     ------
@@ -70,7 +70,7 @@ def measured(data: Path) -> tuple[Dataset, Array]:
 
 
 def score(run: Dataset, key: str, **options: Any) -> tuple[float, str]:
-    """Return the test error of a model (um), and a note with its size and training error."""
+    """Return the test error of a model (um), and a note with the size and the training error of the model."""
     model = fit(run, key, **options)
     note = f"{model.fit['parameters']} parameters, training {model.fit['rms']:.3f}"
     return rms((model.predict(run.u, run.h) - run.y)[RESULT]), note
@@ -84,20 +84,21 @@ def line(run: Dataset) -> float:
 
 
 def check(data: Path | None) -> None:
-    """Refuse a folder `data` without the test file, or with a damaged one."""
+    """Raise an InputError if the folder `data` has no test file or a damaged one."""
     if data is not None:
         measured(data)
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """Compute the RMS error (um) of every model on the test rows.
+    """Return a table of the RMS errors (um) of every model on the test rows.
 
     Parameters
     ----------
     data : path, optional
-        Folder with ``dbo_piezo/Test_Vi_Do_Di.dat``, or that folder itself; without it only published numbers.
+        Folder with ``dbo_piezo/Test_Vi_Do_Di.dat``, or the folder of this file. By default, the table has only
+        published numbers.
     progress : function
-        Called with the fraction done.
+        Function that is called with the completed fraction of the work.
     """
     source = "Aye & Ang 2018, PICMA P-885.91, 200 Hz; protocol P1, RMS in um of a stroke of 41.4 um"
     published = [Row(f"model: {name}", reported=value, group="reported") for name, value in PUBLISHED]
@@ -111,7 +112,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     for i, key in enumerate(keys):
         progress(i / len(keys))
         error, note = score(run, key)
-        # literal text of Zhao & Tan: a branch starts from the last extremum
+        # as in the text of Zhao & Tan, a branch starts from the last extremum
         literal = score(run, key, memory="last")[0] if key == "zhao_tan_mlp" else None
         rows.append(Row(f"model: {key}", literal=literal, ours=error, target=LIMITS.get(key), note=note))
     return Report(
@@ -127,7 +128,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
 
 
 def _experiment(data: tuple[Array, Array] | None) -> list[Row]:
-    """Return the printed tracking errors of the experiment, and those recomputed from (displacement, wanted)."""
+    """Return rows of the printed tracking errors, and of those computed from the measured displacement."""
     rows = []
     for name, printed, part in (("no feed-forward", 1.68, WITHOUT), ("its inverse as feed-forward", 0.58, WITH)):
         ours, note = None, "needs the measured data"

@@ -1,7 +1,7 @@
-"""Plants drawn at random, in numpy, independent of the C core; no default of a kind of model was tuned on them.
+"""Plants with random parameters, in numpy and independent of the C core. No default was tuned on these plants.
 
-Every function takes a random generator and returns the response u (n,) -> y (n,) from rest, with thresholds outside
-regular grids.
+Every function accepts a random generator and returns a function that maps an input u (n,) to the output y (n,) from
+rest. The thresholds of the plays are not on a regular grid.
 """
 
 from __future__ import annotations
@@ -15,20 +15,21 @@ from hystfmu.data.synthetic import plays
 
 Response = Callable[[Array], Array]
 PLAYS = 10
-F_N, ZETA = 500.0, 0.04  # Hz, 1
-LAGS = ((0.012, 0.003), (0.012, 0.03), (0.012, 0.3), (0.012, 3.0))  # weight and time constant (s): logarithmic creep
+F_N, ZETA = 500.0, 0.04  # natural frequency (Hz) and damping ratio of the resonance
+# weights and time constants (s) of logarithmic creep
+LAGS = ((0.012, 0.003), (0.012, 0.03), (0.012, 0.3), (0.012, 3.0))
 FINER = 10
 
 
 def play_sum(rng: np.random.Generator) -> Response:
-    """Draw ten plays and a linear term; inputs in [-1, 1] give outputs in [-1, 1]."""
+    """Return a random sum of ten plays and a linear term, which maps inputs in [-1, 1] to outputs in [-1, 1]."""
     r, w = np.sort(rng.uniform(0.05, 0.6, PLAYS)), rng.uniform(0.3, 1.7, PLAYS)
     largest = 3 + (1 - r) @ w
     return lambda u: np.asarray((3 * u + plays(u, r) @ w) / largest)
 
 
 def bent(rng: np.random.Generator) -> Response:
-    """Draw a sum of plays behind which the output bends; the slope of the bend is at least 0.15."""
+    """Return a random sum of plays followed by a static nonlinearity with a slope of at least 0.15."""
     inside, b2, b3 = play_sum(rng), rng.uniform(-0.2, 0.2), rng.uniform(-0.15, 0.15)
 
     def response(u: Array) -> Array:
@@ -39,7 +40,7 @@ def bent(rng: np.random.Generator) -> Response:
 
 
 def stop_like(rng: np.random.Generator) -> Response:
-    """Draw ten stops, as in friction, through a cubic bend."""
+    """Return a random sum of ten stops, as in friction, followed by a cubic static nonlinearity."""
     r, w = np.sort(rng.uniform(0.05, 0.6, PLAYS)), rng.uniform(0.3, 1.7, PLAYS)
     b3 = rng.uniform(0.1, 0.5)
 
@@ -51,19 +52,19 @@ def stop_like(rng: np.random.Generator) -> Response:
 
 
 def butterfly(rng: np.random.Generator) -> Response:
-    """Draw the square of a sum of plays, as in the strain of a magnetostrictive rod."""
+    """Return the square of a random sum of plays, like the strain of a magnetostrictive rod."""
     inside = play_sum(rng)
     return lambda u: np.asarray(inside(u) ** 2)
 
 
 def creeping(rng: np.random.Generator, h: float) -> Response:
-    """Draw a bent sum of plays with logarithmic creep, rows h (s) apart."""
+    """Return random plays with a static nonlinearity and logarithmic creep, sampled with step h (s)."""
     inside = bent(rng)
     return lambda u: _creep(inside(u), h)
 
 
 def actuator(rng: np.random.Generator, h: float) -> Response:
-    """Draw a bent sum of plays with logarithmic creep and a resonance G0(s), rows h (s) apart, ten steps a row."""
+    """Return a plant as `creeping` followed by a resonance G0(s), sampled with step h (s), ten substeps a row."""
     from scipy.signal import cont2discrete, lfilter
 
     inside = bent(rng)

@@ -1,8 +1,8 @@
-"""Preisach sum with a density that depends on the rate of the input: eqs. 2 and 3 of Yu & Alici 2005.
+"""Preisach sum whose density depends on the rate of the input (eqs. 2 and 3 of Yu & Alici 2005).
 
 y = c + sum over cells of (mu_0 + mu_1 du/dt) relay[u], the density to first order in du/dt (Mayergoyz 1991, ch. 2).
-Both densities enter linearly; a ridge, chosen on the last part of the training rows, keeps cells without information
-near 0.  The relays switch on the extrema as in the classical model.
+Both densities are linear parameters. A ridge (regularisation), chosen on the last part of the training rows, makes the
+density near 0 in cells about which the data contain no information. The relays switch as in the classical model.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from hystfmu.report.plot import Line, Plot
 from papers.row import Row
 from papers.table import Drawing
 
-STEPS = 12  # of the grid over the range of u: 78 cells
-THIN = 5  # every fifth row trains
-RIDGES = (1e-4, 1e-3, 1e-2, 1e-1)  # relative to the norm of a column
-INNER = 2 / 3  # share of the training rows on which the ridge is tried
-REACH = 1.02  # of the grid beyond the trained range
-ALPHA, BETA = 0.3, -0.2  # thresholds of the relay that is drawn
+STEPS = 12  # number of intervals of the grid over the range of u, that is, 78 cells
+THIN = 5  # every fifth row is used for training
+RIDGES = (1e-4, 1e-3, 1e-2, 1e-1)  # candidates of the ridge, relative to the norm of a column
+INNER = 2 / 3  # fraction of the training rows that is fitted when the ridge is chosen on the other rows
+REACH = 1.02  # range of the grid over the trained range
+ALPHA, BETA = 0.3, -0.2  # thresholds of the relay in the diagram
 
 Response = Callable[[Array], Array]
 
 
 def relays(u: Array, n: int, most: float) -> Array:
-    """Return the output of the relays of every cell of a grid over [-most, most], shape (rows, n (n + 1) / 2)."""
+    """Return the outputs of the relays of all cells of a grid over [-most, most], shape (rows, n (n + 1) / 2)."""
     cells = triangles(n)
     out = np.empty((len(u), cells.shape[1]), order="F")
     for c, E in enumerate(cells.T):
@@ -40,7 +40,7 @@ def relays(u: Array, n: int, most: float) -> Array:
 
 
 def preisach(record: Dataset, dynamic: bool) -> Response:
-    """Fit the sum of eq. 2, or of eq. 3 if `dynamic`, and return its response to an input at the rate of the record."""
+    """Fit the sum of eq. 2 (eq. 3 if `dynamic`), and return a function for its response to an input."""
     most = REACH * float(np.abs(record.u).max())
 
     def regressors(u: Array) -> Array:
@@ -62,16 +62,16 @@ def preisach(record: Dataset, dynamic: bool) -> Response:
 
 
 def rows(record: Dataset, plant: Response, ours: tuple[float, float]) -> list[Row]:
-    """Compare eqs. 2 and 3, trained on `record`, on held-out signals of the plant.
+    """Return rows that compare eqs. 2 and 3, trained on `record` and tested on held-out signals of the plant.
 
     Parameters
     ----------
     record : Dataset
         Training data.
     plant : function
-        Returns the true output (n,) for an input (n,).
+        Function that returns the true output (n,) for an input (n,).
     ours : tuple of float
-        RMS error of our model on the training signal, and the worst on the held-out signals (%FS).
+        RMS error of our model on the training signal, and its worst RMS error on the held-out signals (%FS).
     """
     tests = {name: (u, plant(u)) for name, u in signals.held_out().items()}
     cells = STEPS * (STEPS + 1) // 2
@@ -89,7 +89,7 @@ def rows(record: Dataset, plant: Response, ours: tuple[float, float]) -> list[Ro
 
 
 def drawings() -> tuple[Drawing, ...]:
-    """Return fig. 4, a relay, and fig. 5, the Preisach plane after a decaying input."""
+    """Return our form of fig. 4 (a relay) and of fig. 5 (the Preisach plane after a decaying input)."""
     u = signals.decaying_sine(3, 0.3, 200)
     relay, state = np.empty(len(u)), -1.0
     for k, v in enumerate(u):

@@ -1,8 +1,8 @@
-"""Models and inverses on plants that were not used for tuning, from fixed seeds and from one drawn at run time.
+"""Errors of models and inverses on random plants that were not used for tuning, from fixed and random seeds.
 
-Every model is trained on random nested reversals (the structured actuator with dynamics on a multisine) with the
-default options of its kind, and tested on other signals of the same plant. Each row states its seeds, because targets
-must also hold for other seeds.
+Every model is trained with the default options of its kind, on random nested reversals, or on a multisine for the
+actuator with dynamics. It is tested on other signals of the same plant. Each row states its seeds, because targets must
+also be met for other seeds.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from papers.table import Report
 FULL = {"drawn": 10}
 FIXED = tuple(range(101, 107))
 KINDS = ("actuator", "play_bank_mlp")
-NESTED, OTHERS = (0.1, 0.5), (0.2, 0.8)  # RMS and largest error, % of span
+NESTED, OTHERS = (0.1, 0.5), (0.2, 0.8)  # limits of the RMS and of the largest error (% of span)
 REVERSALS, STEP, NOISE = 150, 1e-3, 1e-3
-FAST = 1e-4  # s: step of the record with dynamics
-HIGHEST = 300.0  # Hz
+FAST = 1e-4  # step of the record with dynamics (s)
+HIGHEST = 300.0  # highest frequency of the multisine (Hz)
 
 
 def table(data: object, progress: Callable[[float], None], drawn: int = 2) -> Report:
-    """Compute the errors of models on fresh plants.
+    """Return a table of the errors of models on random plants.
 
     Parameters
     ----------
     data : object
-        Not used; the plants are synthetic.
+        Not used, because the plants are synthetic.
     progress : function
-        Called with the fraction done.
+        Function that is called with the completed fraction of the work.
     drawn : int
-        Number of seeds drawn at run time; there are two plants a seed.
+        Number of random seeds in addition to the fixed seeds. Each seed determines two plants.
     """
     first = int(np.random.SeedSequence().generate_state(1)[0])
     seeds = {f"seeds {FIXED[0]} to {FIXED[-1]}": FIXED, f"{drawn} drawn, first {first}": range(first, first + drawn)}
@@ -71,7 +71,7 @@ def _recorded(plant: Response, seed: int, noise: float, h: float = STEP) -> Data
 
 
 def _bent_rows(kind: str, name: str, seeds: Sequence[int]) -> list[Row]:
-    """Count the plants of plays, straight and bent, on which a kind stays inside the limits."""
+    """Return rows with the number of plants (plays with and without static nonlinearity) that meet the limits."""
     inside, worst = [], 0.0
     for seed in seeds:
         for draw in (drawn_plants.play_sum, drawn_plants.bent):
@@ -89,7 +89,7 @@ def _bent_rows(kind: str, name: str, seeds: Sequence[int]) -> list[Row]:
 
 
 def _odd_rows(kind_of_plant: str, name: str, seeds: Sequence[int]) -> list[Row]:
-    """Compute the worst held-out error of `actuator` on stop-like or butterfly loops, 0.1 % noise."""
+    """Return rows of the worst held-out error of `actuator` on stop-like or butterfly loops, with 0.1 % noise."""
     errors = []
     for seed in seeds:
         plant = getattr(drawn_plants, kind_of_plant)(np.random.default_rng(seed))
@@ -101,7 +101,7 @@ def _odd_rows(kind_of_plant: str, name: str, seeds: Sequence[int]) -> list[Row]:
 
 
 def _actuator_rows(seed: int) -> list[Row]:
-    """Identify plays, bend, creep and G0(s) from 3 s of a multisine; errors on five other signals, f_n and zeta."""
+    """Return rows of `actuator` fitted to 3 s of a multisine: errors on five other signals, f_n and zeta."""
     model, plant, span = _whole(seed)
     found = {
         name: accuracy.errors(model.predict(u, FAST), plant(u), span)["rms_percent"]
@@ -119,7 +119,7 @@ def _actuator_rows(seed: int) -> list[Row]:
 
 
 def _dynamic_row(model: Model, about: str) -> Row:
-    """Compute the cascade of the inverse with preview and its own model, up to a tenth of the natural frequency."""
+    """Return the error of the inverse with preview in series with its model, up to a tenth of f_n."""
     what = f"{about}: inverse with preview before its model up to f_n / 10, max, % of span"
     try:
         found = inverse(model).fit
@@ -130,7 +130,7 @@ def _dynamic_row(model: Model, about: str) -> Row:
 
 
 def _inverse_rows(seed: int) -> list[Row]:
-    """Compute the cascade of the exact inverse and its own model, with bend and creep."""
+    """Return errors of the exact inverse in series with its model, which has a static nonlinearity and creep."""
     plant = drawn_plants.creeping(np.random.default_rng(seed), STEP)
     model = fit(_recorded(plant, seed, NOISE), "actuator", seed, dynamics="no")
     what = f"exact inverse through creep and bend before its model, worst held-out max, of span, seed {seed}"
@@ -150,7 +150,7 @@ def _whole(seed: int) -> tuple[Model, Response, float]:
 
 
 def _others(seed: int) -> dict[str, Array]:
-    """Return five signals, 0.6 to 2 s long, that are independent of the multisine of the training."""
+    """Return five test signals of 0.6 to 2 s, which are independent of the training multisine."""
     from scipy.signal import lfilter, sawtooth
 
     t = np.arange(6000) * FAST
@@ -166,7 +166,7 @@ def _others(seed: int) -> dict[str, Array]:
 
 
 def _multisine(seconds: float, seed: int) -> Array:
-    """Return a multisine of equal power an octave up to `HIGHEST`, in [-1, 1], rising from 0."""
+    """Return a multisine in [-1, 1] with equal power in each octave up to `HIGHEST`, which rises from 0."""
     n, rng = round(seconds / FAST), np.random.default_rng(seed)
     f = np.arange(n // 2 + 1) / seconds
     lines = (f > 0) & (f <= HIGHEST)

@@ -1,11 +1,11 @@
-"""IPMC paper: basis-function network with and without the auxiliary function f, on a synthetic sensor.
+"""Table of the IPMC paper: basis-function network with and without the auxiliary function f, synthetic sensor.
 
-The measurements of the paper are not published. The sensor is `papers.ipmc_sensor`, scaled to 1 mV. Figure 3 and table
-1 keep the protocol of the paper: one decaying sine, here of 10 Hz, validated on another decay, the first 0.098 s left
-out. The decays, the length (not printed) and the reading of equation 3 are scanned: as printed, f can only grow; with
-the sign of u - u_ex, f is an operator. The noise is the largest that the printed IC(10) allows. Beyond the paper the
-training data have 1, 2 and 5 Hz and random reversals. Literal: the reading that is closest to the printed figures, last
-extremum, and the recursion as printed. Ours: the kind polynomial_narx as `fit` returns it.
+The measurements of the paper are not published. The sensor is `papers.ipmc_sensor`, scaled to 1 mV. Fig. 3 and table 1
+use the protocol of the paper: one decaying sine, here of 10 Hz, validated with another decay, without the first 0.098
+s. The decays, the length (not printed) and two readings of eq. 3 are varied (a scan). As printed, f can only grow; with
+the sign of u - u_ex, f is an operator. The noise is the largest that the printed IC(10) allows. Further training data,
+which are not in the paper, have 1, 2 and 5 Hz and random reversals. Literal: the reading closest to the printed
+numbers, last extremum, and the printed recursion. Ours: the kind polynomial_narx as `fit` returns it.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ from papers.statements.printed import PrintedRecursive, auxiliary, exponential
 from papers.table import Drawing, Report, nearest, scanned
 
 RIDGE = 1e-3
-BASELINE_RIDGES = (1e-4, 1e-3, 1e-2, 1e-1)  # for the model without f the best on the test itself counts
+BASELINE_RIDGES = (1e-4, 1e-3, 1e-2, 1e-1)  # for the model without f, the ridge with the smallest test error is used
 TABLE_1 = {7: (1.41e-4, 1.45e-4), 8: (1.01e-5, 1.20e-5), 9: (1.58e-6, 4.68e-6), 10: (1.23e-7, 1.29e-5)}
-PRINTED = (0.014, 0.14)  # mV: largest errors with and without f
-F_SINE, LEFT_OUT = 10.0, 0.098  # Hz; s left out at the beginning
-CYCLES, TRAINED, VALIDATED = (10, 20), (0.05, 0.1, 0.2), (0.05, 0.1, 0.15, 0.2)  # scanned; decay per cycle
-NOISE = float(np.sqrt(TABLE_1[10][0]))  # mV, RMS, on both records: the printed IC(10) excludes more
+PRINTED = (0.014, 0.14)  # largest errors with and without f (mV)
+F_SINE, LEFT_OUT = 10.0, 0.098  # frequency (Hz); omitted beginning (s)
+CYCLES, TRAINED, VALIDATED = (10, 20), (0.05, 0.1, 0.2), (0.05, 0.1, 0.15, 0.2)  # values of the scan; decays per cycle
+NOISE = float(np.sqrt(TABLE_1[10][0]))  # RMS noise on both records (mV); the printed IC(10) excludes a larger one
 ELSEWHERE = 0.15  # decay per cycle of the validation in the scan of table 1
-NOISES = (0.0, 1e-4, 1e-3)  # scanned beside it
-SEEDS = 5  # of the noise of both records
+NOISES = (0.0, 1e-4, 1e-3)  # other noise levels of the scan
+SEEDS = 5  # number of seeds of the noise on both records
 PRINTED_FALL = TABLE_1[7][0] / TABLE_1[10][0]
 ANOTHER = "the record differs from that of the paper"
 WHY = "the memory of this sensor consists of plays: more lags improve little, with and without noise"
-SECONDS = 30  # of the record of the recursions
-REST = 1.0  # s at rest before the motion, for the recursions, as in any measurement
+SECONDS = 30  # duration of the record for the recursions (s)
+REST = 1.0  # time at rest before the motion in the record for the recursions (s)
 
 Response = Callable[[Array], Array]
 Point = tuple[int, float, float, str]
@@ -60,18 +60,18 @@ Criteria = dict[int, tuple[list[float], ...]]
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """Compute the table of the paper; `data` is not used, `progress` is called with the fraction done.
+    """Return the table of the paper. `data` is not used; `progress` is called with the completed fraction.
 
-    Targets: f reduces the largest error at least fivefold, also against the best ridge without it; recursive least
-    squares is within 20 % of batch.  The n with the smallest validation error is a property of the data, so it is only
-    reported.
+    Targets: f reduces the largest error at least fivefold, also compared with the best ridge without f. The error of
+    recursive least squares is at most 20 % above that of batch least squares. The n with the smallest validation error
+    depends on the data, so it has no target.
     """
-    with threadpool_limits(1):  # as in `fit`: small matrices
+    with threadpool_limits(1):  # as in `fit`, because the matrices are small
         return _table(progress)
 
 
 def quick() -> list[Row]:
-    """Return the rows that take seconds: equations and theorem."""
+    """Return the rows that take only seconds: equations and theorem."""
     return statements.rows()
 
 
@@ -116,14 +116,14 @@ def _table(progress: Callable[[float], None]) -> Report:
 
 # ---- the paper's protocol --------------------------------------------------------------------------------------------
 def _sine(cycles: int, decay: float, seed: int, noise: float = NOISE) -> Dataset:
-    """Return a decaying sine of 10 Hz at 1000 Hz, in mm, and the noisy voltage of the sensor, in mV."""
+    """Return a decaying sine of 10 Hz (mm), sampled at 1000 Hz, and the noisy voltage of the sensor (mV)."""
     x = signals.decaying_sine(cycles, decay, round(RATE / F_SINE))
     y = VOLTAGE * sensor(x) + noise * np.random.default_rng(seed).normal(size=len(x))
     return Dataset(np.arange(len(x)) / RATE, STROKE * x, y, "decaying sine of 10 Hz", unit_u="mm", unit_y="mV")
 
 
 def _tail(response: Response, record: Dataset) -> Array:
-    """Return the error of a free run (mV), without its beginning."""
+    """Return the error of a simulation (mV) without its beginning."""
     return (response(record.u / STROKE) - record.y)[round(LEFT_OUT * RATE) :]
 
 
@@ -132,20 +132,20 @@ READINGS: dict[str, Response] = {"as printed": lambda x: auxiliary(x, corrected=
 
 
 def _fitted(train: Dataset, n: int = N) -> Response:
-    """Fit the kind polynomial_narx, which chooses the scale of f on the training record."""
+    """Return a fitted polynomial_narx; the fit chooses the scale of f on the training record."""
     return _of(fit(train, "polynomial_narx", n_u=n, n_f=n, q=Q))
 
 
 def _pairs(cycles: int, trained: float, validated: float, noise: float = NOISE) -> list[tuple[Dataset, Dataset]]:
-    """Return training and validation record of every seed of the noise."""
+    """Return the training and the validation record for every seed of the noise."""
     return [
         (_sine(cycles, trained, SEEDS + seed, noise), _sine(cycles, validated, seed, noise)) for seed in range(SEEDS)
     ]
 
 
 def _figure_3(progress: Callable[[float], None]) -> tuple[list[Row], list[Row], Point]:
-    """Return the rows of fig. 3, those of the scan, and the point of the table: cycles, both decays, reading."""
-    found: dict[Point, list[list[float]]] = {}  # of every seed: literal, without f, ours
+    """Return the rows of fig. 3 and of the scan, and the point of the scan (cycles, decays, reading) in the table."""
+    found: dict[Point, list[list[float]]] = {}  # errors for every seed: literal, without f, ours
     for k, (cycles, trained) in enumerate(product(CYCLES, TRAINED)):
         records = [_sine(cycles, trained, SEEDS + seed) for seed in range(SEEDS)]
         without = [_direct(r, N, None) for r in records]
@@ -201,7 +201,7 @@ def _rows_of_figure_3(point: Point, of: list[list[float]], as_printed: list[floa
 
 
 def _noises(point: Point) -> list[Row]:
-    """Scan the noise, which the paper does not print, at the point of the table."""
+    """Return rows for other noise levels at the point of the table, because the paper does not print the noise."""
     rows = []
     for noise in NOISES:
         pairs = _pairs(*point[:3], noise)
@@ -216,9 +216,9 @@ def _most(response: Response, record: Dataset) -> float:
 
 
 def _structure(point: Point, progress: Callable[[float], None]) -> tuple[list[Row], list[Row]]:
-    """Compute IC(n) and TC(n), mean squares over training and validation data, for n = n_u = n_f = 7..10.
+    """Return rows of IC(n) and TC(n), the mean squares over training and validation data, n = n_u = n_f = 7..10.
 
-    The table has the record of fig. 3 and every seed; the scan has every record, without noise too, and one seed.
+    The table uses the record of fig. 3 and every seed. The scan uses every record, also without noise, and one seed.
     """
     literal, ours = (
         _criteria(_pairs(*point[:3]), lambda a, n: _direct(a, n, READINGS[point[3]])),
@@ -259,12 +259,12 @@ def _structure(point: Point, progress: Callable[[float], None]) -> tuple[list[Ro
 
 
 def _best(c: Criteria) -> list[float]:
-    """Return the n with the smallest TC, of every pair."""
+    """Return the n with the smallest TC for every pair of records."""
     return [float(min(c, key=lambda n: c[n][1][s])) for s in range(len(c[7][1]))] if c else []
 
 
 def _criteria(pairs: Sequence[tuple[Dataset, Dataset]], made: Callable[[Dataset, int], Response]) -> Criteria:
-    """Return IC(n) and TC(n) of every pair of records, by n."""
+    """Return IC(n) and TC(n) of every pair of records. The keys are the values of n."""
     found: Criteria = {}
     for n in TABLE_1:
         models = [made(a, n) for a, _ in pairs]
@@ -275,7 +275,7 @@ def _criteria(pairs: Sequence[tuple[Dataset, Dataset]], made: Callable[[Dataset,
 
 
 def _bases(pairs: Sequence[tuple[Dataset, Dataset]]) -> list[Row]:
-    """Compare the basis functions that section 4 lists, and other g in eq. 3, on the records of fig. 3."""
+    """Return rows that compare the basis functions in section 4, and other g in eq. 3, on the records of fig. 3."""
 
     def errors_of(f: Response, made: Callable[[Array], Array] = _monomials) -> list[float]:
         return [_most(_direct(train, N, f, made=made), validation) for train, validation in pairs]
@@ -314,7 +314,7 @@ def _bases(pairs: Sequence[tuple[Dataset, Dataset]]) -> list[Row]:
 
 
 def _drawings(train: Dataset, validation: Dataset) -> tuple[Drawing, ...]:
-    """Return figs. 1, 3 and 4."""
+    """Return our form of figs. 1, 3 and 4."""
     rows = slice(round(LEFT_OUT * RATE), None)
     x = validation.u / STROKE
     t, truth = validation.t[rows], validation.y[rows]
@@ -368,13 +368,13 @@ def _drawings(train: Dataset, validation: Dataset) -> tuple[Drawing, ...]:
 
 # ---- several frequencies ---------------------------------------------------------------------------------------------
 def _several_frequencies() -> list[Row]:
-    """Compute S8 on data of several frequencies with random reversals, tested on other signals."""
+    """Return rows of requirement S8: training on several frequencies and random reversals, test on other signals."""
     train, tests = ipmc(80, seed=1), _tests()
     with_f = _with_f(train, N)
     ours = {name: _largest(_of(with_f), test) for name, test in tests.items()}
     printed_f = _direct(train, N, _printed)
     literal = {name: _largest(printed_f, test) for name, test in tests.items()}
-    # twice the lags of u have as many weights as u and f together
+    # with twice the lags of u, the model without f has the same number of weights
     equal = [_direct(train, 2 * N, None, ridge) for ridge in BASELINE_RIDGES]
     without = {name: min(_largest(m, test) for m in equal) for name, test in tests.items()}
     return [
@@ -393,7 +393,7 @@ def _several_frequencies() -> list[Row]:
 
 # ---- models and tests ------------------------------------------------------------------------------------------------
 def _tests() -> dict[str, tuple[Array, Array]]:
-    """Return displacement in [-1, 1] and voltage: between the trained frequencies, then the held-out signals."""
+    """Return displacement in [-1, 1] and voltage of test signals between the trained frequencies, then held-out."""
     displacements = {
         "decaying sine": signals.decaying_sine(10, 0.1, round(RATE / 3)),
         "random": excitation(60, (1.5, 3.0, 4.0), seed=2),
@@ -426,7 +426,7 @@ def _monomials(z: Array) -> Array:
 def _direct(
     train: Dataset, n: int, f: Response | None, ridge: float = RIDGE, made: Callable[[Array], Array] = _monomials
 ) -> Response:
-    """Fit the network in numpy, for any f and basis: n lags of x, and n of f(x) unless f is None."""
+    """Fit the network in numpy for any f and basis, with n lags of x, and n lags of f(x) unless f is None."""
     x = train.u / STROKE
     size = 1.0 if f is None else float(np.abs(f(x)).max())
 
@@ -439,13 +439,13 @@ def _direct(
 
 
 def _operator(x: Array) -> Array:
-    """Return f in its correct form with dominant extrema, the Zhao-Tan operator."""
+    """Return the corrected f with dominant extrema, which is the Zhao-Tan operator."""
     return Graph.single(Node("f", "zhao_tan")).run(x)
 
 
 # ---- recursions ------------------------------------------------------------------------------------------------------
 def _recursions(progress: Callable[[float], None]) -> list[Row]:
-    """Compare recursive with batch least squares on data that start at rest, with few lags, over the seeds."""
+    """Return rows that compare recursive and batch least squares on data that start at rest, with few lags."""
     found = []
     for seed in range(SEEDS):
         found.append(_recursion(3 + 2 * seed))
@@ -484,7 +484,7 @@ def _recursions(progress: Callable[[float], None]) -> list[Row]:
 
 
 def _recursion(seed: int) -> dict[str, tuple[float, float]]:
-    """Return of every recursion the held-out RMS error over that of batch, and the largest error during the run."""
+    """Return the held-out RMS error of each recursion over that of batch, and the largest error during the run."""
     n = 3
     train, test = ipmc(SECONDS, rest=REST, seed=seed), ipmc(30, (1.5, 3.0, 4.0), noise=0.0, seed=seed + 1)
 
@@ -504,7 +504,7 @@ def _recursion(seed: int) -> dict[str, tuple[float, float]]:
             with np.errstate(all="ignore"):
                 for h, y in zip(phi, train.y, strict=True):
                     worst = max(worst, abs(model.update(h, y)))
-        except InputError:  # diverged
+        except InputError:  # the recursion diverged
             return np.inf, np.inf
         rms = float(np.sqrt(np.mean((held_out @ model.theta - test.y) ** 2)))
         return (rms / base, worst) if np.isfinite(rms) else (np.inf, np.inf)

@@ -1,7 +1,7 @@
-"""Synthetic IPMC sensor: displacement of a bent strip (mm), its voltage (mV), at 1000 Hz.
+"""Synthetic IPMC sensor: displacement of a bent strip (mm) and voltage of the strip (mV), at 1000 Hz.
 
-It has the hysteresis, rate dependence and drift of figure 1 of the IPMC paper.  It is written in numpy with finer steps
-and another integrator, independent of the C core, so that a model identified with the core is compared with another
+The sensor has the hysteresis, rate dependence and drift that fig. 1 of the IPMC paper shows. It is written in numpy,
+with finer steps and another integrator than the C core, so that models of the core are tested with an independent
 implementation.
 """
 
@@ -17,22 +17,23 @@ from hystfmu.data.dataset import Dataset
 from hystfmu.data.signals import decaying_sine, nested_reversals, ramps
 from hystfmu.data.synthetic import plays
 
-RATE = 1000.0  # Hz, as in the paper
-STROKE, VOLTAGE = 5.0, 1.0  # mm and mV per unit of the normalised signals
-RADII = np.array([0.031, 0.072, 0.118, 0.151, 0.209, 0.247, 0.301, 0.366, 0.423, 0.487])  # half-widths off any grid
+RATE = 1000.0  # sampling rate (Hz), as in the paper
+STROKE, VOLTAGE = 5.0, 1.0  # scale of the normalised displacement (mm) and voltage (mV)
+# half-widths of the plays, which are not on a regular grid
+RADII = np.array([0.031, 0.072, 0.118, 0.151, 0.209, 0.247, 0.301, 0.366, 0.423, 0.487])
 WEIGHTS = np.array([1.12, 0.87, 1.31, 0.94, 1.06, 0.78, 1.23, 0.69, 1.02, 0.91])
 W0 = 3.0  # weight of the linear term
-BEND = 0.04  # asymmetric readout: z + 0.04 z^2
-LAG = 0.004  # s: the cations lag the displacement, which makes the loop rate-dependent
-DRIFT = ((-0.010, 0.3), (-0.008, 3.0))  # share and time constant (s): back-diffusion of water relaxes the voltage
-FINER = 5  # steps inside a sample
+BEND = 0.04  # coefficient of the asymmetric static nonlinearity z + 0.04 z^2
+LAG = 0.004  # time constant of the lag of the cations (s), which makes the loop rate-dependent
+DRIFT = ((-0.010, 0.3), (-0.008, 3.0))  # weights and time constants (s) of the drift due to back-diffusion of water
+FINER = 5  # number of integration steps in a sample
 
 
 def sensor(x: Array, rate: float = RATE) -> Array:
-    """Return the voltage (n,), about [-1, 1], for a displacement x (n,) in [-1, 1] at `rate` (Hz), from rest.
+    """Return the voltage (n,), about in [-1, 1], for a displacement x (n,) in [-1, 1] at `rate` (Hz), from rest.
 
-    z = (w0 x + sum w_i p_{r_i}[x]) / c with p a play, q = z + 0.04 z^2, the lag T v' = q - v, and the drift
-    y = v + sum s_l d_l, T_l d_l' = v - d_l.  x is linear between samples; each sample takes five steps of the
+    z = (w0 x + sum w_i p_{r_i}[x]) / c with p a play, q = z + 0.04 z^2, the lag T v' = q - v, and the drift y = v + sum
+    s_l d_l, T_l d_l' = v - d_l.  x is linear between samples. Each sample is integrated by five steps of the
     trapezoidal rule.
     """
     n = len(x)
@@ -45,7 +46,7 @@ def sensor(x: Array, rate: float = RATE) -> Array:
 
 
 def _lag(q: Array, T: float, dt: float) -> Array:
-    """Integrate T v' = q - v from v = 0 by the trapezoidal rule."""
+    """Return the solution v of T v' = q - v from v = 0, by the trapezoidal rule."""
     from scipy.signal import lfilter
 
     a = dt / (2 * T)
@@ -54,16 +55,17 @@ def _lag(q: Array, T: float, dt: float) -> Array:
 
 
 def excitation(reversals: int = 120, frequencies: tuple[float, ...] = (1.0, 2.0, 5.0), seed: int = 0) -> Array:
-    """Return a displacement (n,) in [-1, 1] at 1000 Hz: a decaying sine per frequency, then random nested reversals.
+    """Return a displacement (n,) in [-1, 1] at 1000 Hz: one decaying sine per frequency, then random reversals.
 
     Parameters
     ----------
     reversals : int
-        Number of reversals, joined by half cosines; each takes half a period of a frequency drawn from `frequencies`.
+        Number of nested reversals, connected by half cosines. Each half cosine takes half a period of a random
+        frequency in `frequencies`.
     frequencies : tuple of float
-        Frequencies (Hz); rate dependence shows only with several.
+        Frequencies (Hz). Rate dependence is visible only with several frequencies.
     seed : int
-        Seed of the reversals and their frequencies.
+        Seed of the reversals and of their frequencies.
     """
     rng = np.random.default_rng(seed)
     parts = [decaying_sine(6, 0.15, round(RATE / f))[:-1] for f in frequencies]
@@ -82,12 +84,12 @@ def ipmc(
     rest: float = 0.0,
     seed: int = 0,
 ) -> Dataset:
-    """Generate displacement and voltage of the synthetic sensor under `excitation`, at 1000 Hz.
+    """Return displacement and voltage of the synthetic sensor for `excitation`, at 1000 Hz.
 
     Parameters
     ----------
     reversals, frequencies, seed
-        As in `excitation`; the noise has the same seed.
+        Arguments of `excitation`. The noise has the same seed.
     noise : float
         RMS noise (mV).
     rest : float
@@ -96,12 +98,12 @@ def ipmc(
     Returns
     -------
     Dataset
-        t (s), u (mm), y (mV).
+        Time t (s), displacement u (mm) and voltage y (mV).
 
     Raises
     ------
     InputError
-        A frequency outside (0, 50] Hz; 50 Hz has 20 samples per cycle.
+        A frequency is outside (0, 50] Hz. At 50 Hz there are 20 samples per cycle.
     """
     if not frequencies or not all(0 < f <= 50 for f in frequencies):
         raise InputError(f"The frequencies must be in (0, 50] Hz. Got {frequencies} instead.")

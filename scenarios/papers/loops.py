@@ -1,6 +1,6 @@
-"""The closed loops of this project and their requirements: tracking and margins, the stage, adaptation, speed.
+"""Closed loops of this project and their requirements: tracking, margins, the stage, adaptation and speed.
 
-Gains, corners and limits are read from the files of the shipped scenarios.
+Gains, worst-case parameter sets (corners) and limits are those in the files of the shipped scenarios.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from papers.row import Row
 from papers.table import Report
 
 FULL = {"draws": 1000}
-STEP = 1e-4  # s: the loops at 10 kHz
+STEP = 1e-4  # step (s) of the loops at 10 kHz
 CORNERS = [f"{gain}_{f}" for gain in ("up", "down") for f in (400, 600)]
 MS_DB = 6.0
-PERIODIC = ("repetitive", "iterative_learning")  # scenarios whose references repeat
-# reference: nominal and worst corner, RMS, % of stroke
+PERIODIC = ("repetitive", "iterative_learning")  # scenarios with periodic references
+# for each reference: largest RMS error in the nominal case and in the worst corner (% of stroke)
 ASKED = {"10": (0.03, 0.08), "100": (0.02, 0.75), "broadband": (0.03, 0.12)}
 ASKED_PERIODIC = {"10": (0.02, 0.03), "100": (0.015, 0.2)}
 NOMINAL = {"10": "sine_10", "100": "sine_100", "broadband": "broadband"}
@@ -41,18 +41,19 @@ ADAPTED = {
 
 @dataclass(frozen=True)
 class Structure:
-    """Figures of one controller at 10 kHz.
+    """Errors and margins of one controller at 10 kHz.
 
     Attributes
     ----------
     name : str
-        Scenario.
+        Name of the scenario.
     errors : dict of str to float
-        RMS in percent of the stroke by case.
+        RMS error of each case (% of stroke).
     ms_db, delay_steps : float or None
-        Of the nominal loop with the known step; None if it is unstable.
+        Peak of the sensitivity (dB) and delay margin (steps) of the nominal loop with the known delay of one step. None
+        if the loop is unstable.
     stable_to : float or None
-        Steps beyond the known one up to which every corner is stable.
+        Additional delay (steps) up to which every corner is stable.
     """
 
     name: str
@@ -62,36 +63,36 @@ class Structure:
     stable_to: float | None
 
     def worst(self, reference: str, more: str = "") -> float | None:
-        """Return the largest error of the corners that the scenario has."""
+        """Return the largest error over the corners of the scenario."""
         found = [self.errors[c] for c in (f"{k}{more}_{reference}" for k in CORNERS) if c in self.errors]
         return max(found, default=None)
 
     def nominal(self, reference: str) -> float | None:
-        """Return the nominal error, None without such a case."""
+        """Return the error of the nominal case, or None if there is no such case."""
         return self.errors.get(NOMINAL[reference])
 
     def excess(self, asked: Mapping[str, tuple[float, float]]) -> float:
-        """Return the largest ratio of a figure to its requirement; infinite if a case is missing."""
+        """Return the largest ratio of a number to its requirement, or infinity if a case is missing."""
         pairs = [(f, a) for k, v in asked.items() for f, a in zip((self.nominal(k), self.worst(k)), v, strict=True)]
         return max(float("inf") if f is None else f / a for f, a in pairs)
 
 
 def check(data: object) -> None:
-    """Refuse an installation without the package that stores the tables of studies."""
+    """Raise an error if the package that stores the tables of studies is not installed."""
     import pyarrow  # noqa: F401
 
 
 def table(data: object, progress: Callable[[float], None], draws: int = 100) -> Report:
-    """Compute the figures of the shipped loops.
+    """Return a table of the errors and margins of the shipped loops.
 
     Parameters
     ----------
     data : object
         Not used.
     progress : function
-        Called with the fraction done.
+        Function that is called with the completed fraction of the work.
     draws : int
-        Draws of the studies of the stage.
+        Number of variations in the studies of the stage.
     """
     root = shipped_scenarios()
     parts: list[Callable[[], list[Row]]] = [partial(_loops, root)]
@@ -115,7 +116,7 @@ def table(data: object, progress: Callable[[float], None], draws: int = 100) -> 
 
 
 def _loops(root: Path) -> list[Row]:
-    """Compute S18: the nearest structure with its targets, then every structure."""
+    """Return rows of requirement S18: the structure nearest to the targets, then every structure."""
     found = [_structure(f) for f in sorted(root.iterdir()) if _is_robust(f)]
     rows = []
     for title, asked, names in (
@@ -165,7 +166,7 @@ def _targets(s: Structure, title: str, asked: Mapping[str, tuple[float, float]])
 
 
 def _listed(s: Structure) -> list[Row]:
-    """Return one row for each figure of a structure, without targets."""
+    """Return one row without target for each number of a structure."""
     figures: list[tuple[str, float | None]] = [
         ("Ms, one step, dB", s.ms_db),
         ("delay margin beyond it, steps", s.delay_steps),
@@ -178,7 +179,7 @@ def _listed(s: Structure) -> list[Row]:
 
 
 def _stage(root: Path) -> list[Row]:
-    """Compute the nominal scans of the stage, then those of its other controllers."""
+    """Return rows of the nominal scans of the stage, then of the scans with other controllers."""
     rows = []
     for folder in sorted(f.parent for f in root.glob("stage/*/scenario.toml")):
         ours = folder == root / STAGE
@@ -194,9 +195,10 @@ def _stage(root: Path) -> list[Row]:
 
 
 def _stage_draws(root: Path, width: int, draws: int) -> list[Row]:
-    """Compute the studies of the stage with modes known to `width` percent."""
+    """Return rows of the studies of the stage, whose modes have errors of up to `width` percent."""
     with TemporaryDirectory() as copied:
-        stage = Path(copied) / "stage"  # a study file states the number of its draws
+        # the number of variations is stated in the study file, so a copy of the file is changed
+        stage = Path(copied) / "stage"
         shutil.copytree(root / "stage", stage)
         shared = stage / "draws_5.toml"
         shared.write_text(shared.read_text().replace("n = 1000", f"n = {draws}"))
@@ -215,7 +217,7 @@ def _stage_draws(root: Path, width: int, draws: int) -> list[Row]:
 
 
 def _adaptive(root: Path) -> list[Row]:
-    """Compute S20: the adaptive inverse alone after a change, and beside feedback."""
+    """Return rows of requirement S20: the adaptive inverse after a change, without and with feedback."""
     alone = {r.case: _metric(r, "tracking") for r in hy.run([root / "adaptive"], engine="native")}
     rows = [
         Row(f"S20, adaptive inverse: {what}", ours=alone[case], target=target)

@@ -1,8 +1,8 @@
-"""Magnetostrictive actuator in numpy: the strain follows the square of the magnetisation of a Jiles-Atherton model.
+"""Magnetostrictive actuator in numpy: strain proportional to the squared magnetisation (Jiles-Atherton model).
 
 M = (1 - c) M_i + c M_an, dM_i/dH = (M_an - M_i)/(k sgn(dH) - alpha (M_an - M_i)) where the wall moves with the field,
-M_an = coth(H_e/a) - a/H_e, H_e = H + alpha M (Jiles & Atherton 1986); y proportional to M^2, from the bias field.  It
-is asymmetric and is no sum of plays, unlike the synthetic stack.
+M_an = coth(H_e/a) - a/H_e, H_e = H + alpha M (Jiles & Atherton 1986); y proportional to M^2, from the bias field.
+Unlike the synthetic piezo stack, it is asymmetric and is not a sum of plays.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 
-SHAPE, COUPLING, PINNING, REVERSIBLE = 0.3, 0.05, 0.25, 0.1  # a, alpha, k, c; fields and M relative to saturation
-FINER = 10  # steps inside a sample
-WAY_IN = 200  # samples from no field to the bias
+# parameters a, alpha, k and c; fields and M are relative to saturation
+SHAPE, COUPLING, PINNING, REVERSIBLE = 0.3, 0.05, 0.25, 0.1
+FINER = 10  # number of integration steps in a sample
+WAY_IN = 200  # number of samples from field 0 to the bias field
 
 
 def strain(x: Array, bias: float) -> Array:
-    """Return the strain (n,) relative to its first value, for a field bias + x (n,), from the virgin curve to bias."""
+    """Return the strain (n,), minus its first value, for a field bias + x (n,) after the virgin curve to the bias."""
     n = len(x)
     field = np.concatenate([np.linspace(0, bias + x[0], WAY_IN, endpoint=False), bias + x])
     fine = np.interp(np.arange((len(field) - 1) * FINER + 1) / FINER, np.arange(len(field)), field)
@@ -28,7 +29,7 @@ def strain(x: Array, bias: float) -> Array:
     for i, (before, now) in enumerate(zip(fine[:-1].tolist(), fine[1:].tolist(), strict=True), 1):
         away = _langevin(((before + now) / 2 + COUPLING * m) / SHAPE) - wall
         step = now - before
-        if away * step > 0:  # otherwise the wall stays
+        if away * step > 0:  # otherwise the domain wall does not move
             wall += away / (math.copysign(PINNING, step) - COUPLING * away) * step
         m = (1 - REVERSIBLE) * wall + REVERSIBLE * (wall + away)
         out[i] = m

@@ -1,8 +1,8 @@
-"""Nested loops, which the single decaying sine of the papers does not excite: bank of plays and network, inverses.
+"""Errors of models and inverses on nested loops, which the single decaying sine of the papers does not excite.
 
-There are two plants in numpy: ten backlash operators with a linear term, and the same with a nonlinear readout.  Models
-are trained on random nested reversals and tested by `accuracy.held_out_table`; inverses are tested in front of the
-plant.
+There are two plants in numpy: ten backlash operators with a linear term, without and with a static nonlinearity at the
+output. Models are trained on random nested reversals and tested on held-out signals. Inverses are tested in series with
+the plant.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from hystfmu.model import Model, accuracy
 from papers.row import Row
 
 STEP = 1e-3
-NOISE = 1e-3  # RMS, relative to the span, for the inverse that is identified under noise
-SHARE = 0.9  # fraction of the range that the wanted outputs of an inverse use
+NOISE = 1e-3  # RMS noise over the span in the data for the inverse
+SHARE = 0.9  # range of the wanted outputs of an inverse over the range of the plant
 
 Response = Callable[[Array], Array]
 
 
 def bent(plant: Response) -> Response:
-    """Make a plant asymmetric by a polynomial readout that increases over the outputs -1..1."""
+    """Return a plant followed by an asymmetric polynomial that increases over the outputs -1 to 1."""
 
     def response(u: Array) -> Array:
         y = plant(u)
@@ -36,7 +36,7 @@ def bent(plant: Response) -> Response:
 
 
 def recorded(plant: Response, reversals: int, noise: float = 0.0) -> Dataset:
-    """Return the response of a plant to random nested reversals, with white noise relative to its span."""
+    """Return a record of a plant with random nested reversals, and white noise relative to the span."""
     u = signals.training(reversals, 1)
     y = plant(u)
     y = y + noise * np.ptp(y) * np.random.default_rng(0).normal(size=len(y))
@@ -44,7 +44,7 @@ def recorded(plant: Response, reversals: int, noise: float = 0.0) -> Dataset:
 
 
 def bank_rows(name: str, plant: Response, data: Dataset) -> list[Row]:
-    """Compute S2: bank of plays and a network, RMS and largest error, nested reversals and worst other signal."""
+    """Return rows of requirement S2: errors of a bank of plays with a network, on nested and other signals."""
     found = accuracy.held_out_table(fit(data, "play_bank_mlp"), plant, data.span)
     nested = found.pop("nested reversals")
     rows = []
@@ -66,7 +66,7 @@ def bank_rows(name: str, plant: Response, data: Dataset) -> list[Row]:
 
 
 def inverse_rows(plant: Response, reversals: int) -> list[Row]:
-    """Compute S6: exact inverse of plays in front of its model, and, identified under noise, in front of the plant."""
+    """Return rows of requirement S6: exact inverse of plays in series with its model and with the plant."""
     clean, noisy = (
         fit(recorded(plant, reversals, noise), "prandtl_ishlinskii", N=200, w0_min=0.01) for noise in (0, NOISE)
     )
@@ -85,7 +85,7 @@ def inverse_rows(plant: Response, reversals: int) -> list[Row]:
 
 
 def implicit_rows(name: str, plant: Response, reversals: int) -> list[Row]:
-    """Compute S6: implicit inverse of a bank of plays and a network in front of the plant."""
+    """Return rows of requirement S6: implicit inverse of a bank of plays with a network, in series with the plant."""
     data = recorded(plant, reversals)
     few, made = (inverse(fit(data, "play_bank_mlp", N=n), "implicit") for n in (16, 32))
     worst = [cascade(m, plant)["max_percent"] for m in (few, made)]
@@ -95,7 +95,7 @@ def implicit_rows(name: str, plant: Response, reversals: int) -> list[Row]:
 
 
 def cascade(made: Model, plant: Response) -> dict[str, float]:
-    """Return the worst errors of the cascade inverse -> plant over the held-out signals, relative to each span."""
+    """Return the worst errors of the cascade of inverse and plant on the held-out signals, over their spans."""
     found = {}
     for name, u in signals.held_out().items():
         wanted = plant(SHARE * u)

@@ -1,7 +1,8 @@
-"""Rate-dependent actuator in numpy, independent of the C core, and the excitations of Yu & Alici 2005, figs. 6 to 8.
+"""Rate-dependent actuator in numpy, independent of the C core, and inputs of figs. 6 to 8 of Yu & Alici 2005.
 
-The actuator is a chain of plays and a linear term, G0(s), and a delay.  Each sample takes sixteen steps with the input
-linear between samples, G0 by the trapezoidal rule: integrator, step and thresholds differ from those of every model.
+The actuator is a series connection of plays with a linear term, G0(s), and a delay. Each sample is computed in sixteen
+steps, with an input that is linear between samples and the trapezoidal rule for G0. Integrator, step and thresholds
+differ from those of every model.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data.synthetic import plays
 
-RATE = 10e3  # Hz
-F_N, ZETA, DELAY = 500.0, 0.7, 2.375e-4  # Hz, 1, s: 2.375 samples
+RATE = 10e3  # sampling rate (Hz)
+F_N, ZETA, DELAY = 500.0, 0.7, 2.375e-4  # natural frequency (Hz), damping ratio, and delay (s) of 2.375 samples
 W0 = 3.0
 R = np.array([0.058, 0.096, 0.163, 0.187, 0.251, 0.312, 0.338, 0.402, 0.447, 0.489])
 W = np.array([1.04, 0.83, 1.31, 0.66, 1.12, 0.94, 1.42, 0.71, 1.23, 0.88])
@@ -23,7 +24,7 @@ F_SLOW, F_FAST = 2.0, 100.0  # Hz
 
 
 def actuator(u: Array) -> Array:
-    """Return the displacement (n,), about [-1, 1], for an input u (n,) in [-1, 1] at 10 kHz, from rest at u[0]."""
+    """Return the displacement (n,), about in [-1, 1], for an input u (n,) in [-1, 1] at 10 kHz, from rest."""
     from scipy.signal import bilinear, lfilter
 
     n = len(u)
@@ -42,13 +43,13 @@ def excitation(figure: str, seconds: float = 1.0, rate: float = RATE) -> Array:
     Parameters
     ----------
     figure : {"6", "7", "8"}
-        6: fixed amplitude, decreasing frequency; 7: increasing frequency, decreasing amplitude; 8: both decreasing.
-        The paper prints no frequencies.  A decreasing amplitude ends at 0.  The number of cycles is whole, so that
-        signals can be concatenated without a discontinuity.
+        Number of the figure. 6: constant amplitude, decreasing frequency. 7: increasing frequency, decreasing
+        amplitude. 8: both decrease. The paper prints no frequencies. A decreasing amplitude ends at 0. The number of
+        cycles is an integer, so that signals can be joined without a discontinuity.
     seconds : float
-        Length (s).
+        Duration (s).
     rate : float
-        Sample rate (Hz).
+        Sampling rate (Hz).
     """
     t = np.arange(round(seconds * rate)) / rate
     first, last = (F_SLOW, F_FAST) if figure == "7" else (F_FAST, F_SLOW)

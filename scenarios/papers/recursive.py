@@ -1,14 +1,19 @@
-"""Recursive least squares in square-root form, sample by sample, with or without a dead zone.
+"""Recursive least squares in square-root form, with or without a dead zone.
 
-Without dead zone: P(k)^-1 = mu P(k-1)^-1 + h h'.  With R'R = P^-1, one orthogonal transformation of R and the new row
-h' gives the next R.  P itself, whose differences lose half the digits, is never formed.
+Without a dead zone, the update is P(k)^-1 = mu P(k-1)^-1 + h h'. If R'R = P^-1, one orthogonal transformation of R and
+the new row h' computes the next R. P is never computed, because its differences lose half of the digits.
 
-With dead zone (IPMC paper, eqs. 13 to 19, corrected): eqs. 15 to 17 are a weighted update,
-P(k)^-1 = mu (P(k-1)^-1 + c h h') with c = lambda / (mu Sigma), the same transformation with the row sqrt(c) h'.
-Errata: sigma^2(k) = sigma^2(k-1) + (e^2(k) - sigma^2(k-1)) / k is a mean (as printed it grows without bound);
-lambda = beta (e^2(k) - r^2) / (h' P h r^2) uses the present error (printed: the variance, so lambda can be negative);
-P does not change while lambda = 0 (printed: it grows as 1 / mu^k).  With beta = fraction * mu Sigma, where mu Sigma is
-the largest beta allowed, the weight is c = fraction (e^2 - r^2) / (h' P h r^2): Sigma cancels.
+With a dead zone (IPMC paper, eqs. 13 to 19, corrected), eqs. 15 to 17 are a weighted update
+P(k)^-1 = mu (P(k-1)^-1 + c h h') with c = lambda / (mu Sigma). The transformation is the same, with the row sqrt(c) h'.
+Three printed equations are corrected:
+
+- sigma^2(k) = sigma^2(k-1) + (e^2(k) - sigma^2(k-1)) / k is a mean. As printed, it grows without bound.
+- lambda = beta (e^2(k) - r^2) / (h' P h r^2) contains the present error. The paper prints the variance instead, so that
+  lambda can be negative.
+- P does not change while lambda = 0. As printed, P grows as 1 / mu^k.
+
+The largest allowed beta is mu Sigma. With beta = fraction * mu Sigma, the weight is
+c = fraction (e^2 - r^2) / (h' P h r^2), which does not contain Sigma.
 """
 
 from __future__ import annotations
@@ -18,19 +23,19 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 
-BLOCK = 4  # block size of LAPACK's update; larger blocks do not help with one new row
+BLOCK = 4  # block size of the update in LAPACK; a larger one is not faster for one new row
 
 
 class Recursive:
     """Recursive estimator of theta in y = h' theta + e.
 
-    The initial covariance is P(0) = eta I; 1/eta is a ridge towards the initial parameters, which are 0 by default. mu
-    in (0, 1] is the forgetting factor. With mu = 1 all samples have the same weight, and theta is their least-squares
-    solution with this ridge. An error of at most the dead zone, in the unit of measure of y, changes no parameter.
-    Trap: if the dead zone is smaller than the error of the best theta, the update follows noise and diverges. Without a
-    dead zone the update is plain recursive least squares. `fraction` in (0, 1] is beta as a fraction of its bound mu
-    Sigma; with 1 the error after the update is r^2 / e. A value out of range, or a recursion that diverges, raises an
-    InputError.
+    The initial covariance is P(0) = eta I; 1/eta is a regularisation (ridge) towards the initial parameters, which are
+    0 by default. mu in (0, 1] is the forgetting factor. With mu = 1 all samples have the same weight, and theta is
+    their least-squares solution with this ridge. An error of at most the dead zone, in the unit of measure of y,
+    changes no parameter. Trap: if the dead zone is smaller than the error of the best theta, the parameters follow the
+    noise and diverge. Without a dead zone, the update is ordinary recursive least squares. `fraction` in (0, 1] is beta
+    over its upper bound mu Sigma. With 1, the error after the update is r^2 / e. A value out of range, or a recursion
+    that diverges, raises an InputError.
 
     IPMC paper, section 5; Golub & Van Loan, Matrix Computations, 6.5 (updating QR factorisations).
     """
@@ -60,18 +65,18 @@ class Recursive:
             raise InputError(f"The 'theta' array must have shape ({n},). Got {start.shape} instead.")
         self.n, self.mu, self.dead_zone, self.fraction = n, mu, dead_zone, fraction
         self.samples, self.variance = 0, 0.0
-        # [R z; 0 rho]: triangle of the least-squares problem with the right-hand side as last column
+        # triangular matrix [R z; 0 rho] of the least-squares problem; the right-hand side is the last column
         self._triangle: Array = np.asfortranarray(np.eye(n + 1) / np.sqrt(eta))
         self._triangle[:n, n] = start / np.sqrt(eta)
         self._triangle[n, n] = 0.0
 
     @property
     def theta(self) -> Array:
-        """Parameters (n,), from R theta = z."""
+        """Parameters (n,), the solution of R theta = z."""
         return self._solve(self._triangle[: self.n, self.n], 0)
 
     def leverage(self, phi: Array) -> float:
-        """Return h' P h = |R^-T h|^2 of a regressor h (n,)."""
+        """Return h' P h = |R^-T h|^2 for a regressor h (n,)."""
         v = self._solve(phi, 1)
         return float(v @ v)
 
@@ -83,8 +88,8 @@ class Recursive:
     def update(self, phi: Array, y: float) -> float:
         """Update the parameters with one sample.
 
-        The regressor phi is h(k), shape (n,). The error before the update is e(k) = y - phi' theta(k-1). A value that
-        is not finite, another length, or a recursion that diverges raises an InputError.
+        The regressor phi is h(k), shape (n,). The error before the update is e(k) = y - phi' theta(k-1). An InputError
+        is raised if a value is not finite, if phi has another length, or if the recursion diverges.
         """
         h = np.asarray(phi, dtype=np.float64)
         if h.shape != (self.n,):
@@ -108,7 +113,7 @@ class Recursive:
         return e
 
     def _append(self, h: Array, y: float, weight: float) -> None:
-        """Set R'R to mu R'R + weight h h', or to mu (R'R + weight h h') with a dead zone, by orthogonal steps."""
+        """Update R so that R'R becomes mu R'R + weight h h', or mu (R'R + weight h h') with a dead zone."""
         from scipy.linalg.lapack import dtpqrt
 
         root = np.sqrt(self.mu)

@@ -1,6 +1,7 @@
-"""A row of a paper's table: printed figure, literal replica, ours, the verdict on the printed figure, a target.
+"""A row in the table of a paper: printed number, literal replica, our result, verdict and target.
 
-"Printed" holds only what the paper prints.  Results of other packages and authors, and run times, have separate groups.
+The column "printed" contains only numbers that the paper prints. Results of other packages and authors, and run times,
+have separate groups. In this room, a "figure" of a row is a number, not a diagram.
 """
 
 from __future__ import annotations
@@ -20,43 +21,43 @@ GROUPS: dict[Group, str] = {
     "reported": "Reported by other packages and authors",
     "speed": "Speed",
 }
-SAME = 0.01  # relative difference up to which a figure counts as equal to a printed one
+SAME = 0.01  # largest relative difference at which a number counts as equal to a printed one
 
 
 @dataclass(frozen=True)
 class Row:
-    """One quantity.
+    """One row: a quantity with up to three numbers.
 
     Parameters
     ----------
     quantity : str
-        Quantity, signal and unit of measure; the same for all three figures.
+        Quantity, signal and unit of measure, which are the same for all numbers of the row.
     printed : float or None
-        Figure that the paper prints, if any.
+        Number that the paper prints, or None.
     literal : float or None
-        Our literal replica of the paper's method; None if the text does not define it.
+        Result of our literal replica of the method in the paper, or None if the text does not define the method.
     ours : float or None
-        The corrected and improved method.
+        Result of the corrected and improved method.
     target : float or None
-        Upper bound on `ours` (lower bound with `at_least`), if any.
+        Upper bound of `ours` (lower bound with `at_least`), or None.
     at_least : bool
         Whether the target is a lower bound.
     note : str
-        Reason for a missed figure or target; difference from the paper.
+        Reason for a missed number or target, or difference from the paper.
     place : str
-        Table, figure, equation or section of the paper; a row with a place belongs to the group "paper".
+        Table, figure, equation or section of the paper. A row with a place belongs to the group "paper".
     sense : {"most", "least", "equal"}
-        When a printed figure is met: `ours` at most, at least, or equal to it within 1 %.
+        Condition for a met printed number: `ours` is at most, at least, or within 1 % equal to the printed number.
     group : str
-        Key of `GROUPS`; "" for "paper" with a place and "beyond" without.
+        Key of `GROUPS`. The default "" means "paper" for a row with a place, and "beyond" for other rows.
     reported : float or None
-        Figure that another package or author reports.
+        Number that another package or author reports.
     seeds : int
-        Number of seeds, of random starts or noise, of which the figures are medians; 0: nothing is drawn.
+        Number of seeds of random start values or noise, over which the numbers are medians. 0 if nothing is random.
     literal_range, ours_range : tuple of float, optional
-        Least and largest figure over the seeds.
+        Smallest and largest number over the seeds.
     scanned : tuple of int, optional
-        Number of scanned records on which the printed figure is met, and number of scanned records.
+        Number of records in a scan on which the printed number is met, and number of all records in the scan.
     """
 
     quantity: str
@@ -77,7 +78,7 @@ class Row:
 
     @classmethod
     def over_seeds(cls, quantity: str, printed: float | None, of: Sequence[Sequence[float]], **more: Any) -> Row:
-        """Return a row of the medians over seeds, with the ranges; `of` has literal and ours, a figure per seed."""
+        """Return a row of medians and ranges over seeds. `of` contains one literal number and one of ours per seed."""
         literal, ours = (float(median(v)) if len(v) else None for v in of)
         ranges = [(float(min(v)), float(max(v))) if len(v) > 1 else None for v in of]
         ends: dict[str, Any] = {"literal_range": ranges[0], "ours_range": ranges[1]}
@@ -85,14 +86,14 @@ class Row:
 
     @property
     def met(self) -> bool | None:
-        """True if the target is met; None without a target."""
+        """True if the target is met. None if there is no target."""
         if self.target is None or self.ours is None:
             return None
         return bool(self.ours >= self.target if self.at_least else self.ours <= self.target)
 
     @property
     def printed_met(self) -> bool | None:
-        """True if the printed figure is met, an equal one on every seed; None if nothing is printed or computed."""
+        """True if the printed number is met (sense "equal": on every seed). None if nothing is printed or computed."""
         if self.printed is None or self.ours is None:
             return None
         if self.sense == "equal":
@@ -105,7 +106,7 @@ class Row:
         return self.group or ("paper" if self.place else "beyond")
 
     def verdict(self) -> str:
-        """Return "met", or the factor by which the target is missed; "" without a target."""
+        """Return "met", or the factor by which the target is missed, or "" if there is no target."""
         if self.met is None:
             return ""
         assert self.ours is not None
@@ -113,7 +114,7 @@ class Row:
         return "met" if self.met else _missed(self.ours, self.target, "least" if self.at_least else "most")
 
     def printed_verdict(self) -> str:
-        """Return "met", or the factor by which the printed figure is missed; "" if nothing is printed."""
+        """Return "met", or the factor by which the printed number is missed, or "" if nothing is printed."""
         if self.printed is None:
             return ""
         if self.ours is None:

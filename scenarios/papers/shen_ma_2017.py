@@ -1,12 +1,13 @@
-"""Shen & Ma 2017: constraint-factor operator and a 2-5-1 network against a Prandtl-Ishlinskii model of 4994 plays.
+"""Shen & Ma 2017: constraint-factor operator with 2-5-1 network, and Prandtl-Ishlinskii model of 4994 plays.
 
 The record of the paper, 1916 samples of a magnetostrictive actuator, is not published.  A Jiles-Atherton actuator
-(`magnetostrictive_plant`) replaces it for tables 2 and 3 and the figures.  Its bias field and the decay of its sine are
-not printed, so they are scanned, and the tables take the point where the literal replica is closest to them.
-Table 1 is plausible for branches up to 0.8 with outputs up to 10, so outputs are scaled to that.  The branch of table 1
-and the held-out signals use the synthetic stack.  Literal: last extremum, normal equations, thresholds over the full
-range, hidden neurons and order chosen on the test half itself.  Ours: dominant extrema, increasing branch, thresholds
-over half the range, hidden neurons and order chosen on a validation split of the first half.
+(`magnetostrictive_plant`) replaces it for tables 2 and 3 and the figures.  The paper does not print the bias field and
+the decay of the sine. Therefore both are varied (a scan), and the tables use the point at which the literal replica is
+closest to the printed numbers. Table 1 is plausible for branches up to 0.8 with outputs up to 10, so outputs are scaled
+to this range. The branch of table 1 and the held-out signals use the synthetic piezo stack. Literal: last extremum,
+normal equations, thresholds over the full range; hidden neurons and order are chosen on the test half itself. Ours:
+dominant extrema, increasing branch, thresholds over half the range; hidden neurons and order are chosen on a validation
+split of the first half.
 """
 
 from __future__ import annotations
@@ -44,24 +45,24 @@ from papers.row import Row
 from papers.statements import shen_ma_2017 as statements
 from papers.table import Drawing, Report, nearest, scanned
 
-SAMPLES, RATE = 1916, 200.0  # Hz: one cycle per second
+SAMPLES, RATE = 1916, 200.0  # number of samples, and sampling rate (Hz); there is one cycle per second
 INPUT, OUTPUT, NOISE = 0.4, 5.0, 1e-3
 PAPER_A = (-13.1053, 3.5024e2, -4.7518e3, 3.8646e4, -1.9549e5, 6.3845e5, -1.3467e6, 1.7721e6, -1.3230e6, 4.2793e5)
 PAPER_MSE, PAPER_PI_MSE, PAPER_PI_N, PAPER_PI_SECONDS = 0.0611, 0.4327, 4994, 20 * 3600.0
 TABLE_2, TABLE_3 = (0.0611, 0.0677, 0.0690), {4994: 0.4327, 4997: 0.4330, 5000: 0.4348}
-PAPER_LESS = 85.88  # %: the network's MSE below that of PI, section 3.3
-BIASES, DECAYS = (0.3, 0.6, 1.0), (0.02, 0.05, 0.1)  # scanned: bias field over the largest field, decay per cycle
-FEW = 500  # plays in the scan: the MSE hardly depends on their number
+PAPER_LESS = 85.88  # printed reduction of the MSE by the network, compared with PI (%), section 3.3
+BIASES, DECAYS = (0.3, 0.6, 1.0), (0.02, 0.05, 0.1)  # values of the scan: bias over largest field, decay per cycle
+FEW = 500  # number of plays in the scan; the MSE hardly depends on it
 ORDERS = range(1, 13)
 ANOTHER = "actuator and record differ from those of the paper"
 M, HIDDEN, ITERATIONS = 9, 5, 229
 SWEEP = (*range(1, 11), 15, 20, 30)
-SEEDS = 5  # each draws the noise of the record and the starts of the networks
-FULL: dict[str, Any] = {"hidden": range(1, 101)}  # about 12 minutes on two cores
-LATE = 8  # sensor delay in samples, of the 200 per cycle
+SEEDS = 5  # number of seeds, each for the noise of the record and the start values of the networks
+FULL: dict[str, Any] = {"hidden": range(1, 101)}  # takes about 12 minutes on two cores
+LATE = 8  # sensor delay in samples; a cycle has 200 samples
 ROUGHNESS = 1e-4
 LITERAL: dict[str, Any] = {"branch": "literal", "memory": "last"}
-SETTINGS: tuple[dict[str, Any], ...] = (LITERAL, {})  # literal, ours
+SETTINGS: tuple[dict[str, Any], ...] = (LITERAL, {})  # options of the literal model and of ours
 QUICK: dict[str, Any] = {"starts": 1, "iterations": ITERATIONS}
 
 QUANTITIES = ("MSE, 5 hidden neurons, second half", "MSE, the kind actuator for the network, second half")
@@ -71,22 +72,23 @@ Progress = Callable[[float], None]
 
 
 def quick() -> list[Row]:
-    """Return the rows that take seconds: equations 1 to 7 and table 1."""
+    """Return the rows that take only seconds: eqs. 1 to 7 and table 1."""
     record = paper_record()
     return [*statements.rows(record.u, record.y, slice(0, SAMPLES // 2)), *_branches(record)]
 
 
 def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) -> Report:
-    """Compute the table of the paper.
+    """Return the table of the paper.
 
     Parameters
     ----------
     data : path, optional
-        Folder with ``dbo_piezo/Test_Vi_Do_Di.dat`` (or that folder itself), to add the models on measured data.
+        Folder with ``dbo_piezo/Test_Vi_Do_Di.dat``, or the folder of this file. With data, rows of models on measured
+        data are added.
     progress : function
-        Called with the fraction done.
+        Function that is called with the completed fraction of the work.
     hidden : sequence of int
-        Numbers of hidden neurons to try; the paper tries 1..100 (`FULL`).
+        Numbers of hidden neurons to try. The paper tries 1 to 100 (`FULL`).
     """
     measured = None if data is None else dbo_piezo.measured(data)[0]
     rows = [*quick(), _condition(paper_record())]
@@ -143,7 +145,7 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
 
 
 def _drawings(first: str, second: str, name: str, record: Dataset, models: Sequence[Model]) -> list[Drawing]:
-    """Return prediction and absolute error of the literal model and ours on the second half."""
+    """Return diagrams of prediction and absolute error of the literal model and of ours on the second half."""
     rows = slice(SAMPLES // 2, None)
     y = [m.predict(record.u)[rows] for m in models]
     t, truth = record.t[rows], record.y[rows]
@@ -162,17 +164,17 @@ def _drawings(first: str, second: str, name: str, record: Dataset, models: Seque
 
 # ---- data ------------------------------------------------------------------------------------------------------------
 def plant(u: Array) -> Array:
-    """Run the actuator that replaces the one of the paper: input u (n,) within +-0.4, output about +-5, 200 Hz."""
+    """Return the output (about +-5) of the actuator that replaces the one of the paper, for u (n,) within +-0.4."""
     return OUTPUT * stack(u / INPUT, 1 / RATE)
 
 
 def paper_record() -> Dataset:
-    """Return a decaying sine of 1916 samples, as many as in the paper."""
+    """Return a decaying sine of 1916 samples, the number in the paper."""
     return _dataset(INPUT * signals.decaying_sine(10, 0.05)[:SAMPLES], "decaying sine, 1916 samples")
 
 
 def magnetostrictive(bias: float, decay: float, seed: int = 0) -> Dataset:
-    """Return the decaying sine on the magnetostrictive actuator with the noise of a seed; y spans 2 `OUTPUT`."""
+    """Return a noisy record of the magnetostrictive actuator with the decaying sine; the span of y is 2 `OUTPUT`."""
     x = signals.decaying_sine(10, decay)[:SAMPLES]
     y = strain(x, bias)
     return _dataset(INPUT * x, "magnetostrictive actuator", 2 * OUTPUT * y / np.ptp(y), seed)
@@ -188,9 +190,9 @@ def _dataset(u: Array, name: str, y: Array | None = None, seed: int = 0) -> Data
 
 
 def _scan(progress: Progress) -> tuple[list[Row], dict[str, tuple[int, int]], tuple[float, float]]:
-    """Return the rows of the scan over bias and decay, by quantity on how many it is met, and the point of the tables.
+    """Return the rows of the scan, and the point (bias and decay) that the tables use. Each row counts met points.
 
-    The kind `actuator` has a seed at each point, as it takes longer than both networks.
+    The kind `actuator` is fitted with one seed at each point, because its fit takes longer than that of both networks.
     """
     points, found = [(b, d) for b in BIASES for d in DECAYS], {}
     for k, point in enumerate(points):
@@ -219,13 +221,13 @@ def _scan(progress: Progress) -> tuple[list[Row], dict[str, tuple[int, int]], tu
 
 
 def _each(halves: Sequence[Dataset], made: Sequence[Callable[[Dataset, int], Model]]) -> list[list[float]]:
-    """Return the mean square errors on the second half, of every model of `made` for the record of every seed."""
+    """Return the MSE on the second half of every model that `made` returns for the record of every seed."""
     second = slice(SAMPLES // 2, SAMPLES)
     return [[_mse(of(half, seed), half, second) for seed, half in enumerate(halves)] for of in made]
 
 
 def _orders(halves: Sequence[Dataset]) -> list[Row]:
-    """Find the order m of the polynomial: literal with the least MSE on the second half, ours on a validation split."""
+    """Return rows of the order m of the polynomial with the least MSE: literal on the second half, ours on a split."""
     best: list[list[float]] = [[], []]
     for seed, half in enumerate(halves):
         first, second = half.train, slice(half.train.stop, SAMPLES)
@@ -244,9 +246,9 @@ def _orders(halves: Sequence[Dataset]) -> list[Row]:
 
 # ---- the operator ----------------------------------------------------------------------------------------------------
 def _branches(record: Dataset) -> list[Row]:
-    """Compute condition, initial slope and falling part of the branch: printed, by the paper's equations, by ours."""
+    """Return rows of condition, initial slope and falling part of the branch: printed, literal and ours."""
     u, rows = record.u, slice(0, SAMPLES // 2)
-    # a delayed sensor responds to a reversal with a dip: the likely cause of the printed a_0 < 0
+    # a delayed sensor shows a dip after a reversal, which is the likely cause of the printed a_0 < 0
     late = np.concatenate([np.full(LATE, record.y[0]), record.y[:-LATE]])
 
     def literal(y: Array) -> Branch:
@@ -292,7 +294,7 @@ def _branches(record: Dataset) -> list[Row]:
 
 
 def _condition(record: Dataset) -> Row:
-    """Compare the condition of the normal equations with that of ours."""
+    """Return a row of the condition number of the normal equations and of our least squares."""
     u, y, rows = record.u, record.y, slice(0, SAMPLES // 2)
     literal = literal_branch(stack_coordinates(u, u[0], "last"), y, rows, M)
     ours = increasing_branch(stack_coordinates(u, u[0]), y[rows], np.ones((rows.stop, 1)), rows, M, ROUGHNESS)
@@ -311,7 +313,7 @@ def _condition(record: Dataset) -> Row:
 def _networks(
     halves: Sequence[Dataset], hidden: Sequence[int], progress: Progress
 ) -> tuple[list[Row], list[list[float]], list[Model]]:
-    """Compute the mean square error on the second half, and the number of hidden neurons with the least one."""
+    """Return rows of the MSE on the second half, and of the number of hidden neurons with the least MSE."""
     tried, numbers = [], []
     for seed, half in enumerate(halves):
         literal, ours = (_sweep(half, hidden, seed, o) for o in SETTINGS)
@@ -356,7 +358,7 @@ def _network(n: int, setting: dict[str, Any]) -> Callable[[Dataset, int], Model]
 
 
 def _sweep(half: Dataset, hidden: Sequence[int], seed: int, setting: dict[str, Any]) -> dict[int, float]:
-    """Return the MSE by number of neurons: literal on the second half itself, ours on a split of the first."""
+    """Return the MSE for each number of neurons: literal on the second half, ours on a split of the first half."""
     chosen = {**resolve("constraint_factor_mlp", options("constraint_factor_mlp"), QUICK), **setting}
     first = half.train
     middle = first.stop if setting else round(SHARE * first.stop)
@@ -365,7 +367,7 @@ def _sweep(half: Dataset, hidden: Sequence[int], seed: int, setting: dict[str, A
 
 
 def _many_plays(halves: Sequence[Dataset]) -> tuple[list[Row], list[list[float]], list[Model]]:
-    """Fit the numbers of plays of table 3 at the thresholds of the paper and at ours."""
+    """Return rows of models with the numbers of plays in table 3, at the thresholds of the paper and at ours."""
     few = float(np.median(_each(halves, [lambda half, seed: fit(half, "prandtl_ishlinskii")])[0]))
     rows: list[Row] = []
     mse: list[list[float]] = []
@@ -399,12 +401,12 @@ def _many_plays(halves: Sequence[Dataset]) -> tuple[list[Row], list[list[float]]
 
 
 def _paper_thresholds(data: Dataset, n: int) -> Array:
-    """Return r_i = (i - 1)/N (max x - min x), i = 1..N (eq. 11)."""
+    """Return the thresholds r_i = (i - 1)/N (max x - min x), i = 1..N (eq. 11)."""
     return np.asarray(np.arange(n) / n * np.ptp(data.u[data.train]))
 
 
 def paper_pi(data: Dataset, n: int) -> Model:
-    """Fit plays at the paper's thresholds and an offset by non-negative least squares; the first play is the input."""
+    """Fit plays at the thresholds of the paper and an offset by non-negative least squares."""
     rows, u0 = data.train, float(data.u[0])
     r = _paper_thresholds(data, n)
     columns = plays(data.u, r, u0)[rows]
@@ -425,7 +427,7 @@ def _mse(model: Model, data: Dataset, rows: slice) -> float:
 
 # ---- held-out signals ------------------------------------------------------------------------------------------------
 def _held_out(half: Dataset, progress: Progress) -> list[Row]:
-    """Compute the worst RMS error over the held-out signals, % of span; trained on nested reversals unless stated."""
+    """Return rows of the worst RMS error over the held-out signals (% of span)."""
     u = INPUT * signals.training(60, 1)[:SAMPLES]
     data = _dataset(u, "nested reversals")
     tests = {name: INPUT * x for name, x in signals.held_out().items()}

@@ -12,7 +12,7 @@ import numpy as np
 
 from hystfmu.graph import Graph, Input, Node, Output, Value
 
-LAM = 20.0  # 1/s, slope of the sliding line in `simulated`; the bound does not depend on it
+LAM = 20.0  # slope of the sliding line in `simulated` (1/s), on which the bound does not depend
 
 
 def printed(eta: float, eps: float) -> float:
@@ -23,11 +23,11 @@ def printed(eta: float, eps: float) -> float:
 def ultimate(eta: float, rho: float, eps: float, D: float) -> float:
     """Return the exact ultimate bound of |s|.
 
-    eta is in 1/s, eps has the unit of s, rho and D have the unit of ds/dt.
+    eta is in 1/s. eps has the unit of measure of s. rho and D have the unit of measure of ds/dt.
     """
     b = eta * eps + rho - D
     root = math.sqrt(b * b + 4 * eta * D * eps)
-    # positive root of eta s^2 + b s - D eps, in the form that avoids cancellation
+    # positive root of eta s^2 + b s - D eps, in a form without cancellation
     return 2 * D * eps / (b + root) if b > 0 else (root - b) / (2 * eta)
 
 
@@ -39,10 +39,9 @@ def printed_error(eta: float, eps: float, lam: float = LAM) -> float:
 def simulated(
     eta: float, rho: float, eps: float, D: float, h: float = 1e-4, seconds: float = 4.0, error: bool = False
 ) -> float:
-    """Simulate the `sliding_mode` block with the plant e'' = -LAM e' + u + d, d = D; return the largest |s| or |e|.
+    """Return the largest |s| or |e| of the block `sliding_mode` with the plant e'' = -LAM e' + u + d, d = D.
 
-    The largest value is taken over the last quarter of the run.  For this plant ds/dt = u + d exactly, as the paper
-    assumes.
+    The largest value is that over the last quarter of the run. For this plant, ds/dt = u + d, as the paper assumes.
     """
     control = {"lam": LAM, "eta": eta, "rho": rho, "epsilon": eps}
     plant: dict[str, Value] = {"b": [1.0], "a": [1.0, LAM, 0.0], "hold": "zoh"}

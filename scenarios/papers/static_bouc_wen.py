@@ -1,7 +1,7 @@
-"""Static Bouc-Wen operator in numpy, which no sum of plays represents, fitted with both classes of memory.
+"""Models with both classes of memory, fitted to a static Bouc-Wen operator, which is not a sum of plays.
 
-y = c + a u + b z, dz/du = A - (beta sgn(du z) + gamma) |z|^n (Wen 1976), integrated along every ramp by scipy's RK45,
-a different integrator from that of the core.
+y = c + a u + b z, dz/du = A - (beta sgn(du z) + gamma) |z|^n (Wen 1976), integrated along every ramp by scipy's RK45.
+The core uses another integrator.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def response(u: Array) -> Array:
 
 
 def rows() -> list[Row]:
-    """Compute S3: memory class found from the data, and worst held-out error."""
+    """Return rows of requirement S3: class of memory found from the data, and worst held-out error."""
     u = signals.training(REVERSALS, 1)
     data = Dataset.from_signal(u, response(u))
     plays, chosen = fit(data, "prandtl_ishlinskii"), fit(data, "auto")

@@ -1,4 +1,4 @@
-"""Online adaptation of a `polynomial_narx` model, sample by sample."""
+"""Online adaptation of a `polynomial_narx` model with every sample."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from papers.recursive import Recursive
 
 
 class Stream:
-    """Update a fitted model sample by sample by recursive least squares.
+    """Fitted model whose weights recursive least squares updates with every sample.
 
     >>> stream = Stream(model, mu=0.999)
     >>> for u, y in samples: stream.update(u, y)
@@ -23,10 +23,10 @@ class Stream:
     Parameters
     ----------
     model : Model
-        Model with the key ``polynomial_narx``.
+        Model of the kind ``polynomial_narx``.
     eta : float
-        Initial covariance P(0) = eta I. With a large eta the first samples can change the weights much, which suits a
-        changed plant.
+        Initial covariance P(0) = eta I. With a large eta, the first samples can change the weights much, which is
+        suitable for a changed plant.
     mu : float
         Forgetting factor in (0, 1].
     dead_zone : float, optional
@@ -35,7 +35,7 @@ class Stream:
     Raises
     ------
     InputError
-        The model has another kind, or `Recursive` refuses a value.
+        The model is of another kind, or a value is invalid for `Recursive`.
     """
 
     def __init__(self, model: Model, eta: float = 1.0, mu: float = 1.0, dead_zone: float | None = None) -> None:
@@ -61,7 +61,7 @@ class Stream:
         Parameters
         ----------
         u, y : float
-            Input and measured output, in the units of measure of the model's data.
+            Input and measured output, in the units of measure of the training data.
 
         Returns
         -------
@@ -75,7 +75,8 @@ class Stream:
         else:
             self._unit.initialize(u=u)
         x, f = self._unit.get("x"), self._unit.get("f")
-        if not self._lags:  # before the first sample x and f were at rest, and y had the initial value of the model
+        # the past values of x and f are those at rest, and those of y the initial value of the model
+        if not self._lags:
             rested = (x, f, float(self._network.value("y0")[0]))
             self._lags = [np.full(n, v) for n, v in zip(self._sizes, rested, strict=True)]
         if self._n_k == 0:
@@ -93,7 +94,7 @@ class Stream:
 
     @property
     def model(self) -> Model:
-        """Model with its present weights."""
+        """Model with the present weights."""
         m = self._start
         graph = m.graph.replace(self._network.with_values(theta=self.recursive.theta))
         provenance = {**m.provenance, "updated_samples": self.recursive.samples}

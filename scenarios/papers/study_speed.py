@@ -1,7 +1,7 @@
-"""Speed of a study compared with a loop written with fmpy; `tests/benchmarks` compares more ways to run it.
+"""Speed of a study, compared with a simulation loop written by hand with fmpy.
 
-The loop has a P controller and a first-order plant and runs 10 000 steps of 1 ms.  Both sides count processor time of
-the loop alone; the study counts all, from its file to its table.
+The simulated loop has a P controller and a first-order plant, and makes 10 000 steps of 1 ms.  Both sides count
+processor time of the loop alone; the study counts all, from its file to its table.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ LOOP: dict[str, Any] = {
 
 
 def rows(n: int) -> list[Row]:
-    """Compute the speed of n variations on one core and on two, and of the loop by hand."""
+    """Return rows of the speed of n variations on one and on two cores, and of the loop by hand."""
     with TemporaryDirectory() as folder:
         return _rows(Path(folder), n)
 
@@ -62,7 +62,8 @@ def _rows(folder: Path, n: int) -> list[Row]:
     path.write_text(tomli_w.dumps(study))
     cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
     counts = [1, 2][: len(cores)]
-    hy.study(path, folder / "first", workers=1)  # imports
+    hy.study(path, folder / "first", workers=1)  # this first run includes the imports
+
     taken: dict[int, tuple[float, float]] = {}
     for c in counts:
         timed = [_study(path, folder / f"out_{c}_{k}", cores[:c]) for k in range(REPEATS)]
@@ -94,7 +95,7 @@ def _rows(folder: Path, n: int) -> list[Row]:
 
 
 def _study(path: Path, folder: Path, cores: list[int]) -> tuple[float, float]:
-    """Return wall and processor time (s) of a study on some cores."""
+    """Return the elapsed time and the processor time (s) of a study on some cores."""
     if hasattr(os, "sched_setaffinity"):
         before_cores = os.sched_getaffinity(0)
         os.sched_setaffinity(0, cores)
@@ -116,8 +117,8 @@ def _used() -> float:
 
 
 def unpacked(system: System, folder: Path) -> dict[str, tuple[str, Any]]:
-    """Export the units of a system as FMI 2.0 FMUs; return folder and model description of each by its name."""
-    import fmpy  # its import takes a second
+    """Export the units of a system as FMUs; return folder and model description of each FMU by name."""
+    import fmpy  # imported here, because the import takes a second
 
     found = {}
     for part in system.parts:
@@ -127,14 +128,14 @@ def unpacked(system: System, folder: Path) -> dict[str, tuple[str, Any]]:
 
 
 def by_hand(units: Mapping[str, tuple[str, Any]], n: int = STEPS) -> tuple[float, Array]:
-    """Run the loop as usually written by hand with fmpy.
+    """Simulate the loop as users usually write it with fmpy.
 
     Parameters
     ----------
     units : mapping
-        Folder and model description of ``plant`` and ``controller``, see `unpacked`.
+        Folder and model description of ``plant`` and ``controller``, from `unpacked`.
     n : int
-        Steps.
+        Number of steps.
 
     Returns
     -------

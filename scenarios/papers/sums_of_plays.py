@@ -1,4 +1,4 @@
-"""Cost of thousands of plays: their fit (20 h in Shen & Ma 2017) and one step of their sum by turning points."""
+"""Run times of sums of thousands of plays: fit (20 h in Shen & Ma 2017), and one step by turning points."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hystfmu.identify.features.plays import plays, thresholds
 from papers.row import Row
 
 STEPS, REPEATS = 400_000, 5
-TIMED, RUNS = 20_000, 50  # steps and runs of a timing: the least of many short runs excludes other load
-BLOCKS = ("prandtl_ishlinskii", "backlash_sum")  # by turning points; by one state per play
+TIMED, RUNS = 20_000, 50  # number of steps and runs in a timing; the minimum of many short runs excludes other load
+BLOCKS = ("prandtl_ishlinskii", "backlash_sum")  # block that stores turning points; block with one state per play
 
 
 def fit_rows() -> list[Row]:
-    """Compute S4: fits without noise, 2000 samples; the thresholds of the plant are among those of the model."""
+    """Return rows of requirement S4: fits to 2000 samples without noise by models with the true thresholds."""
     u = signals.training(60, 1)[:2000]
     rows = []
     for n, target in ((100, 0.02), (1000, 0.5), (5000, 5.0)):
@@ -37,7 +37,7 @@ def fit_rows() -> list[Row]:
 
 
 def step_rows() -> list[Row]:
-    """Compute S5: the operator by turning points against one state per play, signed weights."""
+    """Return rows of requirement S5: time of a step by turning points and by one state per play, signed weights."""
     rng = np.random.default_rng(0)
     levels = rng.uniform(-1, 1, STEPS // 10 + 1)
     u = np.interp(np.arange(STEPS) / 10, np.arange(len(levels)), levels)
@@ -65,7 +65,7 @@ def step_rows() -> list[Row]:
 
 
 def _operators(rng: np.random.Generator) -> list[tuple[Array, Array]]:
-    """Return thresholds and signed weights: 1000 uneven, 5000 even, 5000 uneven."""
+    """Return three sets of thresholds and signed weights: 1000 uneven, 5000 even, 5000 uneven thresholds."""
     r = [np.sort(rng.uniform(0, 0.95, 1000)), np.linspace(0, 0.95, 5000), np.sort(rng.uniform(0, 0.95, 5000))]
     return [(v, rng.normal(size=len(v)) / len(v)) for v in r]
 
@@ -75,7 +75,7 @@ def _graph(block: str, r: Array, w: Array) -> Graph:
 
 
 def nanoseconds(graph: Graph, u: Array, runs: int) -> float:
-    """Return the least time per step (ns) over `runs` runs of the graph on the input u (n,)."""
+    """Return the smallest time per step (ns) over `runs` runs of the graph with the input u (n,)."""
     executor, rows = graph.executor(), np.ascontiguousarray(u[:, None])
     best = np.inf
     for _ in range(runs):

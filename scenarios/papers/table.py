@@ -1,8 +1,8 @@
-"""Table of a paper: printed figure, literal replica, ours, the verdict on each printed figure, and targets.
+"""Table of a paper: printed number, literal replica, our result, verdict on each printed number, and targets.
 
-A missed figure is stated with its factor and reason. The exit status of ``hystfmu reproduce`` depends only on stated
-targets, because the records of the papers are not published, and not on targets for run times, because these depend on
-the load of the machine.
+For a missed number, the table states the factor and the reason. The exit status of ``hystfmu reproduce`` depends only
+on stated targets, because the records of the papers are not published. It does not depend on targets of run times,
+because run times depend on the load of the computer.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from papers.row import GROUPS, Row
 
 @dataclass(frozen=True)
 class Drawing:
-    """Our form of a figure of the paper; `place` is its number there."""
+    """Our form of a figure of the paper. `place` is the number of the figure in the paper."""
 
     place: str
     plot: Plot
@@ -31,7 +31,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Report:
-    """The table of one paper, and its figures; `omitted` lists by place the items without either, with the reason."""
+    """Table and diagrams of one paper. `omitted` states the reason for each place of the paper that has neither."""
 
     name: str
     source: str
@@ -41,7 +41,7 @@ class Report:
     omitted: Mapping[str, str] = field(default_factory=dict)
 
     def data(self) -> dict[str, Any]:
-        """Return the table as plain data for JSON."""
+        """Return the table as JSON types."""
         rows = [
             {
                 **{k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in asdict(r).items()},
@@ -58,7 +58,7 @@ class Report:
         return facts | {"drawings": drawn, "omitted": dict(self.omitted), "notes": list(self.notes)}
 
     def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
-        """Return title, head and rows as text of every group that has rows; columns without content are left out."""
+        """Return title, head and rows of every group as text, without empty groups and empty columns."""
         found = []
         for key, title in GROUPS.items():
             rows = [r for r in self.rows if r.where == key]
@@ -71,17 +71,17 @@ class Report:
         return found
 
     def text(self) -> str:
-        """Format the table for a terminal."""
+        """Return the table as text for a terminal."""
         parts = [f"{self.name}: {self.source}"]
         for title, head, rows in self.tables():
             parts += ["", title, "", table(head, rows)]
         return "\n".join([*parts, "", *(f"  {n}" for n in self.notes)])
 
     def answer(self) -> str:
-        """State how many printed figures, statements and targets are met."""
+        """Return sentences that state how many printed numbers, statements and targets are met."""
         counts = []
         for met, what in (("printed_met", "printed figures and statements"), ("met", "targets")):
-            # a scan covers what is not printed; times depend on the load of the machine
+            # without rows of scans (values that are not printed) and of times (which depend on the load)
             rows = [r for r in self.rows if r.where == "paper" or (met == "met" and r.where != "speed")]
             counted = [v for r in rows if (v := getattr(r, met)) is not None]
             if counted:
@@ -93,7 +93,7 @@ class Report:
         return " ".join(counts) or "Nothing is printed, and no target is stated."
 
     def html(self) -> str:
-        """Return a page: the answer, figures over their bounds, the tables, the figures of the paper as ours."""
+        """Return a page: summary, diagram of the bounds, tables, and our form of the figures of the paper."""
         body = [f"<h1>{escape(self.name)}</h1>", f'<p class="answer">{escape(self.answer())}</p>']
         body.append(f'<p class="lead">{escape(self.source)}</p>')
         plots = [d.plot for d in self.drawings]
@@ -109,7 +109,7 @@ class Report:
 
 
 def verdict(r: Row) -> str:
-    """Return the verdict on the printed figure, or on the target where none is printed."""
+    """Return the verdict on the printed number, or on the target if no number is printed."""
     return r.printed_verdict() or r.verdict()
 
 
@@ -146,18 +146,18 @@ _COLUMNS: dict[str, Any] = {
 
 
 def scanned(rows: Sequence[Row]) -> tuple[int, int]:
-    """Return on how many of how many rows of a scan the printed figure is met."""
+    """Return on how many rows of a scan the printed number is met, and the number of rows."""
     return sum(r.printed_met is True for r in rows), len(rows)
 
 
 def nearest(scanned: Sequence[tuple[Any, Sequence[float]]], printed: Sequence[float]) -> Any:
-    """Return the setting whose replica is closest to the printed figures: with the smallest largest factor.
+    """Return the setting whose replica is closest to the printed numbers (smallest maximum factor).
 
     Parameters
     ----------
     scanned : sequence of (setting, figures of the literal replica)
     printed : sequence of float
-        Figures of the paper, in the same order.
+        Printed numbers of the paper, in the same order.
     """
 
     def factor(figures: Sequence[float]) -> float:

@@ -1,10 +1,10 @@
-"""Yu & Alici 2005: rate-dependent network, its inverse and a sliding mode loop, against the structure H -> G0(s).
+"""Yu & Alici 2005: rate-dependent network, its inverse and a sliding mode loop, and our structure H -> G0(s).
 
-The paper prints only figures and one formula, the bound of |s|.  Literal: a network on (u, du/dt), its inverse a
-network on (y, dy/dt), the law of eq. 5.  Ours: plays, then G0(s) with delay, by variable projection; the hysteresis is
-inverted exactly after a feed-forward of G0, with feedback and integral action.  Identification is tested on the numpy
-actuator of `rate_plant`.  The loops run on the plant of the shipped scenarios at 10 kHz and include the errors between
-samples.
+The paper prints only diagrams and one formula, the bound of |s|. Literal: a network with the inputs (u, du/dt), an
+inverse network with the inputs (y, dy/dt), and the control law of eq. 5. Ours: plays in series with G0(s) and a delay,
+fitted by variable projection. The exact inverse of the hysteresis follows a feed-forward of G0, with feedback and
+integral action. Identification is tested on the numpy actuator of `rate_plant`. The loops are simulated with the plant
+of the shipped scenarios at 10 kHz. Their errors include the errors between samples.
 """
 
 from __future__ import annotations
@@ -34,23 +34,23 @@ from papers.table import Drawing, Report
 if TYPE_CHECKING:
     from hystfmu.scenario.outcome.trace import Trace
 
-NOISE = 1e-3  # RMS, of half the stroke
-LITERAL: dict[str, Any] = {"memory": "none", "hidden": 12, "starts": 1}  # the seeds are the starts
-SEEDS = 5  # each draws the noise of a record and the starts of its networks
-W0_MIN = 0.05  # least weight of the linear term, which makes the model invertible
+NOISE = 1e-3  # RMS noise over half the stroke
+LITERAL: dict[str, Any] = {"memory": "none", "hidden": 12, "starts": 1}  # one start per seed
+SEEDS = 5  # number of seeds, each for the noise of a record and the start values of its networks
+W0_MIN = 0.05  # smallest weight of the linear term, which makes the model invertible
 
 
 def quick() -> list[Row]:
-    """Return the rows that take seconds: equations and statements."""
+    """Return the rows that take only seconds: equations and statements."""
     return statements.rows()
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """Compute the table of the paper; `data` is not used, `progress` is called with the fraction done.
+    """Return the table of the paper. `data` is not used; `progress` is called with the completed fraction.
 
-    Targets: S10 (f_n and damping within 1 %, delay within 0.1 sample, 0.06 %FS on held-out signals) and S18 (10 kHz, a
-    step of delay, % of stroke at 10 and 100 Hz: 0.03 and 0.02; with 20 % mismatch 0.08 and 0.75, which only the
-    internal model is asked for).
+    Targets: S10 requires errors of at most 1 % for f_n and damping, 0.1 sample for the delay, and 0.06 %FS on held-out
+    signals. S18 requires, at 10 kHz with a delay of one step, errors of at most 0.03 and 0.02 % of the stroke at 10 and
+    100 Hz. With 20 % mismatch the limits are 0.08 and 0.75 %, only for the internal model.
     """
     rows = [*quick(), *_figures()]
     progress(0.2)
@@ -83,13 +83,13 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
 
 
 def measured(u: Array, seed: int = 0) -> Dataset:
-    """Return noisy data of the actuator for an input u (n,)."""
+    """Return a noisy record of the actuator for an input u (n,)."""
     y = actuator(u) + NOISE * np.random.default_rng(seed).normal(size=len(u))
     return Dataset.from_signal(u, y, 1 / RATE, "rate-dependent actuator")
 
 
 def _figures() -> list[Row]:
-    """Fit each figure alone, trained and tested on the same signal as in the paper."""
+    """Return rows of models that are trained and tested on the signal of one figure, as in the paper."""
     titles = {"6": "frequency falls", "7": "frequency rises, amplitude falls", "8": "frequency and amplitude fall"}
     rows = []
     for figure in FIGURES:
@@ -110,7 +110,7 @@ def _figures() -> list[Row]:
 
 
 def _identification() -> tuple[list[Row], Drawing]:
-    """Return the rows of the models, of eqs. 2 and 3 and of the inverse, and fig. 9."""
+    """Return the rows of the models, of eqs. 2 and 3 and of the inverse, and our form of fig. 9."""
     u = np.concatenate([excitation(f) for f in FIGURES])
     records = [measured(u, seed) for seed in range(SEEDS)]
     literal = [fit(d, "rate_mlp", k, **LITERAL) for k, d in enumerate(records)]
@@ -146,7 +146,7 @@ def _identification() -> tuple[list[Row], Drawing]:
 
 
 def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Drawing]:
-    """Compare the network inverse (u from y, dy/dt) with the exact inverse, in front of the actuator, at 2 Hz."""
+    """Return rows that compare the network inverse and the exact inverse in series with the actuator at 2 Hz."""
     literal = [fit(replace(d, u=d.y, y=d.u), "rate_mlp", k, **LITERAL) for k, d in enumerate(records)]
     exact = inverse(hysteresis(model))
     wanted = 0.8 * signals.decaying_sine(4, 0.2, 5000)
@@ -167,7 +167,7 @@ def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Drawing]:
 
 # ---- closed loops ------------------------------------------------------------------------------------------------
 class _Loops:
-    """The shipped scenarios with the inverses identified here: the exact one, and a network of every seed."""
+    """The shipped scenarios with inverses identified here: the exact inverse, and one network for every seed."""
 
     def __init__(self) -> None:
         self.folder = shipped_scenarios()
@@ -179,21 +179,21 @@ class _Loops:
         self.literal = [fit(exchanged, "rate_mlp", seed, **LITERAL).graph for seed in range(SEEDS)]
 
     def _data(self) -> Dataset:
-        """Record figs. 6 to 8 on the plant of the scenarios, whose steps are ten times finer than the samples."""
+        """Return the signals of figs. 6 to 8 on the plant of the scenarios, with ten fine steps in each sample."""
         plant = Model.load(self.folder / "models" / "backlash_plant.model.toml").graph
         u = 1.4 * np.concatenate([excitation(f, rate=10 * RATE) for f in FIGURES])
         held = np.append(
             u[0], (u[1:] + u[:-1]) / 2
-        )  # the plant holds its input, so it gets the mean over each fine step
+        )  # the input of the plant is constant over a fine step, so the mean over the step is used
         y = plant.run(np.column_stack([held, np.zeros(len(u))]), 0.1 / RATE)[::10]
         y = y + NOISE * np.random.default_rng(1).normal(size=len(y))
         return Dataset.from_signal(u[::10], y, 1 / RATE, "plant of the scenarios")
 
     def run(self, scenario: str, case: str, inverse: Graph | None = None, **changed: float) -> tuple[float, float]:
-        """Run a scenario; return RMS tracking error (% of stroke) and total variation of u, relative to feed-forward.
+        """Return the RMS tracking error of a scenario (% of stroke), and the total variation of u over feed-forward.
 
-        `inverse` replaces the inverse of the scenario; without it the scenario runs as shipped.  A loop whose values
-        become infinite gives infinity.
+        `inverse` replaces the inverse of the scenario. The default is the inverse of the shipped scenario. For a loop
+        that diverges, the results are infinite.
         """
         from hystfmu.scenario.outcome.metrics import measure
         from hystfmu.scenario.outcome.trace import Stopped
@@ -206,11 +206,12 @@ class _Loops:
         return measure(metrics["tracking"], trace), variation
 
     def trace(self, scenario: str, case: str, inverse: Graph | None = None, **changed: float) -> tuple[Trace, Any]:
-        """Run a scenario as `run` does; return its signals and its metrics."""
+        """Run a scenario as `run` does, and return the signals and the metrics."""
         from hystfmu.scenario import Cases, build, simulate
 
         overrides: dict[str, Any] = {key.replace("__", "."): v for key, v in changed.items()}
-        if any(inverse is network for network in self.literal):  # the network takes the reference itself
+        # the input of the network is the reference, without feed-forward
+        if any(inverse is network for network in self.literal):
             overrides |= {"feedforward.f_n": 1e12, "feedforward.zeta": 0.0}
         elif inverse is not None:
             overrides |= self.dynamics
@@ -222,7 +223,7 @@ class _Loops:
         return simulate(system, "native"), system.case.metrics
 
     def drawings(self, case: str = "sine_10") -> tuple[Drawing, ...]:
-        """Return fig. 10, the linearised actuator, and fig. 11, the tracking of a sine without and with the loop."""
+        """Return our form of fig. 10 (linearised actuator) and fig. 11 (tracking of a sine in open and closed loop)."""
         law, off = "sliding_mode_2005", {"sliding_mode__eta": 0.0, "sliding_mode__rho": 0.0}
         none = self.trace("open_loop", case)[0]
         alone = {n: self.trace(law, case, i, **off)[0] for n, i in (("network", self.literal[0]), ("ours", self.ours))}
@@ -260,7 +261,7 @@ class _Loops:
 
 
 def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
-    """Compare the closed with the open loop at f (Hz): figure 11 shows that the closed loop is better, no figure."""
+    """Return a row that compares closed and open loop at f (Hz). Fig. 11 shows no numbers for this comparison."""
     return [
         Row(f"{f} Hz, open loop: RMS, % of stroke", None, alone, place="fig. 11"),
         Row.over_seeds(
@@ -275,7 +276,7 @@ def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
 
 
 def _drawings() -> tuple[Drawing, ...]:
-    """Return fig. 3 and figs. 6 to 8 of the numpy actuator, with the networks of the table."""
+    """Return our form of figs. 3 and 6 to 8 for the numpy actuator, with the networks of the table."""
     plots = [
         Plot(
             "fig. 3: fixed amplitude, several frequencies",
@@ -297,14 +298,14 @@ def _drawings() -> tuple[Drawing, ...]:
 
 
 def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Drawing, ...]]:
-    """Return the rows of the closed loops, and figs. 10 and 11."""
+    """Return the rows of the closed loops, and our form of figs. 10 and 11."""
     loops = _Loops()
     progress(0.8)
     off = {"sliding_mode__eta": 0.0, "sliding_mode__rho": 0.0}
     law, integral = "sliding_mode_2005", "sliding_mode"
 
     def both(scenario: str, case: str, **changed: float) -> list[list[float]]:
-        """Return the tracking error with the network of each seed, and with our inverse."""
+        """Return the tracking errors with the network of each seed, and with our inverse."""
         return [[loops.run(scenario, case, inv, **changed)[0] for inv in of] for of in (loops.literal, [loops.ours])]
 
     def ours(scenario: str, case: str) -> float:

@@ -1,12 +1,12 @@
-"""Zhao & Tan 2008: operator and 2-12-1 network, against the KP model, and the network inverse in cascade.
+"""Zhao & Tan 2008: operator with 2-12-1 network, KP model, and cascade of network inverse and actuator.
 
-The measurements of the paper are not published. Its setup is kept: a 5 Hz decaying sine at 1000 Hz, 1200 samples,
-scaled to [-1, 1], one part for identification, the other for validation. The actuator is that of its section II, ten
-backlash operators of full widths 0.1 .. 1, in numpy. The paper prints neither the decay nor the division of the samples
-nor a seed: `DECAYS`, `SPLITS` and `SEEDS` scan them, and the table takes the point where the literal replica is nearest
-to the printed figures. Literal: last extremum, 463 Powell-Beale iterations from one start, reconstructed inverse
-operator, plain least squares for the KP weights. Ours: dominant extremum, Levenberg-Marquardt, exact inverse operator,
-KP weights >= 0.
+The measurements of the paper are not published. The setup is that of the paper: a decaying sine of 5 Hz, 1200 samples
+at 1000 Hz, scaled to [-1, 1], one part for identification and the other part for validation. The actuator is that of
+section II in numpy, ten backlash operators with full widths of 0.1 to 1. The paper does not print the decay, the
+division of the samples and the seed. A scan varies them over `DECAYS`, `SPLITS` and `SEEDS`, and the table uses the
+point at which the literal replica is nearest to the printed numbers. Literal: last extremum, 463 Powell-Beale
+iterations from one start, reconstructed inverse operator, ordinary least squares for the KP weights. Ours: dominant
+extremum, Levenberg-Marquardt, exact inverse operator, KP weights >= 0.
 """
 
 from __future__ import annotations
@@ -34,23 +34,23 @@ from papers.statements import zhao_tan_2008 as statements
 from papers.table import Drawing, Report, nearest, scanned
 
 ROWS, CYCLE = 1200, 200
-VIRGIN = CYCLE // 4  # rows of the virgin curve, which no later loop repeats; they do not count
-DECAYS = (0.01, 0.02, 0.03, 0.05, 0.1, 0.2)  # per cycle: scanned, the paper prints none
-SPLITS = (ROWS, 2 * ROWS)  # rows of the record, of which the first half trains: 600 + 600 or 1200 + 1200
-DECAY = 0.1  # of records for which the scan does not choose
+VIRGIN = CYCLE // 4  # rows of the virgin curve, which are omitted because no later loop repeats them
+DECAYS = (0.01, 0.02, 0.03, 0.05, 0.1, 0.2)  # decays per cycle in the scan
+SPLITS = (ROWS, 2 * ROWS)  # rows of the record; the first half is for training (600 + 600 or 1200 + 1200)
+DECAY = 0.1  # decay of records without a scan
 PRINTED, PRINTED_KP, PRINTED_CASCADE = (0.026735, 0.01027), (0.0363, 0.013), 0.0617
-LEVELS = 20  # of the grid of 210 KP operators
+LEVELS = 20  # levels of the grid, that is, 210 KP operators
 R = np.linspace(0.1, 1, 10) / 2
 SEEDS = 5
-REVERSALS = 400  # in the training data of ours
+REVERSALS = 400  # number of reversals in our training data
 REPLICA: dict[str, Any] = {"trainer": "powell_beale", "starts": 1, "iterations": 463, "range": 2.0, "decay": 0.0}
 LINEAR = 3.0  # weight of the linear term that makes the actuator invertible
 ANOTHER = "the record differs from that of the paper"
-MARGIN = 0.98  # fraction of the range that the wanted outputs of the cascade use
+MARGIN = 0.98  # range of the wanted outputs of the cascade over the range of the plant
 
 
 def actuator(linear: float = 0.0) -> Response:
-    """Return ten backlash operators plus `linear` times the input, from rest, scaled so that +-1 gives +-1."""
+    """Return the sum of ten backlash operators and `linear` times the input, from rest, scaled to [-1, 1]."""
 
     def response(u: Array) -> Array:
         z, out = np.zeros(len(R)), np.empty(len(u))
@@ -63,7 +63,7 @@ def actuator(linear: float = 0.0) -> Response:
 
 
 def experiment(plant: Response, decay: float = DECAY, rows: int = ROWS) -> Dataset:
-    """Return the decaying sine of the paper and its response, scaled to [-1, 1]; the virgin curve does not count."""
+    """Return the decaying sine of the paper and the response, scaled to [-1, 1] without the virgin curve."""
     u = signals.decaying_sine(rows / CYCLE, decay, CYCLE)[:rows]
     u = u / np.abs(u).max()
     y = plant(u)
@@ -71,14 +71,14 @@ def experiment(plant: Response, decay: float = DECAY, rows: int = ROWS) -> Datas
 
 
 def quick() -> list[Row]:
-    """Return the rows that take seconds: lemmas, remarks and theorems."""
+    """Return the rows that take only seconds: lemmas, remarks and theorems."""
     return [*statements.rows(actuator(), actuator(LINEAR)), _weights(actuator())]
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """Compute the table of the paper; `data` is not used, `progress` is called with the fraction done.
+    """Return the table of the paper. `data` is not used; `progress` is called with the completed fraction.
 
-    Targets: the printed figures, validation against validation; S1 (training error), S2 (nested loops), S6 (exact
+    Targets: the printed validation errors, and the requirements S1 (training error), S2 (nested loops) and S6 (exact
     inverse operator).
     """
     plant = actuator()
@@ -127,7 +127,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
 
 # ---- model: validation against validation ----------------------------------------------------------------------------
 def _validation(plant: Response, progress: Callable[[float], None]) -> tuple[list[Row], list[Row], tuple[float, int]]:
-    """Return the rows of figs. 5 and 6, those of the scan, and the decay and number of rows that the table takes."""
+    """Return the rows of figs. 5 and 6 and of the scan, and the decay and number of rows of the table."""
     points = [(decay, size) for size in SPLITS for decay in DECAYS]
     found: dict[tuple[float, int], list[list[dict[str, float]]]] = {}
     for k, point in enumerate(points):
@@ -180,7 +180,7 @@ def _second_half(model: Model, data: Dataset) -> dict[str, float]:
 
 
 def _kp(decay: float, size: int) -> tuple[list[Row], Array]:
-    """Return the rows of figs. 7 and 8 at the record of the table, and the output of ours there (n,)."""
+    """Return the rows of figs. 7 and 8 for the record of the table, and the output of our model (n,)."""
     of = {p: _kp_of(experiment(actuator(), *p)) for p in [(d, rows) for rows in SPLITS for d in DECAYS]}
     _, _, other, output = of[decay, size]
     rows = []
@@ -198,7 +198,7 @@ def _kp(decay: float, size: int) -> tuple[list[Row], Array]:
 
 
 def _kp_of(record: Dataset) -> tuple[dict[str, float], dict[str, float], dict[str, float], Array]:
-    """Return the errors of plain least squares, of ours and of plays on the second half, and the output of ours."""
+    """Return the errors of literal, ours and plays on the second half, and the output of our model."""
     half = _first_half(record)
     second = slice(len(record.u) // 2, None)
     trained = record.u[half.train]
@@ -211,7 +211,7 @@ def _kp_of(record: Dataset) -> tuple[dict[str, float], dict[str, float], dict[st
 
 
 def _training() -> list[Row]:
-    """Compute S1, the errors on the training rows, for decay 0.1 and all rows; time of a fit."""
+    """Return rows of requirement S1: errors on the training rows for a decay of 0.1, and the time of a fit."""
     data = experiment(actuator(), 0.1)
     found = {}
     for name, chosen in (
@@ -233,7 +233,7 @@ def _training() -> list[Row]:
 
 
 def _timed(data: Dataset, seed: int, chosen: dict[str, Any]) -> dict[str, float]:
-    """Return the errors on the training rows and the processor time (s), which other load does not change."""
+    """Return the errors on the training rows, and the processor time of the fit (s)."""
     began = time.process_time()
     model = fit(data, "zhao_tan_mlp", seed, **chosen)
     return {"max": model.fit["max"], "rms": model.fit["rms"], "seconds": time.process_time() - began}
@@ -245,7 +245,7 @@ def _median(found: list[dict[str, float]]) -> dict[str, float]:
 
 # ---- other signals ---------------------------------------------------------------------------------------------------
 def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
-    """Test the replica, trained on one decaying sine, and ours, trained on random reversals, on held-out signals."""
+    """Return rows of errors on held-out signals: replica trained on one sine, ours on random reversals."""
     rich, bent = recorded(plant, REVERSALS), nested_loops.bent(plant)
     rich_bent = recorded(bent, REVERSALS)
     replica = accuracy.held_out_table(
@@ -293,10 +293,10 @@ def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
 
 # ---- inverse in cascade ----------------------------------------------------------------------------------------------
 def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], list[Row], list[Drawing]]:
-    """Compute the error of the cascade inverse -> actuator against the wanted output, without the virgin curve.
+    """Return rows of the error of inverse and actuator in series, without the virgin curve.
 
-    The networks are trained on the first half of a decaying sine; the wanted output has another decay.  Return the rows
-    of the paper, the scan over both decays, and figs. 12 and 13.
+    The networks are trained on the first half of a decaying sine. The wanted output has another decay. The result
+    contains the rows of the paper, the scan over both decays, and our form of figs. 12 and 13.
     """
     plant = actuator()
     asked = {decay: MARGIN * signals.decaying_sine(size / CYCLE, decay, CYCLE)[:size] for decay in DECAYS}
@@ -337,7 +337,7 @@ def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], l
 
 
 def _beside(decay: float, size: int) -> list[Row]:
-    """Return the cascade on other signals and with a linear term, and the exact inverse of fitted plays."""
+    """Return rows of the cascade for other signals, for an actuator with linear term, and for the inverse of plays."""
     asked = {
         "decaying sine": MARGIN * signals.decaying_sine(size / CYCLE, decay, CYCLE)[:size],
         "nested reversals": MARGIN * signals.held_out()["nested reversals"],
@@ -361,7 +361,7 @@ def _beside(decay: float, size: int) -> list[Row]:
 
 
 def _inverses(plant: Response, decay: float, size: int) -> list[list[Model]]:
-    """Return the inverse networks of every seed, literal and ours, trained on the first half of a decaying sine."""
+    """Return the inverse networks for every seed, literal and ours, trained on half of a decaying sine."""
     record = experiment(plant, decay, size)
     swapped = Dataset.from_signal(record.y, record.u, STEP, "exchanged", slice(VIRGIN, size // 2))
     settings: tuple[dict[str, Any], ...] = (
@@ -376,14 +376,14 @@ def _largest(model: Model, r: Array, plant: Response) -> float:
 
 
 def _where(y: Array, wanted: Array) -> float:
-    """Return the size of the wanted output at the largest error, relative to its maximum, without the virgin curve."""
+    """Return the absolute wanted output at the largest error over its maximum, without the virgin curve."""
     e, r = np.abs(y - wanted)[VIRGIN:], np.abs(wanted)[VIRGIN:]
     return float(r[np.argmax(e)] / r.max())
 
 
 # ---- figures ---------------------------------------------------------------------------------------------------------
 def _drawings(plant: Response, record: Dataset, kp: Array) -> list[Drawing]:
-    """Return figs. 1, 2 and 5 to 10 from the record of the table."""
+    """Return our form of figs. 1, 2 and 5 to 10 for the record of the table."""
     u = signals.decaying_sine(3, 0.2, 400)
     forward, back = (Graph.single(Node("operator", name)) for name in ("zhao_tan", "zhao_tan_inverse"))
     model = fit(_first_half(record), "zhao_tan_mlp")
@@ -409,7 +409,7 @@ def _lines(x: Array, **of: Array) -> list[Line]:
 
 
 def _validated(first: str, second: str, name: str, truth: Array, model: Array, printed: float | None) -> list[Drawing]:
-    """Return the validation of a model and its error on the second half; a line marks the printed largest error."""
+    """Return diagrams of a model output and its error on the second half, with a line at the printed error."""
     rows = slice(len(truth) // 2, None)
     t: Array = STEP * np.arange(len(truth), dtype=np.float64)[rows]
     error = _lines(t, error=(model - truth)[rows])

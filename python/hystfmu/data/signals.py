@@ -109,8 +109,8 @@ def held_out(seed: int = 1000) -> dict[str, Array]:
 def training(count: int = 150, seed: int = 1, step: float = 0.01) -> Array:
     """Return a training signal in [-1, 1], shape (n,), which consists of a full loop and random nested reversals.
 
-    The signal has `count` random reversals and steps of about `step` (see `nested_reversals`). A good model needs at
-    least 60 reversals.
+    The signal has `count` random reversals and steps of about `step` (see `nested_reversals`). The same `seed` gives
+    the same reversals. A good model needs at least 60 reversals.
     """
     full = ramps([0.0, 1.0, -1.0, 1.0, -1.0, 0.0], step)
     return np.concatenate([full, nested_reversals(count, seed, step)[1:]])

@@ -157,7 +157,10 @@ def multisine(n: int = 8192, f_lo: float = 5.0, f_hi: float = 150.0, rms: float 
 
 @checked
 def sweep(seconds: float = 204.0) -> Array:
-    """Return the sine sweep 40 sin(2 pi (18 t + t^2/12)) (N) of the benchmark, shape (n,), sampled at 15 kHz."""
+    """Return the sine sweep 40 sin(2 pi (18 t + t^2/12)) (N) of the benchmark, shape (n,), sampled at 15 kHz.
+
+    The sweep lasts `seconds` (s).
+    """
     t = np.arange(round(seconds * RATE) * UPSAMPLING) / (RATE * UPSAMPLING)
     return np.asarray(40 * np.sin(2 * np.pi * (18 * t + t**2 / 12)))
 

@@ -1,4 +1,4 @@
-"""`hystfmu demo`: record, model, inverse, FMUs, Modelica, a closed loop and a page, on built-in data."""
+"""The command `hystfmu demo` runs the whole workflow on built-in data, from the record to the report."""
 
 from __future__ import annotations
 
@@ -46,15 +46,15 @@ CORNERS: dict[
 
 
 def loop(model: Model, inverse: Model) -> Scenario:
-    """Return the scenario. Its reference is a sine over 80 % of the stroke; it has seven cases.
+    """Return the scenario of the demo, with a sine over 80 % of the stroke as reference and seven cases.
 
     Parameters
     ----------
     model : Model
-        Model of the kind `actuator`. Its step is the step of the loop.
+        Model of the kind `actuator`. The sample period of the model is the time step of the loop.
     inverse : Model
-        Inverse of `model`. It needs the reference some steps ahead. Therefore the loop compares the output with the
-        reference delayed by these steps.
+        Inverse of `model`. The output of the model lags the input of the inverse by some steps. Therefore the loop
+        compares the output with a reference that is delayed by these steps.
     """
     h = float(model.step or 1e-3)
     late = 1 + int(inverse.fit.get("lag_steps", 0))  # the command acts in the next step
@@ -87,7 +87,7 @@ HEAD = ("model", "parameters", "nested RMS %FS", "worst RMS %FS", "worst max %FS
 
 
 def demo(out: Path, full: bool = False) -> bool:
-    """Run the demonstration and write its results to `out`.
+    """Run the whole workflow on built-in data, and write all results to the folder `out`.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def _row(m: Model, train: Dataset) -> list[str]:
 def _export(steps: Steps, models: Sequence[Model], out: Path) -> tuple[list[str], int]:
     """Write the models and their FMUs for both versions of FMI.
 
-    Return the problems that the checks found, and the number of FMUs.
+    Return the problems that the checks of the FMUs find, and the number of FMUs.
     """
     made = {}
     for m in models:
@@ -195,7 +195,7 @@ def _checked(m: Model, path: Path, version: Literal[2, 3]) -> list[str]:
 
 
 def _sections(models: list[Model], inverse: Model, rows: list[list[str]], data: Dataset) -> list[Section]:
-    """Return the first sections of the page: before and after compensation, models, explorer."""
+    """Return the first sections of the report: plots without and with the inverse, models, explorer."""
     wanted = models[0].predict(data.u, data.h)  # a displacement that the actuator can follow
     slope, offset = np.polyfit(data.y, data.u, 1).tolist()
     before = displacement(slope * wanted + offset, data.h)

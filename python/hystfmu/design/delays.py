@@ -1,9 +1,9 @@
 """State-space models of sampled graphs: exact linearisation of one step at rest, with delays as states.
 
-The core stores all values that a run changes in one vector. The columns of A, B, C and D are differences between a step
-from rest and a step from a near point, for each element of this vector and of the inputs. At rest all values of a
-controller are zero. Therefore the differences lose no digits, and a small step stays in the linear range of a switching
-term. A hysteresis has no tangent at rest, so the caller must replace the hysteresis by a gain.
+The core stores all values that change during a run in one vector. Each column of the matrices A, B, C and D is a
+difference quotient of one step, for a small change of one element of this vector or of one input at rest. At rest all
+values of a controller are zero. Therefore the differences lose no digits, and a small step stays in the linear range of
+a switching term. A hysteresis has no tangent at rest, so the caller must replace the hysteresis by a gain.
 
 In discrete form, a delay of n steps has exactly n states. In continuous form, a delay has no finite order, so a Pade
 approximant can replace the delay.

@@ -213,8 +213,9 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
     Returns
     -------
     control.StateSpace
-        Open loop with step h. As in the scenarios, the plant steps first, and a command acts after its sample.
-        Therefore direct feed-through of the plant, for example of creep, reads the command of the previous step.
+        Open loop with step h. As in the scenarios, the plant is the first unit in the order, so the command that is
+        computed from a sample acts on the plant in the next step. Therefore direct feed-through of the plant, for
+        example of creep, uses the command of the previous step.
 
     Raises
     ------
@@ -293,8 +294,8 @@ def margins_of(
     h : float
         Step (s).
     stable : function
-        Function of a factor of the gain; returns whether the closed loop is stable. The response alone does not
-        determine this.
+        Function that returns whether the closed loop is stable if the loop gain is multiplied by its argument. The
+        response alone does not determine the stability.
     """
     if not stable(1.0):
         nan = np.nan

@@ -38,7 +38,7 @@ EQUAL = 1.05  # the error of a more complex structure must be smaller by this fa
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits that a tuned loop must meet. If no structure reaches the bandwidth, the closest one is best."""
+    """Limits that a tuned loop must meet. Structures below the bandwidth get a penalty."""
 
     # largest allowed peak of the sensitivity with every plant of the set (dB)
     ms_db: float = MS_DB  # largest allowed peak of the sensitivity with the identified plant (dB)

@@ -117,7 +117,7 @@ def learning_filters(
     rest: float = 1.0,
     floor: float = 0.0,
 ) -> RepetitiveFilters:
-    """Design Q and L from responses, by the method of `repetitive_filters`.
+    """Design the filters Q and L from frequency responses, by the method of `repetitive_filters`.
 
     Parameters
     ----------

@@ -186,7 +186,7 @@ def _drifts(node: Node) -> bool:
 
 
 def _against_rest(v: Array, moved: NDArray[np.intp], chain: Sequence[Graph], h: float) -> Array:
-    """Return the change of the last output at the given rows that the last step of the path causes.
+    """Return the part of the last output that the last change of the path causes, at the given rows.
 
     The change is the difference from the output for a path that is constant since the previous row.
     """

@@ -1,1 +1,1 @@
-"""The public interface, `import hystfmu as hy`. It calls the other packages; `dir(hystfmu)` lists its names."""
+"""The public Python interface, `import hystfmu as hy`. `dir(hystfmu)` lists the public names."""

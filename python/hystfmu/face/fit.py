@@ -1,4 +1,4 @@
-"""`hystfmu.fit` identifies a model; it adds errors on held-out rows and the evidence of linear dynamics."""
+"""The function `hystfmu.fit`: identification, errors on held-out rows, and evidence of linear dynamics."""
 
 from __future__ import annotations
 
@@ -36,35 +36,36 @@ def fit(
     free: Mapping[str, Spec] | None = None,
     **options: Any,
 ) -> Model:
-    """Identify a model.
+    """Identify a model from measured data.
 
     Parameters
     ----------
     data : Dataset or data frame
-        Data of the fit. The simulation of the model starts at row 0; the fit uses the residuals on `data.train`.
+        Measured data. The simulation of the model starts at row 0. The fit minimises the error on the rows
+        `data.train`.
     key : str, Graph, block of `hystfmu.blocks` or Path
         Kind of model. "auto" compares several kinds on the data and selects the best one.
 
-        ``hystfmu fit --models`` lists all kinds. A graph of blocks has free parameters. A path names a file with graph
-        and free parameters, as for ``hystfmu fit --graph``. For a single block, the input is scaled to [-1, 1], and the
-        output of the model is a weighted sum of the outputs of the block. ``"auto"`` tests the data for return-point
-        memory and rate dependence. It discards the kinds of model that cannot represent these properties. It then
-        selects the kind with the smallest error on validation blocks, which are cut between reversals in all parts of
-        the training rows.
+        ``hystfmu fit --models`` lists all kinds of model. Instead of a kind, `key` may be a graph of blocks with free
+        parameters, or the path of a file with both, as for ``hystfmu fit --graph``. If `key` is a single block, the
+        input is scaled to [-1, 1], and the output of the model is a weighted sum of the outputs of the block.
+        ``"auto"`` tests the data for return-point memory and rate dependence, and discards the kinds of model that
+        cannot represent these properties. Of the other kinds, it selects the kind with the smallest error on validation
+        blocks. These are parts of the training rows between reversals.
     seed : int
         Seed of the random start values. The same seed gives the same model.
     progress : function, optional
-        Called with the fraction done, 0..1.
+        Called with the completed fraction, 0 to 1.
     purpose : {"model", "inverse"}
         Purpose of the model. With "inverse", the model must have a useful exact or implicit inverse, and ``"auto"``
         compares only kinds of model that have one.
     free : dict, optional
-        The free parameters of a graph. A key is ``"node.parameter"`` or ``"node.parameter[1]"``. A value is True,
+        Free parameters of a graph. Each key is ``"node.parameter"`` or ``"node.parameter[1]"``. Each value is True, the
         bounds ``(lower, upper)``, or a dict. The keys of this dict are ``lower``, ``upper``, ``scale`` ("log" or
         "linear"), ``rising`` (True: the elements do not decrease) and ``sum`` (the elements are positive with this
-        sum); all keys are optional. The fit detects and eliminates parameters that enter the output linearly. Such
-        parameters are non-negative if their lower bound is 0. For a single block, all real parameters without a given
-        value are free by default.
+        sum); all keys are optional. The fit detects parameters that enter the output linearly, and computes them by
+        linear least squares. Such parameters are non-negative if their lower bound is 0. For a single block, all real
+        parameters without a given value are free by default.
     **options
         Options of the kind of model. For a graph of blocks, the options are ``starts`` and ``seconds``.
 
@@ -79,9 +80,9 @@ def fit(
     Raises
     ------
     InputError
-        The kind or an option is unknown, or a value is out of range. The data have no output or do not vary. No kind of
-        ``"auto"`` can represent the data. No kind has a useful inverse. The graph does not have a free parameter, or
-        the bounds exclude the value of the parameter in the graph.
+        The kind or an option is unknown, or a value is out of range. The data contain no output, or the signals are
+        constant. ``"auto"`` finds no kind of model that can represent the data or that has a useful inverse. The graph
+        does not contain a free parameter, or the value of this parameter in the graph is outside its bounds.
 
     Examples
     --------
@@ -145,7 +146,7 @@ def evidence_of(model: Model, data: Dataset) -> Evidence:
 
 
 def held_out(model: Model, data: Dataset) -> Model:
-    """Return the model with its errors on the rows after the training rows; unchanged for too few rows."""
+    """Return the model with the errors on the rows after the training rows; too few rows change nothing."""
     first = data.train.stop
     if len(data.t) - first < 4 or not np.ptp(data.y[first:]) > 0:
         return model

@@ -1,14 +1,14 @@
-"""Errors of a model on the parts of a record, and the 95 % interval of its errors on new rows.
+"""Computes the errors of a model on the parts of a record, and the 95 % interval of the errors on new rows.
 
-A model stores the interval as ``fit["interval"]``, for terminal, page and JSON.
+A model contains the interval as ``fit["interval"]``.
 
-The interval is computed from errors on rows that a fit did not use (`hystfmu.model.accuracy`). These are the rows
-outside the training rows. If all rows are training rows, the interval is computed by cross-validation over validation
-blocks between reversals: for each fold of blocks, the same kind of model is fitted without these blocks, and its errors
-on these blocks are used (Barber, Candes, Ramdas & Tibshirani, Annals of Statistics 49 (2021) 486-507). If only one
-block reaches an end of the input range, a fit without this block must extrapolate, but a new signal of the same kind
-needs no extrapolation. For such a block, the errors of the fit to all rows are used. They are multiplied by the ratio
-of held-out errors to fit errors on the other blocks.
+The interval is computed from errors on rows that the fit did not use (`hystfmu.model.accuracy`), that is, from errors
+on the rows outside the training rows. If all rows are training rows, the interval is computed by cross-validation over
+validation blocks between reversals: for each fold of blocks, the same kind of model is fitted without these blocks, and
+its errors on these blocks are used (Barber, Candes, Ramdas & Tibshirani, Annals of Statistics 49 (2021) 486-507). If
+only one block reaches an end of the input range, a fit without this block must extrapolate, but a new signal of the
+same kind needs no extrapolation. For such a block, the errors of the fit to all rows are used. They are multiplied by
+the ratio of held-out errors to fit errors on the other blocks.
 
 The interval holds for signals like the signal of the record. It holds for other signals, within the range and the
 speeds of the record, in two cases: the held-out errors are not larger than the noise of the output, or the record
@@ -35,7 +35,7 @@ LEAST = 4  # rows with a varying output that an error needs
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the rows: its name, and the errors on these rows (`hystfmu.model.accuracy.errors`)."""
+    """Name of a part of the rows, and the errors on these rows (`hystfmu.model.accuracy.errors`)."""
 
     name: str
     rows: slice
@@ -43,12 +43,12 @@ class Part:
 
 
 def free_run(model: Model, data: Dataset) -> Array:
-    """Return the output of a model, shape (n,); each record of the data starts from the initial state."""
+    """Return the simulated output of a model, shape (n,). Each record starts from the initial state."""
     return run_along(model.graph, data)
 
 
 def parts(y: Array, data: Dataset, fitted: bool) -> list[Part]:
-    """Compute the errors of an output y (n,) of a model.
+    """Return the errors of a simulated output y (n,) on training rows, held-out rows and records.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def parts(y: Array, data: Dataset, fitted: bool) -> list[Part]:
 
 
 def table_of(found: list[Part], unit: str) -> Table:
-    """Make a table of errors. `unit` is the unit of measure of y."""
+    """Return the table of the errors. `unit` is the unit of measure of y."""
     of = f" ({unit})" if unit else ""
     head = ("errors", "rows", "RMS %FS", "max %FS", f"RMS{of}", f"max{of}")
     keys = ("rms_percent", "max_percent", "rms", "max")
@@ -89,7 +89,7 @@ def table_of(found: list[Part], unit: str) -> Table:
 
 
 def held_out_errors(y: Array, data: Dataset) -> Array:
-    """Return measured minus model on the rows outside the training rows, shape (m,)."""
+    """Return the measured minus the simulated output on the rows outside the training rows, shape (m,)."""
     e = data.y - y
     return np.concatenate([e[: data.train.start], e[data.train.stop :]])
 
@@ -101,17 +101,17 @@ AS_NOISE = 1.3  # times the noise: held-out errors that leave nothing to explain
 
 @dataclass(frozen=True)
 class Known:
-    """An interval, and the signals for which it holds.
+    """An interval of errors, and the signals for which it is valid.
 
     Parameters
     ----------
     interval : Interval
     rows_of : str
-        Text on the rows from which the interval was computed.
+        Text that describes the rows from which the interval was computed.
     noise_only : bool
-        Whether the held-out errors are not larger than the noise.
+        Whether the held-out errors are as small as the noise.
     not_for : tuple of str
-        Kinds of signals within the range of the record for which the interval is not known to hold.
+        Kinds of signals for which the interval may be invalid, although they lie in the range of the record.
     """
 
     interval: Interval
@@ -120,7 +120,7 @@ class Known:
     not_for: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain values, for a file."""
+        """Return the interval as plain values that a file can contain."""
         return {**asdict(self.interval), "of": self.rows_of, "noise_only": self.noise_only, "not_for": [*self.not_for]}
 
     @classmethod
@@ -132,15 +132,15 @@ class Known:
 
 
 def with_interval(model: M, data: Dataset) -> M:
-    """Return the model with the interval of its fit to `data`; too few rows give no interval."""
+    """Return the model with the interval of its errors, or the same model if `data` contains too few rows."""
     found = known(model, data)
     return model if found is None else replace(model, fit={**model.fit, "interval": found.to_dict()})
 
 
 def known(model: Model, data: Dataset) -> Known | None:
-    """Return the interval of a model that was fitted to the training rows of `data`; None for too few rows.
+    """Return the interval of the errors of a model that was fitted to `data`, or None if there are too few rows.
 
-    An interval that `with_interval` stored is not computed again.
+    If `with_interval` has already stored the interval in the model, this interval is returned.
     """
     made_of = {"sha256": data.sha256, "train": f"{data.train.start}:{data.train.stop}"}
     if "interval" in model.fit and made_of.items() <= model.provenance.items():
@@ -156,12 +156,12 @@ def known(model: Model, data: Dataset) -> Known | None:
 
 
 def cross_errors(model: Model, data: Dataset, e: Array) -> Array:
-    """Return the errors on held-out blocks in the order of the rows, shape (m,); empty if no fit succeeds.
+    """Return the errors on held-out blocks by cross-validation, shape (m,). The result is empty if no fit succeeds.
 
     Parameters
     ----------
     model : Model
-        Model whose kind and options the fits use.
+        Model with the kind and the options of the fits.
     data : Dataset
         Data of the fit; all rows are training rows.
     e : array, shape (n,)
@@ -192,7 +192,7 @@ def cross_errors(model: Model, data: Dataset, e: Array) -> Array:
 
 
 def _again(model: Model, data: Dataset) -> Model:
-    """Fit the same kind with the same options to other rows."""
+    """Fit the same kind of model with the same options to other rows."""
     from hystfmu.identify import GRAPH, fit_graph
     from hystfmu.identify.one import fit_one
 
@@ -203,7 +203,7 @@ def _again(model: Model, data: Dataset) -> Model:
 
 
 def _elsewhere(e: Array, data: Dataset) -> tuple[bool, tuple[str, ...]]:
-    """Return whether errors are not larger than noise, and the kinds of signals for which they give no information."""
+    """Return whether the errors are as small as noise, and the kinds of signals that the errors do not represent."""
     from hystfmu.identify.excitation.not_shown import SPEEDS, kinds_not_shown, one_speed
 
     noise_only = rms(e) <= AS_NOISE * noise(data.y[data.train])
@@ -212,7 +212,7 @@ def _elsewhere(e: Array, data: Dataset) -> tuple[bool, tuple[str, ...]]:
 
 
 def interval_text(found: Known | None, unit: str) -> str:
-    """State the interval of errors on new rows, and the signals for which it holds, in a few sentences."""
+    """Return a text that states the interval of errors on new rows, and the signals for which it is valid."""
     if found is None:
         return "No interval for new rows: an interval needs 80 rows that no fit has used."
     of, i = f" {unit}" if unit else "", found.interval

@@ -1,4 +1,4 @@
-"""The public model class. It adds methods for users to the model record of the package."""
+"""The public class of models. It adds methods for users to the base class `hystfmu.model.Model`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ InverseMethod = Literal["auto", "exact", "implicit", "learned", "adaptive"]
 
 @checked
 class Model(hystfmu.model.Model):
-    """A model: blocks with values, the origin of the values, and errors of the fit.
+    """A model: a graph of blocks with parameter values, the origin of these values, and the errors of the fit.
 
     `hystfmu.fit` and `Model.load` return a model. The inverse of a model is also a model.
 
@@ -41,15 +41,15 @@ class Model(hystfmu.model.Model):
     key : str
         Kind of model, e.g. ``"zhao_tan_mlp"``.
     graph : Graph
-        The blocks in the order of evaluation, with all values (normalisation included).
+        The blocks in the order of evaluation, with all parameter values, including those of the normalisation.
     step : float or None
-        Sample step of the identification in seconds; None if the model has no step.
+        Sample period of the data of the fit (s). It is None if the model does not depend on the sample period.
     text : str
         One line for a reader.
     fit : dict
-        Numbers of the identification, e.g. ``{"rms_percent": 0.7, "parameters": 49}``.
+        Results of the fit, e.g. ``{"rms_percent": 0.7, "parameters": 49}``.
     provenance : dict
-        Data file, rows, options, versions.
+        Origin of the model: data file, rows, options, and versions of the packages.
 
     Examples
     --------
@@ -73,7 +73,7 @@ class Model(hystfmu.model.Model):
         block : Block
             One of `hystfmu.blocks`, with its sizes and values.
         step : float, optional
-            Sample period (s) of a sampled block in Model Exchange, and step of the default experiment.
+            Sample period (s) of a sampled block in Model Exchange, and step of the default experiment of an FMU.
 
         Examples
         --------
@@ -86,17 +86,17 @@ class Model(hystfmu.model.Model):
 
     @classmethod
     def from_torch(cls, module: nn.Module, text: str = "", step: float | None = None) -> Model:
-        """Convert a feed-forward network of PyTorch to a model with input `u` (n_in,) and output `y` (n_out,).
+        """Convert a feed-forward network of PyTorch to a model with the input `u` (n_in,) and the output `y` (n_out,).
 
         Parameters
         ----------
         module : torch.nn.Module
-            A Linear, or a Sequential (nested or not) of Linear, Sigmoid, Tanh, ReLU and Identity.  The weights are
-            copied. Further training does not change the model.
+            A Linear, or a Sequential (also nested) of Linear, Sigmoid, Tanh, ReLU and Identity. The weights are copied.
+            Further training does not change the model.
         text : str
             One line for a reader.
         step : float, optional
-            Sample step (s) that the model stores; a network without memory needs no step.
+            Sample period (s) to store in the model. A network without memory does not need it.
 
         Examples
         --------
@@ -120,24 +120,24 @@ class Model(hystfmu.model.Model):
         h: float | None = None,
         covariates: Mapping[str, ArrayLike] | None = None,
     ) -> dict[str, float]:
-        """Compute the errors on a record. The simulation starts at row 0 of the record.
+        """Compute the errors of the model on a record. The simulation starts at row 0 of the record.
 
         Parameters
         ----------
         other : Dataset or data frame with a measured output, or array, shape (n,)
-            Record, or an array with the input.
+            Record, or the input of the model as an array.
         rows : slice, (first, end) or "first:end", optional
-            Rows whose errors are used; rows count from 0, and the end is excluded. The default is all rows.
+            Rows on which the errors are computed, counted from 0, without the row `end`. The default is all rows.
         y : array, shape (n,), optional
             Measured output if `other` is an array.
         h, covariates
-            Step and covariates of an array, as in `predict`.
+            Time step (s) and covariates if `other` is an array, as in `predict`.
 
         Returns
         -------
         dict
-            ``rms`` and ``max`` are in the unit of measure of y. ``rms_percent`` and ``max_percent`` are percent of the
-            span of y in these rows.
+            ``rms`` and ``max`` are the RMS error and the largest error in the unit of measure of y. ``rms_percent`` and
+            ``max_percent`` are the same errors in percent of the span of y in these rows.
 
         Raises
         ------
@@ -180,14 +180,12 @@ class Model(hystfmu.model.Model):
         return errors(run_along(self.graph, other)[counted], measured, span)
 
     def check(self, new: Dataset | Columns, factor: float = 2.0) -> DeviceCheck:
-        """Test with a new record whether the device has drifted.
-
-        The device has drifted if the error of its model has grown.
+        """Test with a new record whether the device has drifted, that is, whether the error of its model has grown.
 
         Parameters
         ----------
         new : Dataset or data frame
-            New record with a measured output. Only rows whose input lies in the trained range are used.
+            New record with a measured output. Only rows with an input in the range of the training rows are used.
         factor : float
             Threshold of the test: the device has drifted if the RMS error on the new record is more than `factor` times
             the error stated in the model.
@@ -195,13 +193,14 @@ class Model(hystfmu.model.Model):
         Returns
         -------
         DeviceCheck
-            ``drifted`` and the errors. For each of offset, gain, lag and loop, ``parts`` contains the error that
-            remains if only this quantity changes.
+            ``drifted`` is True if the device has drifted. ``parts`` has one entry each for offset, gain, lag and loop
+            shape. An entry contains the error that remains if only this property of the model is corrected.
 
         Raises
         ------
         InputError
-            The measured output is missing, too few rows lie in the trained range, or the model states no error.
+            The measured output is missing, too few rows lie in the range of the training rows, or the model states no
+            error.
 
         Examples
         --------
@@ -220,7 +219,7 @@ class Model(hystfmu.model.Model):
         return check_device(self, dataset_of(new), factor)
 
     def plot(self, other: Dataset | Columns) -> Plot:
-        """Plot output over input, for a record and for the model with the input of the record.
+        """Plot the measured output and the output of the model over the input of a record.
 
         Parameters
         ----------
@@ -230,7 +229,7 @@ class Model(hystfmu.model.Model):
         Returns
         -------
         Plot
-            A notebook shows the plot; `Plot.save` writes HTML or SVG.
+            Plot that a notebook displays. `Plot.save` writes it as HTML or SVG.
 
         Examples
         --------
@@ -251,14 +250,14 @@ class Model(hystfmu.model.Model):
         return Plot(f"{self.key}: y over u", u, y, lines, points=LOOP_POINTS)
 
     def report(self, data: Dataset | Columns, path: str | Path) -> Path:
-        """Write a page about the fit: errors, interval for new rows, loops, residuals, parameters, warnings.
+        """Write an HTML page about the fit: errors, interval for new rows, loops, residuals, parameters, warnings.
 
         Parameters
         ----------
         data : Dataset or data frame
-            Data of the fit, with their training rows.
+            Data to which the model was fitted. `Dataset.train` must contain the same training rows.
         path : str or Path
-            The file, ``*.html``; the method returns it.
+            File to write, ``*.html``. The method returns this path.
 
         Raises
         ------
@@ -291,7 +290,7 @@ class Model(hystfmu.model.Model):
         progress: Callable[[float], None] = lambda fraction: None,
         **options: Any,
     ) -> Model:
-        """Compute the inverse. It is a model with the wanted output as input `u` and the input to apply as output `y`.
+        """Compute the inverse: a model whose input `u` is the wanted output and whose output `y` is the input to apply.
 
         Parameters
         ----------
@@ -303,7 +302,7 @@ class Model(hystfmu.model.Model):
         seed : int
             Seed of the training of a learned inverse.
         progress : function, optional
-            Called with the fraction done, 0..1, during the training of a learned inverse.
+            Called with the completed fraction, 0 to 1, during the training of a learned inverse.
         **options
             Options of the method. implicit: ``lo`` and ``hi``, the range of the searched input. learned: the options of
             the kind of model ``play_bank_mlp``. adaptive: ``f_n``, ``zeta``, ``delay``, ``T`` and the other parameters
@@ -312,15 +311,15 @@ class Model(hystfmu.model.Model):
         Returns
         -------
         Model
-            `fit` contains the errors of inverse and model in cascade, and a warning if these errors are large. If the
-            model has linear dynamics or a delay behind the hysteresis, `fit` also contains ``lag_steps`` and ``lag``
-            (s). In cascade the output then follows the wanted output with this lag, accurately up to ``band`` (Hz).
-            Give the reference earlier by this lag.
+            Inverse model. `fit` contains the errors of inverse and model in series, and a warning if these errors are
+            large. If the model has linear dynamics or a delay behind the hysteresis, the output lags the wanted output
+            by ``fit["lag_steps"]`` steps, or ``fit["lag"]`` seconds. The output is accurate up to the frequency
+            ``fit["band"]`` (Hz). To compensate the lag, shift the reference to an earlier time.
 
         Raises
         ------
         InputError
-            The inverse does not exist; the message states the reason and a remedy.
+            The inverse does not exist. The message states the reason and a remedy.
 
         Examples
         --------
@@ -334,12 +333,12 @@ class Model(hystfmu.model.Model):
         return inverse(self, method, seed, progress, **options)
 
     def with_in_range(self) -> Model:
-        """Return the model with a second output ``in_range``.
+        """Return the model with an additional output ``in_range``.
 
-        The output is 1 if the input lies in the range of the training rows, else 0.
+        The output ``in_range`` is 1 if the input lies in the range of the training rows, else 0.
 
-        For an inverse, the range applies to its output, because this output is the input of the inverted model; the
-        ends of the range are then outside. Exports, units and scenarios also have the output ``in_range``.
+        For an inverse, ``in_range`` tests the output, which is the input of the inverted model; it is 0 at the ends of
+        the range. Exports, units and scenarios of the model also have the output ``in_range``.
 
         Raises
         ------
@@ -366,9 +365,9 @@ class Model(hystfmu.model.Model):
         platforms: Literal["host", "all"] = "host",
         source: bool = False,
     ) -> Path:
-        """Write an FMU for Co-Simulation and Model Exchange; no compiler is needed.
+        """Write an FMU for Co-Simulation and Model Exchange. The export needs no compiler.
 
-        The documentation page in the FMU simulates the model if the model states the range of its input.
+        If the model states its input range, the documentation page in the FMU can simulate the model.
 
         Parameters
         ----------
@@ -377,8 +376,9 @@ class Model(hystfmu.model.Model):
         fmi : {2, 3}
             Version of the FMI standard.
         name : str, optional
-            Model name, any text; by default the record and the key of the model. The model identifier is the first 60
-            characters of the name. Each character that is not an ASCII letter or a digit becomes _.
+            Model name, which may be any text. The default is the name of the record and the kind of model. The model
+            identifier consists of the first 60 characters of the name. In it, _ replaces each character that is not an
+            ASCII letter or a digit.
         platforms : {"host", "all"}
             Platforms on which the FMU can run: "host" for this machine, or "all". The FMU contains a binary for each of
             them. A missing binary is an error.
@@ -405,7 +405,7 @@ class Model(hystfmu.model.Model):
     def export_modelica(
         self, folder: str | Path, source: str = "a model in memory", sheet: Mapping[str, float] | None = None
     ) -> Path:
-        """Write a Modelica package: record ``Values``, block ``Model``, model ``Example``.
+        """Write a Modelica package with the record ``Values``, the block ``Model`` and the model ``Example``.
 
         If the input is in volts and the output is a length, the package also contains ``Actuator`` and
         ``ActuatorExample``. ``Actuator`` is a piezo actuator in SI units with electrical pins and mechanical flanges.
@@ -414,14 +414,13 @@ class Model(hystfmu.model.Model):
         Parameters
         ----------
         folder : str or Path
-            The folder of the package. Its last part is the name of the package, e.g. ``"Piezo/"``.
+            Folder of the package. The last part of the path is the name of the package, e.g. ``"Piezo/"``.
         source : str
-            Origin of the model, as text for the reader.
+            Origin of the model. This text is part of the documentation of the package.
         sheet : mapping of (str, float), optional
-            Data-sheet values of the actuator in SI units. ``stroke`` and ``blocking_force`` must be given together.
-            ``resonance`` applies to an actuator with one fixed end; ``damping`` is the damping ratio. ``capacitance``
-            is the small-signal capacitance. ``capacitance_ratio`` is the mean capacitance divided by the small-signal
-            capacitance, by default 1.6.
+            Data-sheet values in SI units. ``stroke`` and ``blocking_force`` must be given together. ``resonance`` is
+            for one fixed end; ``damping`` is the damping ratio. ``capacitance`` is the small-signal value.
+            ``capacitance_ratio`` is the mean value divided by the small-signal value, by default 1.6.
 
         Raises
         ------
@@ -440,7 +439,7 @@ class Model(hystfmu.model.Model):
         return export_modelica(self, target.parent, target.name, source, sheet)
 
     def unit(self) -> Unit:
-        """Return a co-simulation unit with the same ports, calls and bits as the exported FMU.
+        """Return a co-simulation unit with the ports and calls of the exported FMU. The results are bit-identical.
 
         Examples
         --------
@@ -456,7 +455,7 @@ class Model(hystfmu.model.Model):
 
     # ---- for people -------------------------------------------------------------------------------------------------
     def __repr__(self) -> str:
-        """Return one line with kind, ports, parameters and error."""
+        """Return one line of text with kind of model, ports, number of parameters and error."""
         from hystfmu.face.page import names
 
         parts = [repr(self.key), f"{names(self, 'input')} -> {names(self, 'output')}"]
@@ -469,7 +468,7 @@ class Model(hystfmu.model.Model):
         return f"Model({', '.join(parts)})"
 
     def __str__(self) -> str:
-        """Return one screen of text with kind, ports, parameters, errors and warnings."""
+        """Return one screen of text with kind of model, ports, parameters, errors and warnings."""
         from hystfmu.face.page import evidence_lines, tables
         from hystfmu.report.terminal import table as columns
 
@@ -480,7 +479,7 @@ class Model(hystfmu.model.Model):
         return "\n".join([*lines, *(f"\nwarning: {w}" for w in self.fit.get("warnings", ()))])
 
     def _repr_html_(self) -> str:
-        """Return the content of `print` as HTML for a notebook."""
+        """Return the text that `print` shows as HTML for a notebook."""
         from hystfmu.face.page import evidence_lines, tables
 
         warnings = "".join(f"<p><b>warning:</b> {escape(w)}</p>" for w in self.fit.get("warnings", ()))

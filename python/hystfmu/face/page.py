@@ -1,4 +1,4 @@
-"""Tables of a model for a terminal and a notebook, and the page of its fit: errors, loops, evidence, explorer."""
+"""Tables of a model for terminal and notebook, and the HTML page about a fit."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_SHOWN, MOST_FREE = 12, 24  # parameters, and free parameters, in print(mode
 
 
 def tables(model: Model) -> list[Table]:
-    """Return the tables of ports, parameters and errors."""
+    """Return the tables of ports, parameters, free parameters and errors of a model."""
     g = model.graph
     ports = [
         (p.kind, p.name if p.size == 1 else f"{p.name}[{p.size}]", "" if p.unit == "1" else p.unit, p.text)
@@ -48,7 +48,7 @@ def tables(model: Model) -> list[Table]:
 
 
 def free_table(model: Model) -> Table | None:
-    """Return a table of the free parameters of a graph with their standard errors."""
+    """Return a table of the fitted parameters of a graph with standard errors, or None if there are none."""
     rows = [
         (name, f"{of['value']:.6g}", f"{of['standard_error']:.2g}" if "standard_error" in of else of["known"])
         for name, of in model.fit.get("free", {}).items()
@@ -59,7 +59,7 @@ def free_table(model: Model) -> Table | None:
 
 
 def _error_rows(model: Model) -> list[tuple[str, str, str]]:
-    """Return the errors on training rows, held-out rows, validation blocks, and of the cascade."""
+    """Return table rows with the errors on training rows, held-out rows, validation blocks, and in cascade."""
     f, rows = model.fit, []
     named = [("", f"training rows {model.provenance.get('train', '')}".strip()), ("held_out_", "held-out rows")]
     for prefix, name in [*named, ("cascade_", "inverse and model in cascade")]:
@@ -72,7 +72,7 @@ def _error_rows(model: Model) -> list[tuple[str, str, str]]:
 
 
 def evidence_lines(model: Model) -> list[str]:
-    """Return lines on the linear dynamics in the record; empty for inverses and for models of older versions."""
+    """Return lines of text about the linear dynamics in the record, or [] if the model contains no evidence."""
     if "evidence" not in model.fit:
         return []
     from hystfmu.identify.evidence import Evidence
@@ -81,7 +81,7 @@ def evidence_lines(model: Model) -> list[str]:
 
 
 def names(model: Model, kind: str) -> str:
-    """Return the names of the ports of a kind as text, such as `u` or `z[5]`."""
+    """Return the names of all ports of a kind, such as "input", as text: `u`, or `z[5]` for an array."""
     return ", ".join(p.name if p.size == 1 else f"{p.name}[{p.size}]" for p in model.graph.ports if p.kind == kind)
 
 
@@ -91,14 +91,14 @@ def _start(values: tuple[float, ...]) -> str:
 
 
 def explorer(models: Sequence[Model], data: Dataset | None, u_label: str, y_label: str) -> Explorer:
-    """Return the section of a page in which the reader can change the input of models.
+    """Return the explorer: a section of a page in which the reader changes the input of models interactively.
 
     Parameters
     ----------
     models : sequence of Model
         Models that were fitted to `data`.
     data : Dataset, optional
-        The measured points.
+        Data whose measured points are shown.
     u_label, y_label : str
         Names of input and output with their units of measure.
     """
@@ -107,7 +107,7 @@ def explorer(models: Sequence[Model], data: Dataset | None, u_label: str, y_labe
 
 
 def explorer_of(model: Model) -> Explorer | None:
-    """Return the explorer of one model, without measured points.
+    """Return the explorer of one model without measured points, or None.
 
     The result is None if the first input or the first output is not a scalar, or if the model does not state the range
     of its input.
@@ -137,7 +137,7 @@ TEXT = (
 
 
 def evidence_section(model: Model) -> list[Section]:
-    """Return the section in a list; the list is empty for a model without evidence."""
+    """Return the section about linear dynamics in a list. The list is empty if the model contains no evidence."""
     if "evidence" not in model.fit:
         return []
     from hystfmu.identify.evidence import Evidence
@@ -171,7 +171,7 @@ def evidence_section(model: Model) -> list[Section]:
 
 
 def _dark(x: Array, band: tuple[float, float], low: float, high: float) -> list[Line]:
-    """Return the shaded area above the coherent band, from the height `low` to the height `high`."""
+    """Return a shaded area for the frequencies above the coherent band, from `low` to `high` on the vertical axis."""
     first = float(band[1]) if band[1] > 0 else float(x[0])
     if first >= x[-1]:
         return []
@@ -184,7 +184,7 @@ FLOOR = 1e-12  # least amplitude that is drawn, relative to the span
 
 
 def fit_page(model: Model, data: Dataset, lead: str = "") -> str:
-    """Return the page as HTML.
+    """Return the page about a fit as HTML.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def fit_page(model: Model, data: Dataset, lead: str = "") -> str:
     data : Dataset
         Data with a measured output.
     lead : str
-        First sentence of the page; by default a description of the model.
+        First sentence of the page. The default is the description of the model.
     """
     title = f"{model.key} fitted to {data.name}"
     head = [f"<h1>{escape(title)}</h1>", f'<p class="lead">{escape(lead or model.text)}</p>']
@@ -201,7 +201,7 @@ def fit_page(model: Model, data: Dataset, lead: str = "") -> str:
 
 
 def fit_sections(model: Model, data: Dataset) -> list[Section]:
-    """Return the sections of `fit_page`: errors with interval and plots, warnings, model, origin."""
+    """Return the sections of `fit_page`: errors, evidence, explorer, warnings, model, origin."""
     y = free_run(model, data)
     first = Section(
         "Errors",
@@ -230,7 +230,7 @@ def _loop(y: Array, data: Dataset) -> Plot:
 
 
 def _error_plots(y: Array, data: Dataset) -> list[Plot]:
-    """Draw the error over time and over the input, and its spectrum."""
+    """Return plots of the error over time, the error over the input, and the spectrum of the error."""
     e, label = data.y - y, _with("measured - model", data.unit_y)
     t: Array = np.arange(len(e), dtype=np.float64) * data.h  # records follow one another
     rows = {"training rows": np.zeros(len(e), dtype=bool)}
@@ -247,7 +247,7 @@ def _error_plots(y: Array, data: Dataset) -> list[Plot]:
 
 
 def _spectrum(e: Array, data: Dataset) -> Plot:
-    """Draw the amplitude densities of the error and of the output."""
+    """Return a plot of the amplitude spectral densities of the error and of the output."""
 
     def line(name: str, v: Array) -> Line:
         f, power = densities(v - v.mean(), data.h)
@@ -264,10 +264,11 @@ def _spectrum(e: Array, data: Dataset) -> Plot:
 
 
 def densities(v: Array, h: float) -> tuple[Array, Array]:
-    """Return frequencies (Hz), shape (m,), and the power density of a signal with the step h (s), shape (m,).
+    """Return frequencies (Hz) and the power spectral density of a signal with the step h (s), each of shape (m,).
 
-    The density is the mean over segments that overlap by half. The mean of each segment is subtracted, and a Hann
-    window is applied (Welch, IEEE Trans. Audio and Electroacoustics 15 (1967) 70-73).
+    The signal is divided into segments that overlap by half. From each segment, the mean is subtracted, and a Hann
+    window is applied. The density is the mean over all segments (Welch, IEEE Trans. Audio and Electroacoustics 15
+    (1967) 70-73).
     """
     n = min(SEGMENT, len(v))
     window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n) / n)

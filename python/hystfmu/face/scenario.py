@@ -1,4 +1,4 @@
-"""The class of scenarios, which are read from a scenario.toml or built in Python."""
+"""The class of scenarios. A scenario is read from a scenario.toml or built in Python."""
 
 from __future__ import annotations
 
@@ -29,36 +29,34 @@ __all__ = ["Scenario"]
 class Scenario:
     """A closed loop of units with connections, metrics and cases.
 
-    Units run in the order in which they were added; `order` changes this order. Each unit reads the newest values.
-    First the plant advances with the command from the previous step. Then the other units read the new output of the
-    plant.
+    In each step, the units run in the order in which they were added, unless `order` sets another order. The inputs of
+    a unit are the newest outputs of the other units. Usually the plant runs first, with the command from the previous
+    step. Then the other units run with the new output of the plant.
 
     Parameters
     ----------
     name : str
-        Name: a letter, then letters, digits or _.
+        Name of the scenario: a letter, followed by letters, digits or _.
     step : float
-        Step of the units (s).
+        Time step of the units (s).
     stop : float, optional
-        End of the run (s). The default is three periods of the slowest reference; metrics then start with the second
-        period.
+        End of the simulation (s). The default is three periods of the slowest reference; the metrics then ignore the
+        first period.
     ripple : int
         Number of steps of a `fine` unit in each step of the scenario.
     text : str
         One line for a reader.
     coupling : {"gauss_seidel", "jacobi", "iterative"}
-        How units that step at the same time exchange values.
+        Coupling scheme: how the units exchange values within a step.
 
     Raises
     ------
     InputError
         The name is invalid, or the step is not greater than 0.
 
-    Notes
-    -----
-    The methods that change a scenario return it. If connections or metrics name a unit ``reference`` that was not
-    added, this unit is made. Its output `r` is a sine over 80 % of the stroke of the plant. Its output `r_lead` is the
-    same sine one step ahead, for an inverse.
+    Notes ----- Each method that changes a scenario returns the changed scenario. If connections or metrics name a unit
+    ``reference`` that was not added, this unit is created. Its output `r` is a sine over 80 % of the stroke of the
+    plant. Its output `r_lead` is the same sine one step ahead, for an inverse.
 
     Examples
     --------
@@ -102,7 +100,7 @@ class Scenario:
 
     @classmethod
     def load(cls, path: str | Path) -> Scenario:
-        """Read a scenario.toml.
+        """Read a scenario from a file scenario.toml.
 
         Parameters
         ----------
@@ -112,7 +110,7 @@ class Scenario:
         Raises
         ------
         InputError
-            The file is missing or invalid. The message names the file, the key, the rule and the value.
+            The file is missing or invalid. The message states the file, the key, the rule and the value.
         """
         read = Cases(path)
         made = cls(read.spec.name, step=read.spec.step)
@@ -145,7 +143,7 @@ class Scenario:
         set: Mapping[str, Any] | None = None,
         text: str = "",
     ) -> Scenario:
-        """Add a unit.
+        """Add a unit to the loop.
 
         Parameters
         ----------
@@ -154,27 +152,28 @@ class Scenario:
         what : Model, block, Node, Graph, or path
             The unit. A path names an FMU of any origin or a ``*.model.toml``.
         fine : bool
-            Whether the unit runs `ripple` times per step, for plants and for signals between samples.
+            Whether the unit makes `ripple` steps in each step of the scenario. Use this for plants, and for signals
+            that are evaluated between samples.
         every : int
-            Number of steps per run of the unit.
+            The unit runs only in every n-th step; this is n.
         substeps : int
             Number of internal steps in each run of the unit.
         hold : {"zero", "first"}
-            Connected inputs between two runs of the unit: constant ("zero"), or on the straight line through the last
-            two values ("first").
+            Extrapolation of connected inputs between two runs of the unit: constant ("zero"), or linear through the
+            last two values ("first").
         runs_as : {"fmu2", "fmu3"}
-            FMI version of the unit for the engine "fmpy".
+            FMI version of the FMU of this unit, which the engine "fmpy" simulates.
         inputs : mapping of str to float, optional
             Constant values of unconnected inputs.
         set : mapping, optional
-            Parameters by name. A string ``"*1.2"`` is a factor.
+            New values of parameters by name. A string such as ``"*1.2"`` multiplies the old value.
         text : str
             One line for a reader.
 
         Raises
         ------
         InputError
-            A unit with this name exists, or `what` is not valid as a unit.
+            A unit with this name exists, or `what` cannot be a unit.
         """
         where = f"{self._origin}: units.{name}"
         if not re.fullmatch(NAME, name):
@@ -198,7 +197,7 @@ class Scenario:
         return self
 
     def connect(self, source: str, target: str) -> Scenario:
-        """Connect the output `source` to the input `target`, each ``unit.port``.
+        """Connect the output `source` to the input `target`. Both have the form ``unit.port``.
 
         Raises
         ------
@@ -235,19 +234,20 @@ class Scenario:
         ----------
         name : str
         kind : str
-            Kind of metric. rms_percent, max_percent and between_samples_percent evaluate `signal` - `against`. The
-            other kinds are variation_ratio, rms, peak, final and loop_area_percent. `hystfmu.scenario.outcome.metrics`
+            Kind of metric: rms_percent, max_percent and between_samples_percent for the difference `signal` -
+            `against`, or variation_ratio, rms, peak, final or loop_area_percent. `hystfmu.scenario.outcome.metrics`
             defines all kinds.
         signal, against : str
-            Signals ``unit.output``; most kinds compare two signals.
+            Signals ``unit.output``. Most kinds of metric compare the two signals.
         limit : float, optional
             Largest allowed value.
         stroke : float, optional
-            Value of 100 percent; by default the span of `against`.
+            Value that corresponds to 100 percent. The default is the span of `against`.
         after : float, optional
             Only rows at or after this time (s) are used.
         lines : bool
-            For rms_percent, rms and max_percent: whether to use only the lines of a scan, without its turns.
+            Whether to evaluate only the scan lines of a scanning reference, without the turns between them. It applies
+            to rms_percent, rms and max_percent.
         text : str
             One line for a reader.
         """
@@ -283,15 +283,15 @@ class Scenario:
         text : str
             One line for a reader.
         stop, after : float, optional
-            End of the run (s), and first time at which metrics are evaluated (s).
+            End of the simulation (s), and time (s) from which on metrics are evaluated.
         set : mapping, optional
-            ``{"unit.parameter": value}``. A string ``"*1.2"`` is a factor.
+            New parameter values, ``{"unit.parameter": value}``. A string such as ``"*1.2"`` multiplies the old value.
         limits : mapping, optional
-            Limits of metrics by name.
+            Limits of the metrics, by name of the metric.
         units : mapping, optional
-            Units to add or to replace. A replaced unit keeps its settings for running, such as `fine` and `every`.
+            Units to add or to replace. The new unit adopts settings such as `fine` and `every` from the replaced unit.
         order : sequence of str, optional
-            Order of the units; by default the order of the scenario.
+            Order of the units. The default is the order in the scenario.
         connections : mapping, optional
             Connections to add or to replace, ``{"unit.input": "unit.output"}``.
         """
@@ -312,19 +312,19 @@ class Scenario:
         return self
 
     def order(self, *names: str) -> Scenario:
-        """Set the order in which the units run. `names` contains each unit once."""
+        """Set the order in which the units run. `names` must contain each unit once."""
         self._edit()
         self._spec["order"] = list(names)
         return self
 
     def record(self, *signals: str) -> Scenario:
-        """Set the `signals` of the baseline and the report; by default the signals of the metrics."""
+        """Set the `signals` that the baseline and the report contain. The default is the signals of the metrics."""
         self._edit()
         self._spec["record"] = list(signals)
         return self
 
     def loop(self, abscissa: str, ordinate: str) -> Scenario:
-        """Add a pair of outputs, `abscissa` and `ordinate`, which the report plots as a loop."""
+        """Add a plot to the report, with the output `ordinate` over the output `abscissa`."""
         self._edit()
         self._spec.setdefault("loops", []).append([abscissa, ordinate])
         return self
@@ -339,24 +339,25 @@ class Scenario:
         stable_to_steps: float | None = None,
         expected_unstable: Sequence[str] = (),
     ) -> Scenario:
-        """Set limits of the linearised loop, which ``hystfmu margins`` checks.
+        """Set limits for the margins of the linearised loop. ``hystfmu margins`` checks these limits.
 
         Parameters
         ----------
         case : str, optional
-            Case whose sensitivity is limited, for slope 1 of plant and inverse in cascade; by default the first case.
+            Case whose sensitivity is limited. The sensitivity is computed for the incremental gain 1 of inverse and
+            plant in series. The default is the first case.
         Ms_db : float, optional
-            Largest allowed peak of this sensitivity (dB).
+            Largest allowed peak of the sensitivity (dB).
         corners : sequence of str
             Cases whose loops must be stable; the wildcards ``?`` and ``*`` are allowed.
         slopes : (float, float), optional
-            Smallest and largest local slope of plant and inverse in cascade in the corners; by default the slopes along
-            the paths of the corners.
+            Smallest and largest incremental gain of inverse and plant in series, for which the loops of the corners
+            must be stable. The default is the range along the path of each case.
         stable_to_steps : float, optional
-            Number of steps of additional delay up to which each corner must be stable.
+            Additional delay in steps up to which the loop of each corner must be stable.
         expected_unstable : sequence of str
-            Cases whose linearised loop is unstable for a slope of the path although the simulated run meets its limits.
-            Every other case must be stable.
+            Cases whose linearised loop is unstable for an incremental gain along the path, although the simulation
+            meets the limits. The loops of all other cases must be stable.
         """
         numbers = {"Ms_db": Ms_db, "stable_to_steps": stable_to_steps}
         table = {"case": case} | {k: _number(v) for k, v in numbers.items()} | {"corners": list(corners)}
@@ -378,25 +379,25 @@ class Scenario:
         confined: bool = True,
         out: str | Path | None = None,
     ) -> Result:
-        """Run one case; `hystfmu.run(scenario)` runs all cases.
+        """Simulate one case. `hystfmu.run(scenario)` simulates all cases.
 
         Parameters
         ----------
         case : str, optional
-            Name of the case; required if the scenario has several cases.
+            Name of the case. It is required if the scenario has several cases.
         engine, set, coupling, seconds, confined, out
             See `hystfmu.run`.
 
         Returns
         -------
         Result
-            Result with its verdicts against the limits. If the scenario comes from a file and is unchanged, the result
-            is also compared with the baseline.
+            Result of the simulation, compared with the limits. If the scenario was read from a file and not changed,
+            the result is also compared with the baseline.
 
         Raises
         ------
         InputError
-            A key, a unit or a connection is invalid; the message names it.
+            A key, a unit or a connection is invalid. The message states its name.
         """
         if case is None and len(self.cases) > 1:
             raise InputError(
@@ -408,9 +409,10 @@ class Scenario:
         )[0]
 
     def save(self, folder: str | Path) -> Path:
-        """Write `folder`/scenario.toml, and the models and FMUs of its units into the same folder.
+        """Write the file scenario.toml and the models and FMUs of all units into a folder.
 
-        ``hystfmu run folder`` runs the scenario with the same bits. The option ``--record`` makes the first baseline.
+        ``hystfmu run folder`` simulates this scenario with bit-identical results. Its option ``--record`` writes the
+        first baseline into `folder`.
 
         Returns
         -------
@@ -437,17 +439,18 @@ class Scenario:
         platforms: Literal["host", "all"] = "host",
         source: bool = False,
     ) -> Path:
-        """Write the controller alone as an FMU: all units between reference, measured output and command.
+        """Write the controller as an FMU: all units from reference and measured output to the command.
 
-        The inputs are `r`, `y`, the future values of the reference for the feed-forward (`r_ahead`, `r_dot`, `r_ddot`),
-        and `u_present`. The output is `u`. The FMU is called once per sample.
+        The inputs are the reference `r`, the measured output `y`, future values or derivatives of the reference for the
+        feed-forward (`r_ahead`, `r_dot`, `r_ddot`), and the command before the start, `u_present`. The output is the
+        command `u`. The FMU must be called once per sample.
 
         Parameters
         ----------
         path : str or Path
-            The file, usually ``*.fmu``. After an error no incomplete file remains.
+            File to write, usually ``*.fmu``. If an error occurs, no incomplete file remains.
         case : str, optional
-            Case whose values the controller has; by default the first case.
+            Case whose parameter values the controller uses. The default is the first case.
         fmi, name, platforms, source
             See `Model.export`; the default name is the name of the scenario.
 
@@ -478,14 +481,14 @@ class Scenario:
         Parameters
         ----------
         case : str, optional
-            Name of the case; by default the first case.
+            Name of the case. The default is the first case.
         set : mapping, optional
-            ``{"unit.parameter": value}``; a string ``"*1.2"`` scales.
+            New parameter values, ``{"unit.parameter": value}``. A string such as ``"*1.2"`` multiplies the old value.
 
         Raises
         ------
         InputError
-            The case is unknown, or its loop is not linear at rest.
+            The case is unknown, or its loop cannot be linearised at the rest point.
 
         Examples
         --------
@@ -503,11 +506,11 @@ class Scenario:
 
     @property
     def table(self) -> dict[str, Any]:
-        """Return a copy of the complete table of the scenario, with the keys of a scenario.toml."""
+        """Return a copy of the complete content of the scenario, with the keys of a scenario.toml."""
         return copy.deepcopy(completed(self._spec, self._attached, self._origin))
 
     def changed(self, table: Mapping[str, Any]) -> Scenario:
-        """Return a scenario with another table and the same files.
+        """Return a scenario with another content and the same models and FMUs.
 
         Parameters
         ----------
@@ -527,12 +530,12 @@ class Scenario:
         return made
 
     def ready(self) -> Cases:
-        """Return the complete cases that `hystfmu.scenario` runs.
+        """Return the complete cases that `hystfmu.scenario` can simulate.
 
         Raises
         ------
         InputError
-            As `run`.
+            See `run`.
         """
         spec = completed(self._spec, self._attached, self._origin)
         return Cases.of(check(spec, ScenarioSpec, self._origin), self._origin, self._attached, self._folder)
@@ -549,7 +552,7 @@ class Scenario:
         return f"Scenario({', '.join([repr(self.name), *shown])})"
 
     def _edit(self) -> None:
-        """Separate the scenario from its file: remove the baseline, and attach the files of the units."""
+        """Detach the scenario from its file before a change: drop the baseline, and store the paths of unit files."""
         if self._folder is None:
             return
         self._attached = dict(self._attached)
@@ -559,7 +562,7 @@ class Scenario:
 
 
 def _number(value: Any) -> Any:
-    """Convert a number to a type of TOML; the checks of the file report other values."""
+    """Convert a number to a float. Other values stay unchanged, and the check of the content reports them."""
     if isinstance(value, bool) or not hasattr(value, "__float__"):
         return value
     return float(value)

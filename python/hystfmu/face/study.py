@@ -1,4 +1,4 @@
-"""Studies built in Python: the varied parameters of a scenario, and the method of drawing."""
+"""The class of studies that are built in Python: a scenario, the varied parameters, and the sampling method."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ __all__ = ["Study"]
 
 @checked
 class Study:
-    """Variations of a scenario.
+    """Study: many simulations of a scenario with varied parameters.
 
-    A study file may also contain objectives and designs. This class does not support them; `hystfmu.study` runs study
-    files.
+    A study file may also contain objectives and varied design settings, which this class does not support. Use
+    `hystfmu.study` to run such a file.
 
     Parameters
     ----------
     name : str
-        Name: a letter, then letters, digits or _.
+        Name of the study: a letter, followed by letters, digits or _.
     scenario : Scenario or path
-        The scenario, or its folder.
+        The scenario, or the folder of a scenario.
     method : {"random", "grid", "sobol", "latin_hypercube"}
-        Method of drawing the parameters.
+        Sampling method of the parameters.
     n : int
-        Number of variations. For a grid, the number is the product of the steps of its parameters.
+        Number of variations. For a grid, it is the product of the numbers of values of all parameters instead.
     seed : int
-        Seed of the draws.
+        Seed of the random numbers.
     cases : sequence of str, optional
-        Cases to run; by default all cases.
+        Names of the cases to simulate. The default is all cases.
     engine : {"native", "fmpy"}
-        Engine, see `hystfmu.run`.
+        Simulation engine, see `hystfmu.run`.
 
     Raises
     ------
@@ -93,22 +93,22 @@ class Study:
         log: bool = False,
         steps: int = 5,
     ) -> Study:
-        """Vary a parameter.
+        """Add a varied parameter.
 
         Parameters
         ----------
         parameter : str
-            ``unit.parameter``.
+            Name of the parameter, ``unit.parameter``.
         values : sequence of float, optional
-            Allowed values.
+            Values of the parameter.
         range : (float, float), optional
             Lowest and highest value.
         scale : (float, float), optional
-            Lowest and highest factor of the value in the scenario.
+            Smallest and largest factor by which the value in the scenario is multiplied.
         log : bool
-            Draw on a logarithmic scale.
+            Whether the values are sampled on a logarithmic scale.
         steps : int
-            Number of values of a range in a grid.
+            Number of values that a grid takes from a range.
 
         Returns
         -------
@@ -118,7 +118,7 @@ class Study:
         Raises
         ------
         InputError
-            The number of given arguments among `values`, `range` and `scale` is not one, or a range is not increasing.
+            None or several of `values`, `range` and `scale` are given, or a range is not increasing.
         """
         given = {"values": values, "range": range, "scale": scale}
         table = {key: [float(v) for v in what] for key, what in given.items() if what is not None}
@@ -128,14 +128,14 @@ class Study:
         return self
 
     def limits(self, case: str, limits: Mapping[str, float]) -> Study:
-        """Set the limits of a case for this study; they replace the limits of the scenario.
+        """Set the limits of a case for this study. These limits replace the limits of the scenario.
 
         Parameters
         ----------
         case : str
             Name of the case.
         limits : mapping of str to float
-            Upper limits by metric.
+            Largest allowed value of each metric, by name of the metric.
 
         Returns
         -------
@@ -146,7 +146,7 @@ class Study:
         return self
 
     def save(self, folder: str | Path) -> Path:
-        """Write ``NAME.study.toml`` and the folder of the scenario; ``hystfmu study`` runs the file.
+        """Write the scenario and the file ``NAME.study.toml``, which ``hystfmu study`` runs.
 
         Parameters
         ----------
@@ -155,12 +155,12 @@ class Study:
         Returns
         -------
         Path
-            Path of the file.
+            Path of the study file.
 
         Raises
         ------
         InputError
-            No parameter varies, or a file cannot be written.
+            No parameter is varied, or a file cannot be written.
         """
         check(self._spec, StudySpec, self._origin)
         self._scenario.save(Path(folder) / self._scenario.name)
@@ -175,14 +175,14 @@ class Study:
         workers: int | None = None,
         progress: Callable[[int, int, float], None] = lambda done, total, rate: None,
     ) -> Outcome:
-        """Save the study and run its variations; an interrupted study resumes.
+        """Save the study, and simulate all variations. An interrupted study is continued.
 
         Parameters
         ----------
         folder : str or Path
-            Folder for study, scenario, table and report.
+            Folder into which study, scenario, table and report are written.
         workers : int, optional
-            Number of local processes; by default one per core.
+            Number of local processes. The default is one process per processor core.
         progress : function, optional
             Called with the number of finished rows, the number of all rows, and rows per second.
 
@@ -193,7 +193,7 @@ class Study:
         Raises
         ------
         InputError
-            See `save`; or the scenario does not have a parameter or a case of the study.
+            The scenario does not contain a parameter or a case of the study. See also `save`.
         """
         return study(self.save(folder), folder, workers=workers, progress=progress)
 

@@ -1,9 +1,9 @@
-"""The table of a scenario that is built in Python, with the keys of a scenario.toml: units, defaults, files, display.
+"""Completes a scenario that is built in Python, with the keys of a scenario.toml, and writes it to a folder.
 
 A key that is not given gets this default:
 
-- ``connections``: the connections that follow from the roles of the units, see below.
-- ``reference``: if connections or metrics name this unit, but it was not added, it is made. It is a sine over SHARE of
+- ``connections``: the default connections of inverse and controller, see below. - ``reference``: if connections or
+metrics name this unit, but it was not added, the unit is created. It is a sine over SHARE of
   the stroke of the plant, with SAMPLES steps per period. The plant is the unit that a metric compares with the
   reference. The output `r_lead` is one step ahead, or half a step if the run has steps between samples.
 - ``stop``: PERIODS periods of the slowest reference. A metric without its own `after` starts after the first period.
@@ -49,7 +49,7 @@ FILES = ("model", "fmu", "inverse_of")  # keys of a unit that hold a path
 
 
 def described(what: What, name: str, where: str) -> tuple[dict[str, Any], dict[str, Model | Path]]:
-    """Return the table of a unit in the file, and the models or files behind the paths in this table.
+    """Return the table of a unit in scenario.toml, and the models or files to which the paths in this table refer.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def described(what: What, name: str, where: str) -> tuple[dict[str, Any], dict[s
 
 
 def files(spec: Mapping[str, Any]) -> list[tuple[dict[str, Any], str]]:
-    """Return all unit tables with a file name, in the scenario and its cases, each with the key of the file name."""
+    """Return all unit tables of the scenario and its cases that contain a file name, each with the key of this name."""
     units = [*spec.get("units", {}).values(), *(u for c in spec.get("case", ()) for u in c.get("units", {}).values())]
     return [(u, key) for u in units for key in FILES if key in u]
 
@@ -108,7 +108,7 @@ CONTROLLER = {"y_d", "y", "u_ff"}
 
 
 def wired(spec: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Wires:
-    """Return the given connections and the default connections.
+    """Return all connections of a scenario: the given connections, completed by the default connections.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def wired(spec: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Wire
 
 
 def at_rest(units: Mapping[str, Any], wires: Mapping[str, str]) -> dict[str, Any]:
-    """Return the units; a connected controller without feed-forward gets the constant feed-forward 0.
+    """Return the units. A connected controller without a feed-forward signal gets the constant feed-forward 0.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def _inverse(unit: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> M
 
 
 def _measured(spec: Mapping[str, Any]) -> str | None:
-    """Return the signal that a metric compares with the reference."""
+    """Return the signal that the first metric with a reference compares with this reference."""
     for m in spec.get("metrics", {}).values():
         if (m.get("against") or "").startswith("reference."):
             return str(m["signal"])
@@ -188,7 +188,7 @@ def _is_controller(unit: Mapping[str, Any]) -> bool:
 
 
 def _loop_ports(unit: Mapping[str, Any]) -> set[str]:
-    """Return the inputs of a controller that compares reference and measurement; otherwise an empty set."""
+    """Return the inputs of a controller with the inputs y_d and y, or an empty set for any other unit."""
     block = block_types().get(unit.get("block", ""))
     ports = {v.name for v in block.of("input")} if block is not None and block.family == "controllers" else set()
     return ports if {"y_d", "y"} <= ports else set()
@@ -204,7 +204,7 @@ ROWS = 1000  # of the ramp that finds the stroke of a plant
 
 
 def completed(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], origin: str) -> dict[str, Any]:
-    """Return the complete scenario, with the keys of its file.
+    """Return the complete content of a scenario.toml.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ def _asks_for_reference(spec: Mapping[str, Any]) -> bool:
 
 
 def _reference(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], origin: str) -> dict[str, Any]:
-    """Return the table of the unit `reference`."""
+    """Return the table of the default unit `reference`, a sine over a share of the stroke of the plant."""
     plant = next(
         (m["signal"].split(".")[0] for m in spec["metrics"].values() if (m.get("against") or "").startswith(NAME)),
         "plant",
@@ -306,7 +306,7 @@ def _steps(seconds: float, step: float) -> float:
 
 
 def save(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], folder: Path) -> Path:
-    """Write a complete scenario.
+    """Write scenario.toml, and the models and FMUs of all units, into one folder.
 
     Parameters
     ----------
@@ -345,7 +345,7 @@ def save(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], folder: 
 
 
 def _unique(name: str, taken: set[str]) -> str:
-    """Return the name; if it is taken, insert a number before the suffixes."""
+    """Return a file name that is not in `taken`; if necessary, insert a number before the suffixes."""
     stem, dot, suffix = name.partition(".")
     k, free = 1, name
     while free in taken:
@@ -358,7 +358,7 @@ _KINDS = ("model", "block", "graph", "inverse_of", "fmu")  # what a unit is, one
 
 
 def scenario_html(spec: Mapping[str, Any]) -> str:
-    """Return a scenario as HTML.
+    """Return the tables of a scenario as HTML for a notebook.
 
     Parameters
     ----------

@@ -199,7 +199,10 @@ class Graph:
 
     # ---- ends of wires --------------------------------------------------------------------------------------------
     def _endpoint(self, text: str, kinds: tuple[str, ...]) -> tuple[int, int, int, Var]:
-        """Return node, first index among the variables of these kinds, number of elements, and row for a wire end."""
+        """Return the node and the variable at the end of a wire, as (node, first index, number of elements, row).
+
+        The index is counted over all variables of the given kinds.
+        """
         m = _ENDPOINT.match(text)
         index = {n.name: i for i, n in enumerate(self.nodes)}
         if not m or not m[2] or m[1] not in index:

@@ -333,7 +333,7 @@ class Node:
         return Node(self.name, self.type, self.dims, {**self.values, **values})
 
     def feeds_through(self) -> bool:
-        """Return whether an output of the block depends on the present inputs, that is, on direct feed-through."""
+        """Return whether the block has direct feed-through: an output depends on the inputs of the same step."""
         if not self.block.raw.feedthrough:
             return True
         dims, p = self.raw_arguments()

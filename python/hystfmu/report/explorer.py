@@ -44,7 +44,7 @@ class Memory:
     """States of the node `block` that represent its memory: turning points, plays, or other states with `names`.
 
     `node` is the index of the node, and `place` is the index of the first number of the memory among its states.
-    `widths` and `size` are the first value reference and the number of the half-widths of plays.
+    For plays, `widths` is the first value reference of the half-widths, and `size` is the number of half-widths.
     `core/memory/turning_points.h` defines the form of the turning points.
     """
 

@@ -113,7 +113,7 @@ def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) ->
 def run_case(
     system: System, plan: Plan, run: Run, store: FmuStore, out: str | Path | None, advance: Callable[[int], None]
 ) -> tuple[Result, Record | None]:
-    """Run a case, test its limits and baseline, and return its result and data for a new baseline (or None).
+    """Run a case, and return its result and the data for a new baseline. The data are None if the run stopped.
 
     If `out` is given, all outputs are written to this CSV file. The function `advance` is called with the number of
     rows since the last call.

@@ -52,9 +52,7 @@ class Device:
     model: Model  # model of hysteresis and creep, without dynamics
     inverse: Model  # inverse of `model`
     plant: Plant  # dynamics after the hysteresis, as the record shows them. Computing time is not included.
-    errors: (
-        Errors  # standard errors of natural frequency (Hz), damping ratio and share of the static gain for each mode
-    )
+    errors: Errors  # for each mode, standard errors of natural frequency (Hz), damping ratio and share of static gain
     delay_error: float  # standard error of the delay (s)
     unseen: Unseen | None  # resonance that the record did not excite
     h: float  # step (s)

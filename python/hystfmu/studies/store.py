@@ -166,7 +166,7 @@ class Store:
         return int(self._kept("seed", lambda: secrets.randbelow(2**31)))
 
     def _kept(self, name: str, first: Callable[[], Any]) -> Any:
-        """Return a value that is stored in two files, or create it.
+        """Return a value that is stored in two files. A missing value is created.
 
         If one of the files is damaged, a copy of the other file replaces it.
         """

@@ -1,1 +1,1 @@
-"""Equations, lemmas and theorems of the four papers as rows: a check or a counterexample, each computed in seconds."""
+"""Rows that test equations, lemmas and theorems of the four papers by numbers or counterexamples, in seconds."""

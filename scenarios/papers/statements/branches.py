@@ -1,7 +1,7 @@
-"""Branches of an operator: crossings of two branches, and the difference of the outputs of the hysteresis there.
+"""Branches of an operator: crossings of two branches, and differences of the hysteresis outputs at crossings.
 
-Lemma 1 and theorems 1 and 2 of Zhao & Tan 2008, and the theorem of the IPMC paper, say that input and operator together
-determine the output.  That is false as soon as two branches that are not neighbours cross at different outputs.
+Lemma 1 and theorems 1 and 2 of Zhao & Tan 2008, and the theorem of the IPMC paper, state that input and operator value
+together determine the output. This is false if two branches that are not neighbours cross at different outputs.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 
-LEAST = 1e-4  # of the range of h: a smaller gap is that of the straight lines between samples
-END = 0.02  # of the common range: neighbours meet at their extremum, which is no crossing
+LEAST = 1e-4  # a smaller gap, relative to the range of h, is an error of the straight lines between samples
+END = 0.02  # excluded ends of the common range; neighbours meet at their extremum, which is not a crossing
 
 
 @dataclass(frozen=True)
 class Branch:
-    """Samples between two extrema of the input, with a rising input: x, operator h and output y (n,)."""
+    """Samples between two extrema of the input, in rising order of the input: x, operator h, output y (n,)."""
 
     number: int
     rising: bool
@@ -30,14 +30,14 @@ class Branch:
 
 @dataclass(frozen=True)
 class Crossings:
-    """Crossings inside the common range of two branches.
+    """Crossings of branches: their numbers, and the differences of the outputs.
 
     Parameters
     ----------
     neighbours, others : int
-        Number of crossings of branches that share an extremum, and of all others.
+        Number of crossings of branches that share an extremum, and of all other branches.
     difference : float
-        Largest difference of the outputs at a crossing, as y is measured.
+        Largest difference of the outputs at a crossing, in the unit of measure of y.
     """
 
     neighbours: int
@@ -46,7 +46,7 @@ class Crossings:
 
 
 def branches(x: Array, h: Array, y: Array) -> list[Branch]:
-    """Split the samples (n,) at the extrema of x."""
+    """Return the branches: the samples (n,), split at the extrema of x."""
     turns = np.flatnonzero(np.diff(np.sign(np.diff(x))) != 0) + 1
     ends = [0, *turns.tolist(), len(x) - 1]
     found = []
@@ -58,7 +58,7 @@ def branches(x: Array, h: Array, y: Array) -> list[Branch]:
 
 
 def crossings(x: Array, h: Array, y: Array) -> Crossings:
-    """Find every crossing of two branches of h over x, both linear between samples."""
+    """Return the crossings of any two branches of h over x, which are linear between samples."""
     counts, difference = [0, 0], 0.0
     for a, b in combinations(branches(x, h, y), 2):
         lo, hi = max(a.x[0], b.x[0]), min(a.x[-1], b.x[-1])
@@ -77,7 +77,7 @@ def crossings(x: Array, h: Array, y: Array) -> Crossings:
 
 
 def least_slope(x: Array, h: Array, near: float) -> float:
-    """Return the least dh/dx on any branch, farther than `near` from the extremum where it begins."""
+    """Return the least dh/dx on any branch, at points farther than `near` from the first extremum of the branch."""
     slopes = []
     for b in branches(x, h, x):
         far = (b.x - b.x[0] if b.rising else b.x[-1] - b.x) > near

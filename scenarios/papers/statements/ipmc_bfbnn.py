@@ -1,6 +1,6 @@
-"""Equations and theorem of the IPMC paper as numbers: Preisach's sum, the auxiliary function, the basis functions.
+"""Numerical tests of the IPMC paper: Preisach's sum, the auxiliary function, basis functions, and the theorem.
 
-The hysteresis of the theorem is the Preisach operator of equation 1 itself.
+In the theorem, the hysteresis is the Preisach operator of eq. 1.
 """
 
 from __future__ import annotations
@@ -17,17 +17,18 @@ from papers.statements import relay_sum
 from papers.statements.branches import crossings
 from papers.statements.printed import auxiliary
 
-N, Q = 9, 2  # n_u = n_f, order: choice of the paper
+N, Q = 9, 2  # numbers of lags n_u = n_f and order that the paper uses
 CYCLES = 20
-REVERSALS, SEED, FINE = 40, 1, 1e-3  # of the nested reversals on which branches are compared
+REVERSALS, SEED, FINE = 40, 1, 1e-3  # number, seed and step of the nested reversals on which branches are compared
 ROUNDING = 1e-12
 
 
 def rows() -> list[Row]:
-    """Return the rows of eqs. 1 to 12 that take seconds."""
+    """Return the rows of eqs. 1 to 12 that take only seconds."""
     cycles = np.sin(2 * np.pi * np.arange(CYCLES * 200 + 1) / 200)
     printed, kept = auxiliary(cycles, corrected=False), auxiliary(cycles)
-    top = slice(50, None, 200)  # the same maximum of the input, the same output of the hysteresis from the second on
+    # from the second maximum of the input on, the output of the hysteresis is the same at each maximum
+    top = slice(50, None, 200)
     u = signals.nested_reversals(REVERSALS, SEED, FINE)
     values: dict[str, Value] = {"lo": -1.0, "hi": 1.0, "E": relay_sum.everett(relay_sum.density())}
     y = Graph.single(Node("hysteresis", "preisach", {"n": relay_sum.STEPS}, values)).run(u)
@@ -96,7 +97,7 @@ def rows() -> list[Row]:
 
 
 def _free_run() -> float:
-    """Return the largest difference of a fitted network and eqs. 8 to 12 in numpy, relative to the span."""
+    """Return the largest difference between a fitted network and eqs. 8 to 12 in numpy, relative to the span."""
     u = signals.decaying_sine(4, 0.1, 100)
     data = Dataset.from_signal(u, u + 0.1 * auxiliary(u), 1e-3)
     model = fit(data, "polynomial_narx", n_u=3, n_f=3, q=Q, range=2.0)

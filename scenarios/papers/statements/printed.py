@@ -1,10 +1,9 @@
-"""Equations of the IPMC paper as printed and corrected: auxiliary function f (eq. 3), recursion (eqs. 13 to 19).
+"""Auxiliary function f (eq. 3) and recursion (eqs. 13 to 19) of the IPMC paper, as printed and corrected.
 
-Printed: f(k) = f(u_ex) + |u - u_ex| g(|u - u_ex|), g(x) >= 0 smooth and monotone; the default is 1 - e^-x.
-Every branch adds to the last one in either direction, so f grows without bound and is not a function of a hysteresis
-state.
-Corrected: f(k) = f(u_ex) + (u - u_ex) g(|u - u_ex|).  This is the Zhao-Tan operator.  Models use the block `zhao_tan`
-with dominant extrema; here the last extremum counts, as in the text of the paper.
+Printed: f(k) = f(u_ex) + |u - u_ex| g(|u - u_ex|), g(x) >= 0 smooth and monotone; the default is 1 - e^-x. Every branch
+increases f in both directions, so f grows without bound and is not a function of a hysteresis state. Corrected: f(k) =
+f(u_ex) + (u - u_ex) g(|u - u_ex|).  This is the Zhao-Tan operator.  Models use the block `zhao_tan` with dominant
+extrema. In this module the last extremum is used, as in the text of the paper.
 """
 
 from __future__ import annotations
@@ -22,16 +21,16 @@ def exponential(x: float) -> float:
 
 
 def auxiliary(u: Array, corrected: bool = True, g: Callable[[float], float] = exponential) -> Array:
-    """Compute f (n,) for an input (n,), from f = 0 at its first value.
+    """Return f (n,) for an input (n,), from f = 0 at the first value.
 
     Parameters
     ----------
     u : array, shape (n,)
-        Scaled input; g depends on the scale.
+        Scaled input. The scale affects g.
     corrected : bool
-        Keep the sign of u - u_ex; False drops it, as printed.
+        Whether the sign of u - u_ex is kept. False omits the sign, as printed.
     g : function
-        Smooth, monotone and not negative for arguments >= 0.
+        Function that is smooth, monotone and not negative for arguments >= 0.
     """
     f = np.zeros(len(u))
     extreme, at_extreme, direction = float(u[0]), 0.0, 0.0
@@ -48,8 +47,8 @@ def auxiliary(u: Array, corrected: bool = True, g: Callable[[float], float] = ex
 class PrintedRecursive:
     """Recursion with dead zone exactly as printed (IPMC paper, eqs. 13 to 19), for replicas; it fails.
 
-    P itself is stored and grows as 1/mu^k while lambda = 0.  sigma^2 = sum e^2(k)/k only grows, and lambda uses it
-    instead of e^2, so lambda is negative as long as sigma^2 < r^2.
+    P is stored and grows as 1/mu^k while lambda = 0. sigma^2 = sum e^2(k)/k can only grow. lambda contains sigma^2
+    instead of e^2, so lambda is negative while sigma^2 < r^2.
 
     Parameters
     ----------
@@ -60,10 +59,10 @@ class PrintedRecursive:
     eta : float
         Initial covariance P(0) = eta I.
     rho : float
-        Convergence factor, constant in (0, 1), hence mu = 1 - rho.
+        Convergence factor, a constant in (0, 1), which determines mu = 1 - rho.
     fraction : float
-        beta as a fraction of its bound mu Sigma.  The paper gives neither rho, beta, eta nor Sigma(0); here
-        Sigma(0) = r^2 and epsilon(k) = e(k).
+        beta over its upper bound mu Sigma. The paper does not state rho, beta, eta and Sigma(0). Here Sigma(0) = r^2
+        and epsilon(k) = e(k).
     """
 
     def __init__(self, n: int, r: float, eta: float = 1e6, rho: float = 0.005, fraction: float = 1.0) -> None:
@@ -72,7 +71,7 @@ class PrintedRecursive:
         self.samples, self.variance, self.Sigma = 0, 0.0, r * r
 
     def update(self, phi: Array, y: float) -> float:
-        """Update with one sample, the regressor phi (n,) and y; return e(k)."""
+        """Update the parameters with one sample (regressor phi (n,) and output y), and return e(k)."""
         mu, r2 = 1 - self.rho, self.r**2
         e = float(y - phi @ self.theta)  # eq. 13
         self.samples += 1

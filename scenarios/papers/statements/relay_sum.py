@@ -1,8 +1,8 @@
 """Preisach's sum of relays in a plain loop, compared with the block in Everett's form and with increments from an
 extremum.
 
-Equation 1 of the IPMC paper and of Yu & Alici 2005, and equation 2 of the IPMC paper: after an extremum u_p the output
-moves by an increment.
+The equations are eq. 1 of the IPMC paper and of Yu & Alici 2005, and eq. 2 of the IPMC paper (increment of the output
+after an extremum u_p).
 """
 
 from __future__ import annotations
@@ -14,22 +14,22 @@ from hystfmu.data import signals
 from hystfmu.graph import Graph, Node, Value
 from papers.row import Row
 
-STEPS, SEED = 10, 0  # of the grid over [-1, 1], on which the inputs lie too; of the density
+STEPS, SEED = 10, 0  # number of intervals of the grid over [-1, 1], which contains the inputs; seed of the density
 ROUNDING = 1e-12
 
 
 def density() -> Array:
-    """Return weights of the relays, one in each cell alpha > beta of the grid, shape (STEPS, STEPS), 0 below.
+    """Return the weights of the relays, one for each cell alpha > beta of the grid and 0 below, (STEPS, STEPS).
 
-    They are whole numbers, so that sums of them are exact.
+    The weights are whole numbers, so that their sums are exact.
     """
     return np.asarray(np.tril(np.random.default_rng(SEED).integers(1, 10, (STEPS, STEPS)).astype(float)))
 
 
 def relay_sum(u: Array, mu: Array) -> Array:
-    """Return the sum over relays that switch up at alpha_i and down at beta_j, all down at first; shape (n,)."""
+    """Return the sum (n,) over relays that switch up at alpha_i and down at beta_j, and that are down at first."""
     edges = np.linspace(-1, 1, STEPS + 1)
-    alpha = (edges[1:, None] + edges[:-1, None]) / 2 + 1e-9  # the relay of a cell on the diagonal has alpha > beta
+    alpha = (edges[1:, None] + edges[:-1, None]) / 2 + 1e-9  # the offset makes alpha > beta for cells on the diagonal
     beta = alpha.T - 2e-9
     state, out = -np.ones_like(mu), np.empty(len(u))
     for k, v in enumerate(u):
@@ -39,13 +39,13 @@ def relay_sum(u: Array, mu: Array) -> Array:
 
 
 def everett(mu: Array) -> Array:
-    """Return the integral of the density over the triangle up to each (alpha_i, beta_j), as the block wants it."""
+    """Return the Everett integral of the density for each (alpha_i, beta_j), in the form of the block."""
     cells = [mu[j:i, j:i].sum() for i in range(1, STEPS + 1) for j in range(i)]
     return np.array(cells)
 
 
 def block_row() -> Row:
-    """Compare block and relays on random grid levels."""
+    """Return a row that compares the block and the relays on random grid levels."""
     mu = density()
     levels: Array = np.random.default_rng(SEED).integers(0, STEPS + 1, 400) * np.float64(2 / STEPS) - 1
     values: dict[str, Value] = {"lo": -1.0, "hi": 1.0, "E": everett(mu), "start": "low"}
@@ -56,7 +56,7 @@ def block_row() -> Row:
 
 
 def increment_row() -> Row:
-    """Compare increments from an extremum u_p: of equal u_p on two histories, and of another u_p."""
+    """Return a row that compares increments from an extremum u_p, for two histories and for another u_p."""
     mu, step = density(), 2 / STEPS
     rises = [[0, -1, 1, -0.4, 0.4], [0, 1, -0.8, 0.8, -0.4, 0.4], [0, -1, 1, -0.8, 0.0]]
     u = [signals.ramps(list(r), step) for r in rises]

@@ -1,4 +1,4 @@
-"""Equations 1 to 7 of Shen & Ma 2017 as numbers: the operator against the block, and the printed normal equations."""
+"""Numerical tests of eqs. 1 to 7 of Shen & Ma 2017: the operator and the printed normal equations."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.methods.constraint_factor_mlp import basis, stack_coordinates
 from papers.row import Row
 
-A0, A = 0.2, (1.0, -0.3)  # of the operator that is compared with the block
-M = 3  # order in which eq. 7 is solved; the paper's 9 is too ill-conditioned to show one wrong entry
+A0, A = 0.2, (1.0, -0.3)  # coefficients of the operator that is compared with the block
+M = 3  # order at which eq. 7 is solved; order 9 of the paper is too ill-conditioned to show one wrong entry
 ROUNDING = 1e-12
 
 
 def rows(u: Array, y: Array, trained: slice) -> list[Row]:
-    """Return the rows of eqs. 1 to 7; u, y (n,) and `trained` are the record on which the branch is fitted."""
+    """Return the rows of eqs. 1 to 7. The branch is fitted to the rows `trained` of the record u, y (n,)."""
     return [_main(), _normal_equations(u, y, trained)]
 
 
 def _main() -> Row:
-    """Compare the block with eqs. 1 and 2 in a plain loop, the last extremum as origin of a minor coordinate system."""
+    """Return a row that compares the block with eqs. 1 and 2, with the last extremum as origin."""
     u = signals.nested_reversals(40, 1)
     h, origin, at_origin, direction = np.zeros(len(u)), float(u[0]), 0.0, 0.0
     for k in range(1, len(u)):
@@ -39,7 +39,7 @@ def _main() -> Row:
 
 
 def _normal_equations(u: Array, y: Array, trained: slice) -> Row:
-    """Compare the residual of the branch with the printed last entry of eq. 7 and with the right one."""
+    """Return rows of the residual of the branch with the printed and with the correct last entry of eq. 7."""
     where = stack_coordinates(u, float(u[0]), "last")
     rows = np.flatnonzero(where.start[trained] >= 0)
     v = np.sign(where.weight[rows]) * (y[rows] - y[where.start[rows]])

@@ -1,6 +1,6 @@
-"""Statements of Yu & Alici 2005 as numbers: equations 1, 4 and 5, the one-to-one mapping, rate dependence, the bounds.
+"""Numerical tests of Yu & Alici 2005: eqs. 1, 4 and 5, one-to-one mapping, rate dependence, and bounds.
 
-The actuator is that of `rate_plant`.
+The actuator is the one in `rate_plant`.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from papers.rate_plant import RATE, actuator
 from papers.row import Row
 from papers.statements import relay_sum
 
-SMC = {"eta": 5.0, "rho": 1.0, "eps": 0.01, "D": 1.0}  # normalised signals; the printed bound needs eta > 1
-SLOW = 1e-3  # of the input per row: 10 1/s
-PATHS = ([0, 1, -0.2, 0.2], [0, -1, 0.2])  # both end rising at the same input
+SMC = {"eta": 5.0, "rho": 1.0, "eps": 0.01, "D": 1.0}  # for normalised signals; the printed bound requires eta > 1
+SLOW = 1e-3  # change of the input per row, that is, 10 1/s
+PATHS = ([0, 1, -0.2, 0.2], [0, -1, 0.2])  # both histories end at the same input, which rises
 ROUNDING = 1e-12
 
 
 def rows() -> list[Row]:
-    """Return the rows of the equations and statements that take seconds."""
+    """Return the rows of equations and statements that take only seconds."""
     y = [actuator(signals.ramps(list(p), SLOW))[-1] for p in PATHS]
     low, high, small = _width(2, 1.0), _width(100, 1.0), _width(2, 0.5)
     return [
@@ -68,7 +68,7 @@ def rows() -> list[Row]:
 
 
 def _width(frequency: float, amplitude: float) -> float:
-    """Return the largest distance of the rising and the falling branch of a settled cycle."""
+    """Return the largest distance between the rising and the falling branch of a cycle in the steady state."""
     cycle = round(RATE / frequency)
     u = amplitude * np.sin(2 * np.pi * np.arange(4 * cycle) / cycle)
     x, y = u[-cycle:], actuator(u)[-cycle:]
@@ -80,7 +80,7 @@ def _width(frequency: float, amplitude: float) -> float:
 
 
 def _law() -> float:
-    """Return the largest difference of the block and the printed law on random signals."""
+    """Return the largest difference between the block and the printed control law on random signals."""
     h, lam, eta, rho, eps = 1e-3, 30.0, 2e-3, 0.4, 2.0
     y_d, y, u_nn = np.random.default_rng(0).normal(size=(3, 500)).cumsum(axis=1) / 30
     e: Array = y - y_d

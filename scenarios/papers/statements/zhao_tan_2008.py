@@ -1,7 +1,7 @@
-"""Lemmas, remarks and theorems of Zhao & Tan 2008 as numbers: signals on which they hold, and counterexamples.
+"""Numerical tests of lemmas, remarks and theorems of Zhao & Tan 2008: examples and counterexamples.
 
-Literal takes the last extremum and the reconstructed inverse operator; ours takes the dominant extremum and the exact
-inverse of eq. 1.  The hysteresis is the ten backlashes of section II.
+Literal uses the last extremum and the reconstructed inverse operator. Ours uses the dominant extremum and the exact
+inverse of eq. 1. The hysteresis consists of the ten backlash operators of section II.
 """
 
 from __future__ import annotations
@@ -16,14 +16,15 @@ from papers.row import Row
 from papers.statements.branches import area, crossings, least_slope
 from papers.statements.printed import auxiliary
 
-REVERSALS, SEED, FINE = 40, 1, 1e-3  # of the nested reversals on which branches are compared
-PATHS = ((0, -0.6984, 0.1889, 0), (0, -0.8448, 0.5721, -0.2808, 0))  # end at the same input and operator value
-FROM_EXTREMUM = 0.01  # the slope of a branch of eq. 1 is 0 at its extremum
+REVERSALS, SEED, FINE = 40, 1, 1e-3  # number, seed and step of the nested reversals on which branches are compared
+# both histories end at the same input and operator value
+PATHS = ((0, -0.6984, 0.1889, 0), (0, -0.8448, 0.5721, -0.2808, 0))
+FROM_EXTREMUM = 0.01  # excluded distance from the extremum, at which the slope of a branch of eq. 1 is 0
 ROUNDING = 1e-12
 
 
 def rows(plant: Response, invertible: Response) -> list[Row]:
-    """Return the rows of eqs. 1 to 11; `plant` is the hysteresis, `invertible` one that increases with its input."""
+    """Return the rows of eqs. 1 to 11. `plant` is the hysteresis; `invertible` is one that increases with its input."""
     u = signals.nested_reversals(REVERSALS, SEED, FINE)
     y, wanted = plant(u), invertible(u)
     last, dominant = _run("zhao_tan", u, memory="last"), _run("zhao_tan", u)
@@ -113,7 +114,7 @@ def rows(plant: Response, invertible: Response) -> list[Row]:
 
 
 def _one_loop(plant: Response) -> list[Row]:
-    """Return assumption 1 and remarks 1, 4 and 5 on a sine: loops close, and how they turn."""
+    """Return rows of assumption 1 and remarks 1, 4 and 5 for a sine: closed loops and their orientation."""
     cycle = 400
     u = np.sin(2 * np.pi * np.arange(2 * cycle + 1) / cycle)
     y = plant(u)
@@ -163,7 +164,7 @@ def _one_loop(plant: Response) -> list[Row]:
 
 
 def _counterexample(plant: Response) -> Row:
-    """Return theorem 1 on two histories that end at the same input with the same operator value."""
+    """Return rows of theorem 1 for two histories that end at the same input with the same operator value."""
     paths = [signals.ramps(list(p), FINE) for p in PATHS]
     h = [_run("zhao_tan", p)[-1] for p in paths]
     y = [plant(p)[-1] for p in paths]

@@ -300,8 +300,8 @@ def dependencies(fmu: ForeignFmu) -> Iterator[str]:
     """Check that direct feed-through is declared in `dependencies`.
 
     Direct feed-through changes an output within a step of any length. A unit that differentiates a filtered signal
-    behaves similarly, but without direct feed-through. Only Model Exchange can keep the states constant, so an FMU with
-    Model Exchange is checked in Model Exchange.
+    also changes its output in a short step, although it has no direct feed-through. Only Model Exchange can keep the
+    states constant, so an FMU that supports Model Exchange is checked in Model Exchange.
     """
     can = fmu.description
     if can.modelExchange or not _any_step(fmu):

@@ -150,7 +150,7 @@ def _without_dust(x: float) -> str:
 
 
 def _type_name(graph: Graph, p: Port) -> str:
-    """Return the name of the type of an enumeration. Its dot distinguishes the name from names of variables."""
+    """Return the name of the type of an enumeration. It contains a dot, so that it differs from names of variables."""
     return f"{graph.nodes[p.node].block.class_name}.{p.var.name}"
 
 

@@ -206,7 +206,7 @@ def _meaning(p: Port) -> str:
 
 
 def _bytes(graph: Graph) -> int:
-    """Return the memory (bytes) of an instance on a computer with 64-bit pointers. Other computers need less."""
+    """Return the memory (bytes) that an instance needs with 64-bit pointers; with 32-bit pointers it needs less."""
     content, size, error = graph.to_bytes(), C.c_size_t(), RawError()
     if library().hyst_graph_measure(content, len(content), C.byref(size), C.byref(error)):
         raise RuntimeError("the core does not open its own block file")

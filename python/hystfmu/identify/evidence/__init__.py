@@ -1,4 +1,4 @@
-"""Evidence in a record for linear dynamics after a hysteresis, as numbers with standard errors."""
+"""Identification of the linear dynamics after a hysteresis: modes and delay with standard errors, and noise."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from hystfmu.identify.evidence.spectra import (
 
 __all__ = ["Evidence", "Mode", "evidence"]
 
-KNOWN_TOLD = 0.5  # the same of its share, with the errors of its shape
-OVERDAMPED = 0.5  # damping ratio from which a part below the modes is creep, and one of negative share none
-REST_SHAPE = 0.5  # share of a rest that may be the rise of its mode towards its resonance
-BENT = 0.5  # error of f_n over the half width of the resonance, for an error of the response there
+KNOWN_TOLD = 0.5  # largest relative standard error of the share of a reported mode
+OVERDAMPED = 0.5  # above this damping ratio, a part below all modes counts as creep, and a negative share as no mode
+REST_SHAPE = 0.5  # share of the rest column that can be the increase of a higher mode towards its resonance
+BENT = 0.5  # error of f_n, relative to half the width of the resonance, per relative error of the response
 LEAST_F, LEAST_ZETA_SE, LEAST_SHARE, LEAST_DELAY = 1e-4, 3e-3, 2e-3, 0.05
-"""Least standard errors: relative errors of f_n and zeta, error of a share, and error of the delay in steps.
+"""Smallest standard errors: relative errors of f_n and zeta, error of a share, and error of the delay in steps.
 
-Tests with drawn devices show errors of this size even if the noise allows smaller errors. Modes above the band, and
-inputs that are not ramps between rows, cause these errors.
+In tests with random devices, errors of this size occur even if the noise permits smaller errors. Their causes are modes
+above the band and inputs that are not ramps between rows.
 """
 
 
@@ -55,26 +55,28 @@ class Mode:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Linear dynamics after the hysteresis, as far as a record shows them.
+    """Linear dynamics after the hysteresis that a record determines.
 
     Attributes
     ----------
     h : float
         Step of the record (s).
     hold : str
-        How the input behaves between rows: ``foh`` (ramps), ``smooth`` or ``zoh`` (held at the new value).
+        Input between two rows: a ramp (``foh``), a band-limited signal (``smooth``), or constant at the new value
+        (``zoh``).
     band : tuple of float
-        Contiguous band (Hz) from low frequency in which input and output are coherent; (0, 0): none.
+        Lower and upper limit (Hz) of the frequency band in which input and output are coherent. (0, 0) means that there
+        is no such band.
     f, gain, phase, coherence, significant : array, shape (n,)
-        Frequency response with static gain 1 (phase in rad), coherence, and the level that the coherence of unrelated
-        signals exceeds with a probability of 1 %.
+        Frequency (Hz), gain relative to the static gain, phase (rad), coherence, and the level that the coherence of
+        unrelated signals exceeds with a probability of 1 %.
     modes : tuple of Mode
         Up to three modes that the record determines, sorted by frequency.
     delay, delay_se : float
-        Delay (s) in addition to the modes. If `delay_se` is infinite, the delay is not known.
+        Delay (s) in addition to the modes, and its standard error. If `delay_se` is infinite, the delay is not known.
     noise, noise_density : float
-        Noise of the sensor: RMS for white noise (unit of measure of y), and one-sided density (unit of measure of y per
-        sqrt(Hz)).
+        Noise of the sensor: RMS value for white noise (unit of measure of y), and one-sided density (unit of measure of
+        y per sqrt(Hz)).
     """
 
     h: float
@@ -92,7 +94,7 @@ class Evidence:
     noise_density: float
 
     def lines(self, unit: str = "") -> list[str]:
-        """Return the findings in a few lines of text; `unit` is the unit of measure of y."""
+        """Return the results as lines of text; `unit` is the unit of measure of y."""
         lowest, highest = self.band
         band = f"input and output are coherent from {lowest:.3g} to {highest:.4g} Hz" if highest else "no coherent band"
         of = f" {unit}" if unit not in ("", "1") else ""
@@ -107,7 +109,7 @@ class Evidence:
         return [f"record: {band}{noise}", *(modes or ["no mode inside this band"]), late]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers, lists and tables, for a file."""
+        """Return the evidence as a dict of numbers, texts, lists and dicts, which can be written to a JSON file."""
         out: dict[str, Any] = {}
         for item in fields(self):
             value = getattr(self, item.name)
@@ -117,7 +119,7 @@ class Evidence:
                 out[item.name] = [asdict(m) for m in value]
             else:
                 out[item.name] = list(value) if isinstance(value, tuple) else value
-        # JSON has no number for what is not known
+        # JSON has no representation of infinity and NaN, so entries that are not known are omitted
         unknown = [k for k, v in out.items() if isinstance(v, float) and not np.isfinite(v)]
         for key in unknown:
             del out[key]
@@ -125,7 +127,7 @@ class Evidence:
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> Evidence:
-        """Return the evidence from the tables of `to_dict`."""
+        """Return the evidence from a dict that `to_dict` has made."""
         unknown = {"delay_se": np.inf, "noise": np.nan, "noise_density": np.nan}
         values: dict[str, Any] = {item.name: {**unknown, **table}[item.name] for item in fields(cls)}
         for key in ("f", "gain", "phase", "coherence", "significant"):
@@ -137,20 +139,20 @@ class Evidence:
 
 
 def _known(value: float, error: float) -> str:
-    """Return a value with its standard error, rounded to the digits that the error leaves certain."""
+    """Return the text of a value with its standard error; the value is rounded according to this error."""
     digits = max(int(np.ceil(np.log10(abs(value) / error))) + 1, 2) if error > 0 and value else 4
     return f"{value:.{min(digits, 8)}g} +- {error:.2g}"
 
 
 def evidence(data: Dataset, v: Array | None = None) -> Evidence:
-    """Find band, frequency response, modes, delay and noise of records.
+    """Identify the coherent band, frequency response, modes, delay and noise of the dynamics from records.
 
     Parameters
     ----------
     data : Dataset
-        Data with a measured output; only its training rows are used.
+        Data with a measured output. Only the training rows are used.
     v : array, shape (n,), optional
-        Output of the static hysteresis before the dynamics; default the input.
+        Input of the dynamics, which is the output of the static hysteresis. The default is the input of the device.
     """
     rows = [slice(max(r.start, data.train.start), min(r.stop, data.train.stop)) for r in data.records]
     windows = tuple(w for r in rows if r.stop > r.start and (w := Window.of(r)))
@@ -186,9 +188,10 @@ def evidence(data: Dataset, v: Array | None = None) -> Evidence:
 
 
 def _density(seen: Seen, e: Array) -> float:
-    """Return the noise density in spans of y.
+    """Return the one-sided noise density, relative to the span of y.
 
-    It is the least residual of local responses, of a fit, and of rows at rest.
+    The result is the smallest of three estimates: from the residuals of local responses, from the residual e of a fit,
+    and from the rows of this residual with little change.
     """
     left = seen.cells.left / (CELL - LOCAL)
     return min(
@@ -199,7 +202,7 @@ def _density(seen: Seen, e: Array) -> float:
 
 
 def _static_gain(r: Response, found: Fitted | None) -> float:
-    """Return the static gain of a fit; without a fit, the median gain of the lowest third of coherent points."""
+    """Return the static gain of a fit with modes, or else the median gain of the lowest third of coherent points."""
     if found is not None and found.structure.modes:
         return abs(float(found.gain.sum())) or 1.0
     seen = np.flatnonzero(r.seen)
@@ -207,20 +210,20 @@ def _static_gain(r: Response, found: Fitted | None) -> float:
 
 
 def _told(found: Fitted | None, seen: Seen, e: Array, density: float) -> tuple[tuple[Mode, ...], float, float]:
-    """Return the known modes, sorted by frequency, and the delay with its standard error (s).
+    """Return the modes that the record determines, sorted by frequency, the delay (s), and its standard error (s).
 
-    e (n,) is the residual of the fit; `density` is the density of the noise in spans of y.
+    e (n,) is the residual of the fit. `density` is the noise density, relative to the span of y.
     """
     h = seen.h
     if found is None:
         return (), 0.0, float("inf")
     m, known = len(found.p), found.known(seen)
     f_n, zeta = np.exp(found.p[: m - 1 : 2]), np.exp(found.p[1 : m - 1 : 2])
-    # creep is no part of the static gain of the dynamics
+    # the static gain of the dynamics does not include creep
     slow = ~known & (zeta > OVERDAMPED) & (f_n < np.min(f_n[known], initial=np.inf))
     counted = np.append(~slow, found.structure.rest)[: len(found.gain)].astype(bool)
     total = float(found.gain[counted].sum()) or 1.0
-    # a rest is a mode above the band, which is larger there than at rest, and so is a mode that is not known
+    # the rest column and unknown modes represent modes above the band, whose gain increases towards their resonance
     other = counted.copy()
     other[: len(known)] &= ~known
     rest = float(np.sum(np.abs(found.gain[other])))
@@ -246,7 +249,7 @@ def _told(found: Fitted | None, seen: Seen, e: Array, density: float) -> tuple[t
         out.append(Mode(float(f_n[k]), float(zeta[k]), share, f_se, zeta_se, share_se))
     delay = max(float(found.p[m - 1]) * h, 0.0)
     late = [sd[m - 1], LEAST_DELAY]
-    if known.any():  # an error of the response around the first mode is one of the phase
+    if known.any():  # an error of the response near the lowest mode is also an error of the phase, and so of the delay
         first = int(np.argmin(np.where(known, f_n, np.inf)))
         error = _model_error(seen, noise, density, float(f_n[first]), float(zeta[first]))
         late.append(BENT * error / (2 * np.pi * float(f_n[first]) * h))
@@ -255,7 +258,7 @@ def _told(found: Fitted | None, seen: Seen, e: Array, density: float) -> tuple[t
 
 
 def _model_error(seen: Seen, noise: Array, density: float, f_n: float, zeta: float) -> float:
-    """Return the relative error of the response around a mode, without the part that the sensor noise explains."""
+    """Return the relative error of the modelled response near a mode, without the part that sensor noise explains."""
     near = np.abs(np.log(seen.cells.f / f_n)) < max(2 * zeta, 0.05)
     if not near.any():
         return 1.0

@@ -1,12 +1,13 @@
-"""Signal after a mode and a delay, at the rows of a record: 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) e^(-s tau).
+"""Response of a mode with a delay, 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) e^(-s tau), at the rows of a record.
 
-Between rows the input is a ramp (``foh``), held at the new value (``zoh``), or smooth (``smooth``: limited to the band
-below half the sample rate). Each of these inputs has an exact filter with four taps and the two poles of the mode. The
-filter is also exact for a fractional delay: the state at a row is propagated over the rest of a step.
+Between two rows the input is a ramp (``foh``), constant at the new value (``zoh``), or band-limited below half of the
+sampling rate (``smooth``). For ramps and constant values, the response is computed exactly by a digital filter with
+four coefficients in the numerator and the two poles of the mode. The filter is also exact for a delay that is not a
+whole number of steps: the state at a row is propagated over the remaining part of the step.
 
-A smooth input is corrected and then treated as ramps. Ramps reduce the spectrum by sinc^2 (f h). The factor 1 + D/12 +
-D^2/90 + ... compensates for this, with D = 2 - 2 cos(2 pi f h) (the series of arcsin^2). The correction matters for a
-chirp with seven rows per period: ramps alone reduce its amplitude by 6 %.
+A smooth input is corrected and then treated as ramps. Linear interpolation multiplies the spectrum by sinc^2 (f h). The
+factor 1 + D/12 + D^2/90 + ... with D = 2 - 2 cos(2 pi f h) compensates for this (the series of arcsin^2). For example,
+interpolation without this correction reduces the amplitude of a chirp with seven rows per period by 6 %.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ from scipy.signal import lfilter
 from hystfmu.base.arrays import Array
 
 HOLDS = ("foh", "smooth", "zoh")
-SERIES = (1 / 3150, 1 / 560, 1 / 90, 1 / 12)  # 2/(n^2 C(2n, n)), n from 5 to 2
+SERIES = (1 / 3150, 1 / 560, 1 / 90, 1 / 12)  # coefficients 2/(n^2 C(2n, n)) for n = 5, 4, 3, 2
 
 
 def prepared(v: Array, hold: str) -> Array:
-    """Return the signal (n,) whose ramps, or steps, represent the input between rows."""
+    """Return the signal (n,) whose linear interpolation, or whose steps, represent the input between rows."""
     if hold != "smooth" or len(v) < 3:
         return v
     total = np.zeros_like(v)
@@ -32,20 +33,23 @@ def prepared(v: Array, hold: str) -> Array:
 
 
 def _second(v: Array) -> Array:
-    """Return the negative second difference; straight lines extend the ends."""
+    """Return the negative second difference of v (n,); it is 0 in the first and the last row."""
     out = np.zeros_like(v)
     out[1:-1] = 2 * v[1:-1] - v[:-2] - v[2:]
     return out
 
 
 def behind_mode(v: Array, f_n: float, zeta: float, delay: float, h: float, hold: str) -> Array:
-    """Return the prepared signal v (n,) after a mode (Hz) and a delay (s), from rest at its first value; h in s."""
+    """Return the response of a mode and a delay to a signal v (n,) that was processed by `prepared`.
+
+    f_n is in Hz, `delay` and h are in s. Before the first row, the mode is at rest at the first value of v.
+    """
     w = 2 * np.pi * f_n * h  # time in steps
     a = np.array([[0.0, 1.0], [-w * w, -2 * zeta * w]])
     whole, rest = _parts(delay / h)
     step, part = _propagate(a, w * w, 1.0), _propagate(a, w * w, rest)
     poles = np.array([1.0, -np.trace(step[0]), np.linalg.det(step[0])])
-    # answer to a pulse at row 0 under the hold; `x` is the state at rows
+    # response to a pulse at row 0 with this interpolation; `x` is the state at the rows
     x, taps = np.zeros(2), np.zeros(4)
     u = np.array([0.0, 1.0, 0.0, 0.0, 0.0])
     for k in range(4):
@@ -56,9 +60,9 @@ def behind_mode(v: Array, f_n: float, zeta: float, delay: float, h: float, hold:
 
 
 def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
-    """Return a free decay (n,) of a mode from row 0.
+    """Return the free decay (n,) of a mode that begins at row 0.
 
-    Every free decay is a combination of this decay and the same decay one row later.
+    Every free decay of the mode is a linear combination of this decay and the same decay one row later.
     """
     w = 2 * np.pi * f_n * h
     step = expm(np.array([[0.0, 1.0], [-w * w, -2 * zeta * w]]))
@@ -68,17 +72,17 @@ def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
 
 
 def behind_delay(v: Array, delay: float, h: float, hold: str) -> Array:
-    """Return the prepared signal after a delay alone, with ramps between rows."""
+    """Return a signal v (n,) after a delay (s) without a mode; values between rows are linearly interpolated."""
     whole, rest = _parts(delay / h)
     x = v - v[0]
     before = np.concatenate([[0.0], x[:-1]])
-    # a held input in front of fast modes: the sensor sees the old value
+    # with a constant input between rows and fast modes, the sensor measures the response to the previous value
     moved = before if hold == "zoh" else rest * x + (1 - rest) * before
     return np.asarray(_shift(moved, whole) + v[0])
 
 
 def _parts(steps: float) -> tuple[int, float]:
-    """Return the whole steps of a delay, and the part of the last step during which the input acts, in (0, 1]."""
+    """Return the whole number of steps of a delay, and the part (0, 1] of a step in which the new input acts."""
     whole = int(np.floor(steps))
     return whole, 1.0 - (steps - whole)
 
@@ -92,9 +96,9 @@ def _shift(x: Array, whole: int) -> Array:
 
 
 def _propagate(a: Array, b: float, t: float) -> tuple[Array, Array, Array]:
-    """Return three effects on the state after `t` steps.
+    """Return the effects on the state after `t` steps of the initial state, of a constant input, and of a ramp.
 
-    They are the effects of the state (2,), of a held input, and of a ramp over one step.
+    The ramp increases by 1 per step.
     """
     m = np.zeros((4, 4))
     m[:2, :2], m[1, 2], m[2, 3] = a, b, 1.0

@@ -1,8 +1,8 @@
-"""Fit of modes and a delay to records: columns are compared with the output in weighted bins of the spectrum.
+"""Fit of modes and a delay to records, by weighted least squares over the bins of the Fourier transform.
 
-The weights of the columns are linear and are computed for every trial (variable projection: Golub & Pereyra 1973, SIAM
-J. Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975). Levenberg-Marquardt finds frequencies, dampings and the
-delay.
+The output is a sum of columns with linear weights. The columns depend on the frequencies and damping ratios of the
+modes and on the delay, which the Levenberg-Marquardt method determines. The linear weights are computed for each trial
+(variable projection: Golub & Pereyra 1973, SIAM J. Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975).
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ from numpy.typing import NDArray
 from hystfmu.base.arrays import Array
 from hystfmu.identify.evidence.problem import Problem, Seen, Structure
 
-STEP = 1e-4  # of ln f_n (times zeta), ln zeta and steps of delay in the Jacobian
+STEP = 1e-4  # finite differences of the Jacobian: of ln f_n (times min(1, zeta)), of ln zeta, and of the delay in steps
 MOST_STEPS = 12
-CLUSTERS = 60  # of neighbouring bins, whose errors may be of one sign
+CLUSTERS = 60  # number of clusters of neighbouring bins, whose errors can be correlated
 LEAST_ZETA, MOST_ZETA = 1e-3, 3.0
-DEPENDENT = 1e-9  # size of a column without its part along the columns before
-MOST_DELAY = 10.0  # steps
-KNOWN_F, KNOWN_ZETA, KNOWN_SHARE = 0.1, 0.5, 1 / 5  # largest relative standard errors of a mode
-HIGHEST = 0.35  # frequency of a mode over the sample rate
+DEPENDENT = 1e-9  # a normalised column with a smaller component orthogonal to the previous columns is omitted
+MOST_DELAY = 10.0  # upper bound of the delay (steps)
+KNOWN_F, KNOWN_ZETA, KNOWN_SHARE = 0.1, 0.5, 1 / 5  # largest relative standard errors of a mode that counts as known
+HIGHEST = 0.35  # largest frequency of a known mode, relative to the sampling rate
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """A fit.
+    """Result of a fit.
 
     ``p`` contains ln f_n and ln zeta of each mode, and the delay in steps. ``gain`` contains the weights of the modes
-    and of the rest column, which is the delayed input. ``error`` is the sum of squares over ``count`` rows.
-    ``covariance`` is the covariance of p and gain, in this order. ``rest_se`` is the standard error of the weight of an
-    omitted rest column. ``decay`` contains the weights of the free decays.
+    and of the rest column, which is the delayed input. ``error`` is the weighted sum of squares over ``count`` real and
+    imaginary parts. ``covariance`` is the covariance matrix of p and gain, in this order. ``decay`` contains the
+    weights of the free decays. ``rest_se`` is the standard error of the weight of the rest column if it is omitted.
     """
 
     structure: Structure
@@ -46,16 +46,19 @@ class Fitted:
 
     @property
     def misfit(self) -> float:
-        """Mean square of the weighted errors per degree of freedom: 1 if only noise is left."""
+        """Mean square of the weighted errors per degree of freedom. It is 1 if the errors are only noise."""
         return self.error / max(self.count - len(self.p) - len(self.gain) - len(self.decay), 1)
 
     def left(self, problem: Problem) -> Array:
-        """Return the measured output (n,) minus the output of the fit, without the slow parts."""
+        """Return the measured output (n,) minus the fitted modes, rest column and free decays, without slow parts."""
         made = problem.columns(self.structure, self.p) @ self.gain
         return np.asarray(problem.seen.y - (made + problem.decays(self.structure, self.p) @ self.decay))
 
     def known(self, seen: Seen) -> NDArray[np.bool_]:
-        """Return which modes the record determines, by standard errors, bounds, and the excitation around each mode."""
+        """Return for each mode whether the record determines it.
+
+        The criteria are the standard errors, the bounds of the search, and the coherence near the mode.
+        """
         r = seen.response
         sd = np.sqrt(np.diag(self.covariance))
         known = np.zeros(self.structure.modes, dtype=bool)
@@ -75,7 +78,7 @@ class Fitted:
 
 
 def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
-    """Fit from a start p."""
+    """Fit modes and a delay to records, with the start value `start` of the parameters p."""
     slow, target = problem.slow_rows(), problem.rows(problem.seen.y[:, None])
     base = np.linalg.qr(slow)[0]
     target = (target - base @ (base.T @ target))[:, 0]
@@ -93,7 +96,7 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
         size = np.linalg.norm(c, axis=0)
         size[size == 0] = 1.0
         q, r = np.linalg.qr(c / size)
-        # a decay may be over before the first row that counts, or be as another one
+        # the column of a free decay can be almost zero, or almost equal to another column
         used = np.abs(np.diag(r)) > DEPENDENT
         q, r = q[:, used], r[np.ix_(used, used)]
         gain, along = np.zeros(len(used)), q.T @ target
@@ -161,11 +164,11 @@ def _bounds(problem: Problem, structure: Structure) -> tuple[Array, Array]:
 
 
 def _covariance(j: Array, e: Array) -> Array:
-    """Return the covariance of the parameters.
+    """Return the covariance matrix of the parameters, from the Jacobian j and the weighted errors e.
 
-    Each parameter has the larger of two covariances. The first assumes white errors of the size of the residuals. The
-    second assumes errors that are correlated within clusters of bins, like model errors (sandwich estimator: Liang &
-    Zeger 1986, Biometrika 73(1) 13).
+    Two estimates are computed, and for each parameter the larger variance is used. The first estimate assumes white
+    errors with the variance of the residuals. The second estimate assumes errors that are correlated within clusters of
+    neighbouring bins, like model errors (sandwich estimator: Liang & Zeger 1986, Biometrika 73(1) 13).
     """
     size = np.linalg.norm(j, axis=0)
     size[size < 1e-100] = 1.0
@@ -177,7 +180,7 @@ def _covariance(j: Array, e: Array) -> Array:
     half = n // 2
     lever = np.sum((j / size @ (vt.T / s)) ** 2, axis=1)
     lever = np.cumsum(lever[:half] + lever[half:])
-    # clusters of equal information: all of it in one would have a score of 0
+    # all clusters contain the same amount of information; a cluster with all information would have a score of 0
     place = np.minimum((lever / lever[-1] * CLUSTERS).astype(int), CLUSTERS - 1)
     score = j / size * e[:, None]
     both = np.zeros((CLUSTERS, m))

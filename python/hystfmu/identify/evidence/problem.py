@@ -1,6 +1,7 @@
-"""Problem of a modal fit: records with weights of their bins, and the columns that are compared with the output.
+"""Least-squares problem of a modal fit: the columns whose weighted sum approximates the output, and the bin weights.
 
-The columns are the input after each mode, slow parts, and the delayed input, which represents modes above the band.
+The columns are the response of each mode to the input, slow parts, free decays, and the delayed input (the rest
+column), which represents modes above the band.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ from hystfmu.base.arrays import Array
 from hystfmu.identify.evidence.lag import behind_delay, behind_mode, free_decay, prepared
 from hystfmu.identify.evidence.spectra import CELL, Cells, Response, Window, smooth
 
-INEXACT = 0.01  # of the output in a cell: error of the model of the hysteresis and of the input between rows
-BEYOND = 1.15  # last bin of a fit, over the highest frequency that is seen
-MOST_PARABOLAS, MOST_DECAYS = 8, 3  # records, beyond which their columns are left out
+INEXACT = 0.01  # assumed error of the hysteresis model and of the interpolated input, relative to the output in a cell
+BEYOND = 1.15  # highest frequency of a fit, relative to the highest coherent frequency
+MOST_PARABOLAS, MOST_DECAYS = 8, 3  # with more records, the parabolas or the free decays are omitted
 
 
 @dataclass(frozen=True)
 class Seen:
-    """Input and output, each divided by its span, with the spectra of the records."""
+    """Input v and output y, each relative to its span, and the spectra of the records."""
 
     h: float
     v: Array
@@ -38,9 +39,10 @@ class Seen:
         return np.concatenate([(np.abs(w.transform(e)) ** 2).reshape(-1, CELL).mean(axis=1) for w in self.windows])
 
     def noise(self, e: Array) -> Array:
-        """Return the noise of each cell: the smaller residual, either of a fit, e (n,), or of the local response.
+        """Return the noise power of each cell: the smaller residual power of two models.
 
-        With a lightly damped resonance the response is curved within a cell.
+        The models are a fit with the residual e (n,), and the local response of the cell. The local response is less
+        accurate near a lightly damped resonance, because the response is curved within a cell.
         """
         left, at, power = [], 0, self.powers(e)
         for w in self.windows:
@@ -51,7 +53,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Structure:
-    """Structure of the fit: the number of modes, and whether the delayed input is a column of its own."""
+    """Structure of a fit: the number of modes, and whether the model contains the rest column (the delayed input)."""
 
     modes: int
     rest: bool
@@ -59,11 +61,11 @@ class Structure:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Records with the weights of their bins.
+    """Records with the selected bins and their weights.
 
-    ``hold`` states how the input behaves between rows. ``bins`` are the bins of each window that the fit uses.
-    ``weight`` is the inverse of noise and model error (RMS) in these bins. ``slow`` are the time constants (s) of lags
-    that represent creep.
+    ``hold`` is the interpolation of the input between rows (see `hystfmu.identify.evidence.lag`). ``bins`` contains the
+    selected bins of each window. ``weight`` contains for each bin 1 divided by the RMS of noise and model error.
+    ``slow`` contains the time constants (s) of lags that represent creep.
     """
 
     seen: Seen
@@ -76,7 +78,10 @@ class Problem:
     def of(
         cls, seen: Seen, hold: str, noise: Array, lowest: float, highest: float, slow: tuple[float, ...] = ()
     ) -> Problem:
-        """Return the problem of the bins from `lowest` to above `highest` (Hz), with the noise of each cell."""
+        """Return the problem with the bins from `lowest` to `BEYOND` times `highest` (Hz).
+
+        `noise` contains the noise power of each cell.
+        """
         bins = []
         for w in seen.windows:
             f = w.frequencies(seen.h)
@@ -84,7 +89,7 @@ class Problem:
         return cls(seen, hold, bins, slow=slow).weighted(noise)
 
     def weighted(self, noise: Array) -> Problem:
-        """Return the problem with weights from the noise of each cell and from the error of the model."""
+        """Return the problem with new weights, from the noise power of each cell and the assumed model error."""
         both = np.repeat(noise + INEXACT**2 * self.seen.cells.total / CELL, CELL)
         out, at = [], 0
         for w, b in zip(self.seen.windows, self.bins, strict=True):
@@ -95,21 +100,21 @@ class Problem:
 
     @cached_property
     def v(self) -> Array:
-        """Input (n,) whose ramps or steps represent the input between rows."""
+        """Signal (n,) whose linear interpolation, or whose steps, represent the input between rows."""
         return np.concatenate([prepared(self.seen.v[r], self.hold) for r in self.seen.records])
 
     def rows(self, columns: Array) -> Array:
-        """Return the weighted bins of columns (n, m); real and imaginary parts are rows."""
+        """Return the weighted spectra of signals (n, m) in the selected bins; real parts precede imaginary parts."""
         parts = [w.transform(columns)[b] for w, b in zip(self.seen.windows, self.bins, strict=True)]
         found = np.concatenate(parts) * self.weight[:, None]
         return np.asarray(np.sqrt(2) * np.concatenate([found.real, found.imag]))
 
     def along(self, run: Callable[[Array], Array]) -> Array:
-        """Run a function along each record."""
+        """Apply a function to the input of each record, and concatenate the results."""
         return np.concatenate([run(self.v[r]) for r in self.seen.records])
 
     def columns(self, structure: Structure, p: Array) -> Array:
-        """Return the columns (n, modes + rest)."""
+        """Return the columns of the modes and of the rest, (n, modes + rest), for the parameters p."""
         h, delay = self.seen.h, float(p[-1]) * self.seen.h
 
         def run(v: Array) -> Array:
@@ -119,7 +124,7 @@ class Problem:
         return self.along(run)
 
     def column(self, p: Array, k: int) -> Array:
-        """Return the column (n,) of one mode."""
+        """Return the column (n,) of mode k for the parameters p."""
         return self.along(lambda v: self._mode(v, p, k))
 
     def _mode(self, v: Array, p: Array, k: int) -> Array:
@@ -127,12 +132,15 @@ class Problem:
         return behind_mode(v, f_n, zeta, float(p[-1]) * self.seen.h, self.seen.h, self.hold)
 
     def decays(self, structure: Structure, p: Array) -> Array:
-        """Return the free decays, (n, 2 modes of each record), because a record may begin while the device moves."""
+        """Return the free decays of all modes in all records, (n, 2 * modes * records).
+
+        They represent a motion of the device at the beginning of a record.
+        """
         parts = [self.decay(p, k) for k in range(structure.modes)]
         return np.hstack(parts) if parts else np.zeros((len(self.v), 0))
 
     def decay(self, p: Array, k: int) -> Array:
-        """Return the free decays of one mode, (n, 2 for each record)."""
+        """Return the free decays of mode k in all records, (n, 2 * records)."""
         some = self.seen.records if len(self.seen.records) <= MOST_DECAYS else ()
         out = np.zeros((len(self.v), 2 * len(some)))
         for i, r in enumerate(some):
@@ -141,7 +149,7 @@ class Problem:
         return out
 
     def slow_rows(self) -> Array:
-        """Return the rows of the slow parts: lags of the input, and a parabola over each record."""
+        """Return the weighted spectra of the slow parts, lags of the input and a parabola over each record."""
 
         def lag(pole: float) -> Array:
             return self.along(lambda v: np.asarray(lfilter([1 - pole], [1.0, -pole], v - v[0])))

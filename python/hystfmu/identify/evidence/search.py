@@ -1,6 +1,7 @@
-"""Search for modes from several starts: the number of modes, and the behaviour of the input between rows.
+"""Search for the number of modes and for the interpolation of the input between rows, from several start values.
 
-The start values of a mode and the delay come from a scan of frequency, damping and delay over pooled cross-spectra.
+The start values of a new mode and of the delay come from a grid search over frequency, damping ratio and delay. To save
+time, the grid search uses cross-spectra that are averaged over neighbouring bins.
 """
 
 from __future__ import annotations
@@ -15,24 +16,26 @@ from hystfmu.identify.evidence.modal_fit import MOST_ZETA, Fitted, fit
 from hystfmu.identify.evidence.problem import Problem, Seen, Structure
 from hystfmu.identify.evidence.spectra import Complex, Response
 
-SMOOTH = "smooth"  # the input between rows, until a fit decides
-GRID = 1200  # bins after pooling
+SMOOTH = "smooth"  # assumed interpolation of the input between rows, until fits determine it
+GRID = 1200  # number of bins after averaging
 DAMPINGS = (0.01, 0.03, 0.1, 0.3, 0.8)
 MOST_MODES = 3
-PAYS = 60.0  # drop of the weighted sum of squares, over the misfit, that a mode must give
-PAYS_SHARE = 0.15  # and of all of it, because errors of the model of the hysteresis are no white noise
-DOUBTFUL, WRONG = 2.0, 6.0  # misfit that asks for other starts, and that no fit has
-FITS_BETTER = 0.7  # misfit over that of a fit with as many known modes
+# a new mode must reduce the weighted sum of squares by PAYS times the misfit, and by the share PAYS_SHARE; the second
+# condition is needed because errors of the hysteresis model are not white noise
+PAYS = 60.0
+PAYS_SHARE = 0.15
+DOUBTFUL, WRONG = 2.0, 6.0  # misfit above which further start values are tried, and above which a fit is rejected
+FITS_BETTER = 0.7  # ratio of misfits below which a fit replaces another fit with as many known modes
 WIDE, SHORT, LONG = np.arange(-0.5, 6.01, 0.25), np.arange(-0.5, 1.51, 0.25), np.arange(1.5, 3.51, 0.25)
 STARTS = ((WIDE, True), (WIDE, False), (SHORT, False), (LONG, False))
-"""Delays (steps) of starts, and whether the first mode represents the whole response, without a rest column."""
-REST_PAYS, HOLD_PAYS = 25.0, 50.0  # the same for a rest, and for held values against a smooth input
-BELOW, SLOW = 100.0, 20.0  # lowest frequency of the fit and of the slow parts, as fractions of the lowest mode
+"""Delays of the grid search (steps), and whether the first mode is searched without a rest column."""
+REST_PAYS, HOLD_PAYS = 25.0, 50.0  # required reduction, as for PAYS: by a rest column, by the chosen interpolation
+BELOW, SLOW = 100.0, 20.0  # ratio of the lowest mode to the lowest frequency of the fit, and to the frequency of creep
 
 
 @dataclass(frozen=True)
 class Pooled:
-    """Weighted spectra at frequencies (n,): |V|^2 and V* Y, both divided by the noise."""
+    """Power spectrum |V|^2 and cross-spectrum V* Y at the frequencies f (n,), multiplied by the squared weights."""
 
     f: Array
     power: Array
@@ -40,7 +43,7 @@ class Pooled:
 
     @classmethod
     def of(cls, f: Array, v: Complex, y: Complex, weight: Array) -> Pooled:
-        """Pool bins; the last bin has the highest frequency."""
+        """Sum the spectra over groups of neighbouring bins, in the order of increasing frequency."""
         order = np.argsort(f, kind="stable")
         f, power = f[order], (np.abs(v) ** 2 * weight**2)[order]
         cross = (v.conj() * y * weight**2)[order]
@@ -51,7 +54,7 @@ class Pooled:
 
 
 def mode_response(f: Array, f_n: float | Array, zeta: float | Array) -> Complex:
-    """Return 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) at frequencies (Hz)."""
+    """Return the frequency response 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) of a mode at the frequencies f (Hz)."""
     x = f / f_n
     return np.asarray(1 / (1 - x * x + 2j * zeta * x))
 
@@ -59,10 +62,10 @@ def mode_response(f: Array, f_n: float | Array, zeta: float | Array) -> Complex:
 def scan(
     pooled: Pooled, known: list[Complex], lowest: float, highest: float, h: float, delays: Array
 ) -> tuple[float, float, float]:
-    """Return f_n (Hz), zeta and delay (steps) of the mode that explains most in addition to known responses.
+    """Return f_n (Hz), zeta and delay (steps) of the additional mode that reduces the residual most.
 
-    The known responses are the responses of modes, slow parts and the rest column, without the delay. f_n lies between
-    `lowest` and `highest` (Hz). `delays` (steps) are the tried delays; h is the step (s).
+    `known` contains the responses of the modes found so far and of the rest column, without the delay. f_n is searched
+    between `lowest` and `highest` (Hz). `delays` contains the tried delays (steps). h is the step (s).
     """
     root = np.sqrt(pooled.power)
     some = root > 0
@@ -93,7 +96,10 @@ def _real(x: Complex) -> Array:
 
 
 def modes(seen: Seen) -> tuple[str, Fitted] | None:
-    """Return the hold and the fit with the supported number of modes; None if the record shows no response."""
+    """Return the interpolation of the input and the fit with the number of modes that the record supports.
+
+    If input and output are coherent at fewer than three frequencies, the result is None.
+    """
     at = np.flatnonzero(seen.response.seen)
     if len(at) < 3:
         return None
@@ -109,14 +115,14 @@ def modes(seen: Seen) -> tuple[str, Fitted] | None:
                 best, fitted, known = trial, found, count
             least = min(least, found.misfit)
         if least < DOUBTFUL or not (branch or start[1]):
-            break  # other starts lead to other local minima, which helps only a fit that failed
+            break  # other start values lead to other local minima, which is useful only after a poor fit
     if not known or fitted.misfit > WRONG:
         return SMOOTH, none
     return _held(seen, best, fitted)
 
 
 def _branch(seen: Seen, highest: float, none: Fitted, start: tuple[Array, bool]) -> list[tuple[Problem, Fitted]]:
-    """Add modes while the data support them, from one of the starts."""
+    """Return the fits with 1, 2, ... modes, beginning with one of `STARTS`, as long as each new mode is supported."""
     last, noise, found = none, seen.cells.noise, []
     for _ in range(MOST_MODES):
         grown = _grown(seen, noise, highest, last, start)
@@ -128,7 +134,7 @@ def _branch(seen: Seen, highest: float, none: Fitted, start: tuple[Array, bool])
         if gone < PAYS * max(fitted.misfit, 1.0) or gone < PAYS_SHARE * before.error:
             break
         if np.exp(fitted.p[1:-1:2].max()) > 0.95 * MOST_ZETA:
-            break  # creep, or nothing
+            break  # the new mode is creep, or no mode
         noise = seen.noise(fitted.left(trial))
         trial = trial.weighted(noise)
         last = fit(trial, fitted.structure, fitted.p)
@@ -150,11 +156,12 @@ def _highest(r: Response) -> float:
 
 
 def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
-    """Decide how the input behaves between rows, and whether the rest column is needed.
+    """Determine the interpolation of the input between rows, and whether the rest column is needed.
 
-    A hold changes the response by a factor 1 - (omega h)^2/12 or 1 - (omega h)^2/24, which looks like a rest column.
-    Held values also add half a step of delay. So a hold is identified only if the fit with this hold needs no rest
-    column. A true rest column rarely equals the effect of a hold within five standard errors.
+    Ramps and constant values change the response by a factor 1 - (omega h)^2/12 or 1 - (omega h)^2/24, which is similar
+    to a rest column. Constant values also add a delay of half a step. Therefore an interpolation is identified only if
+    the fit with this interpolation needs no rest column. It is unlikely that a true rest column equals this effect
+    within five standard errors.
     """
     modes = best.structure.modes
     tried = {}
@@ -166,15 +173,16 @@ def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
     other = min(f.error for k, f in tried.items() if (k == "zoh") != (hold == "zoh"))
     if tried[hold].error - best.error > REST_PAYS * scale or other - tried[hold].error < HOLD_PAYS * scale:
         return SMOOTH, _half(best)
-    # a rest that does not pay may be there: it counts in the errors
+    # a small rest column may exist although it is not significant, so its standard error is kept
     rest_se = float(np.sqrt(best.covariance[-1, -1]))
     return hold, replace(tried[hold], covariance=best.covariance[:-1, :-1], rest_se=rest_se)
 
 
 def _half(found: Fitted) -> Fitted:
-    """Reduce the delay of a smooth input by a quarter of a step, and widen its error by as much.
+    """Reduce the delay of a fit by a quarter of a step, and add a quarter of a step to its standard error.
 
-    The delay then covers held values as well.
+    The interval of the delay then contains the values for a smooth input and for a constant input between rows. The
+    errors are added as squares.
     """
     p, covariance = found.p.copy(), found.covariance.copy()
     at = len(p) - 1
@@ -186,12 +194,12 @@ def _half(found: Fitted) -> Fitted:
 def _grown(
     seen: Seen, noise: Array, highest: float, best: Fitted, start: tuple[Array, bool]
 ) -> tuple[Problem, Fitted] | None:
-    """Add a mode to a fit."""
+    """Fit the structure of `best` with one more mode; return None if the band is too narrow for a new mode."""
     r, h = seen.response, seen.h
     f_0 = [float(np.exp(best.p[2 * k])) for k in range(best.structure.modes)]
     longest = max(w.n for w in seen.windows) * h
     lowest = max(10 / longest, 2 * float(r.f[0]))
-    top = min(highest, 0.45 / h)  # a mode above `HIGHEST` is fitted, not told
+    top = min(highest, 0.45 / h)  # a mode above `HIGHEST` is fitted but not reported
     if top <= 1.5 * lowest:
         return None
     (delays, alone), count = start, len(f_0) + 1
@@ -202,7 +210,7 @@ def _grown(
         v.append(w.transform(problem.v)[b])
         y.append(w.transform(seen.y)[b])
     f_all = np.concatenate(f)
-    # ramps through the corrected rows are the smooth input: their loss and the correction cancel
+    # the correction of a smooth input and the loss by linear interpolation, sinc^2, cancel each other
     v_all = np.concatenate(v) * np.sinc(f_all * h) ** 2
     pooled = Pooled.of(f_all, v_all, np.concatenate(y), problem.weight)
     known: list[Complex] = [] if alone and count == 1 else [np.ones(len(pooled.f), dtype=np.complex128)]

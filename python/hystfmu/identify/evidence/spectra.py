@@ -1,9 +1,10 @@
-"""Spectra of records, cell by cell: the part of the output that follows the input, and the remaining noise.
+"""Nonparametric frequency response, coherence and noise of records.
 
-A cell is eight neighbouring bins of the Fourier transform of a whole record. In each cell, Y = (g_0 + g_1 f) V + E is
-fitted (a local polynomial: Pintelon & Schoukens, System Identification, 2nd ed. 2012, section 7.2). E is noise and
-every other part of the output that no linear response explains. Whole records need no windows, which could hide a short
-chirp. They also give the finest resolution for light damping.
+The Fourier transform of a whole record is divided into cells of eight neighbouring bins. In each cell the model
+Y = (g_0 + g_1 f) V + E is fitted (local polynomial method: Pintelon & Schoukens, System Identification, 2nd ed. 2012,
+section 7.2). E contains the noise and all other parts of the output that are not a linear response to the input. The
+transform of a whole record needs no window function, which could suppress a short chirp. It also has the finest
+frequency resolution, which lightly damped modes need.
 """
 
 from __future__ import annotations
@@ -19,24 +20,24 @@ from scipy.special import betaincinv
 from hystfmu.base.arrays import Array
 
 Complex = NDArray[np.complex128]
-CELL, LOCAL = 8, 2  # bins in a cell, complex coefficients of the response in it
-ALPHA, SURE = 0.01, 1e-5  # probabilities of chance: of the level, and of a point behind a gap of the band
-POINTS = 150  # of the frequency response, at most
+CELL, LOCAL = 8, 2  # number of bins and number of complex coefficients of the response in a cell
+ALPHA, SURE = 0.01, 1e-5  # false-alarm probability of a coherent point, and of a coherent point after a gap in the band
+POINTS = 150  # maximum number of points of the frequency response
 LEAST_ROWS = 64
 QUIET, QUIET_FREEDOM = 40, 13.9
-LEAST_POINTS = 3  # of a band
-AGREE = 0.03  # relative change of the response over a gap in which there is no mode
+LEAST_POINTS = 3  # minimum number of coherent points in a band
+AGREE = 0.03  # relative change of the response over a gap below which the gap contains no mode
 
 
 @dataclass(frozen=True)
 class Window:
-    """Rows of a record; their number is suitable for a fast Fourier transform."""
+    """Rows of a record whose number is suitable for a fast Fourier transform."""
 
     rows: slice
 
     @classmethod
     def of(cls, rows: slice) -> Window | None:
-        """Cut at most a few per cent off the beginning; return None if the record is too short."""
+        """Return a window without the first few rows (at most some per cent); None if `rows` are too few."""
         n = rows.stop - rows.start
         while n >= LEAST_ROWS and next_fast_len(n, real=True) != n:
             n -= 1
@@ -49,7 +50,7 @@ class Window:
 
     @property
     def cells(self) -> int:
-        """Number of cells; the cells exclude the bins at DC and at half the sample rate."""
+        """Number of cells, which do not contain the bins at frequency 0 and at half of the sampling rate."""
         return (self.n // 2 - 1) // CELL
 
     def frequencies(self, h: float) -> Array:
@@ -57,9 +58,9 @@ class Window:
         return np.arange(1, self.cells * CELL + 1) / (self.n * h)
 
     def transform(self, x: Array) -> Complex:
-        """Return the bins of a signal (n,), or of columns (n, m), without the line through the ends.
+        """Return the Fourier transform of signals (n,) or (n, m) after the line through the end points is subtracted.
 
-        White noise of variance s^2 has a mean power of s^2 in each bin.
+        The scaling is such that white noise of variance s^2 has the mean power s^2 in each bin.
         """
         x = x[self.rows]
         ends = x[-1] - x[0]
@@ -70,7 +71,11 @@ class Window:
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells of all records: centre (Hz), response, powers, and noise of one bin; each field has shape (cells,)."""
+    """Cells of all records. Each field has the shape (cells,).
+
+    f is the centre (Hz), g is the response, ``weight`` is the power of the input, ``total`` is the power of the output,
+    ``left`` is the power of the residual, and ``noise`` is the smoothed noise power of one bin.
+    """
 
     f: Array
     g: Complex
@@ -81,7 +86,7 @@ class Cells:
 
 
 def cells_of(windows: Sequence[Window], h: float, v: Array, y: Array) -> Cells:
-    """Fit the local responses of all records."""
+    """Fit the local response in each cell of all records, for input v (n,), output y (n,) and step h (s)."""
     found = [_cells(w, h, v, y) for w in windows]
     return Cells(
         *(np.concatenate([getattr(c, k) for c in found]) for k in ("f", "g", "weight", "total", "left", "noise"))
@@ -101,13 +106,13 @@ def _cells(window: Window, h: float, v: Array, y: Array) -> Cells:
     total = np.sum(np.abs(out) ** 2, axis=1)
     left = np.sum(np.abs(out - np.einsum("kij,kj->ki", q, along)) ** 2, axis=1)
     power = size[:, 0] ** 2
-    # the mean over the cell, not its centre: far better known where the input is in few bins
+    # mean response over the cell; if only few bins have input power, it is more accurate than the value at the centre
     g = np.sum(seen.conj() * out, axis=1) / power
     return Cells(f, g, power, total, left, smooth(left / (CELL - LOCAL)))
 
 
 def smooth(x: Array) -> Array:
-    """Return the mean over neighbours within 2 cells, or within 4 % of the frequency if that is more."""
+    """Return the moving average of x over 2 cells to each side, or over 4 % of the frequency if this is more."""
     k = np.arange(len(x))
     wide = np.maximum(2, (0.04 * k).astype(int))
     total = np.concatenate([[0.0], np.cumsum(x)])
@@ -117,7 +122,11 @@ def smooth(x: Array) -> Array:
 
 @dataclass(frozen=True)
 class Response:
-    """Frequency response, coherence, its chance level and significance, at points (n,)."""
+    """Frequency response at the points f (n,), in Hz, and its coherence.
+
+    ``level`` is the coherence that unrelated signals exceed with a probability of 1 %. ``sure`` is True at points whose
+    coherence unrelated signals exceed with a probability below 1e-5.
+    """
 
     f: Array
     g: Complex
@@ -127,14 +136,15 @@ class Response:
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """True at frequencies where chance does not explain the coherence."""
+        """True at the points where input and output are coherent, that is, where the coherence exceeds `level`."""
         return self.coherence > self.level
 
     def band(self) -> tuple[float, float]:
-        """Return the band (Hz) from the lowest frequency to the first gap; (0, 0) if there is none.
+        """Return the lower and upper limit (Hz) of the coherent band, or (0, 0) if there is no such band.
 
-        A mode between two points an octave apart affects the response at these points. In a wider gap, a mode changes
-        the response by twice its share of the static gain from one side of the gap to the other side.
+        The band ends at the first gap that can contain a mode. A gap of at most one octave is permitted, because a mode
+        inside it affects the response at its two ends. A wider gap is permitted only if the response is equal on both
+        sides, because a mode inside the gap changes the response by twice its share of the static gain.
         """
         at = np.flatnonzero(self.seen)
         at = at[np.argmax(self.sure[at]) :] if self.sure.any() else at[:0]
@@ -146,7 +156,8 @@ class Response:
                 break
             if k <= last + 2 or self.sure[k]:
                 last = k
-        if np.sum(self.seen[first : last + 1]) < LEAST_POINTS:  # lines through the ends of two signals are alike
+        # at low frequencies, unrelated signals can be coherent because the line through their ends is subtracted
+        if np.sum(self.seen[first : last + 1]) < LEAST_POINTS:
             return 0.0, 0.0
         return float(self.f[first]), float(self.f[last])
 
@@ -157,7 +168,7 @@ class Response:
 
 
 def response(cells: Cells) -> Response:
-    """Pool the cells to at most `POINTS` points, evenly over the logarithm of the frequency."""
+    """Return the frequency response of all cells, averaged to at most `POINTS` logarithmically spaced frequencies."""
     lowest, highest = cells.f.min(), cells.f.max()
     edge = np.geomspace(lowest, highest * (1 + 1e-9), POINTS + 1)
     place = np.clip(np.searchsorted(edge, cells.f, "right") - 1, 0, POINTS - 1)
@@ -185,10 +196,10 @@ def response(cells: Cells) -> Response:
 
 
 def noise_density(power: Array, freedom: int, f: Array, h: float) -> float:
-    """Return the one-sided density of the noise: the median of the powers of cells in the upper three quarters.
+    """Return the one-sided noise density from the median power of the cells in the upper three quarters of the band.
 
-    The powers are means with `freedom` degrees of freedom. The median of a chi-square distribution lies below its mean,
-    which the result takes into account (Wilson & Hilferty 1931).
+    `power` contains mean powers with `freedom` degrees of freedom. The median of a chi-square distribution is smaller
+    than its mean; this difference is corrected (Wilson & Hilferty 1931).
     """
     top = f >= f.max() / 4
     mean = np.median(power[top]) / (1 - 2 / (9 * freedom)) ** 3
@@ -196,11 +207,12 @@ def noise_density(power: Array, freedom: int, f: Array, h: float) -> float:
 
 
 def quiet_density(parts: Sequence[Array], h: float) -> float:
-    """Return the one-sided density of white noise from fourth differences, which suppress slow signals.
+    """Return the one-sided density of white noise from fourth differences of signals, which suppress slow changes.
 
-    The result is the median over blocks of rows, so that a few blocks with jumps and corners have no effect.
+    The median over blocks of `QUIET` rows is used, so that a few blocks with jumps and kinks have no effect.
     """
     rows = np.concatenate([np.diff(x, 4)[: (len(x) - 4) // QUIET * QUIET].reshape(-1, QUIET) for x in parts])
-    # a fourth difference has 70 times the variance; its correlation leaves `QUIET_FREEDOM` of `QUIET` rows
+    # the fourth difference of white noise has 70 times its variance; `QUIET` correlated rows have `QUIET_FREEDOM`
+    # degrees of freedom
     power = np.median(np.mean(rows**2, axis=1)) / 70 / (1 - 2 / (9 * QUIET_FREEDOM)) ** 3
     return float(np.sqrt(2 * h * power))

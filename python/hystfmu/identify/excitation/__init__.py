@@ -1,1 +1,1 @@
-"""Analysis of the excitation: minor loops, input speeds, drift of the output."""
+"""Analysis of the excitation in a record: minor loops, speeds, initial memory, lag, and signals it does not contain."""

@@ -1,9 +1,9 @@
-"""Memory class of the data: reversals outside the noise, minor loops, closure; warnings if it is not informative.
+"""Memory class of a record, determined from its minor loops before any fit.
 
-A sum of plays has return-point memory: after an excursion u: a -> b -> a the output returns to its value, and the minor
-loop is closed (wiping-out and congruence: Mayergoyz 1991, ch. 1). A Bouc-Wen operator has no return-point memory: its
-output drifts along the outer branch (Ikhouane & Rodellar 2007, ch. 3). So the gap of the minor loops in the data gives
-the memory class before any fit.
+A sum of plays has return-point memory: if the input goes from a to b and back to a, the output returns to its value,
+and the minor loop is closed (wiping-out and congruence: Mayergoyz 1991, ch. 1). A Bouc-Wen operator has no return-point
+memory: its minor loops stay open, and its output moves along the outer branch (Ikhouane & Rodellar 2007, ch. 3).
+Therefore the gap between the two ends of the minor loops shows the memory class.
 """
 
 from __future__ import annotations
@@ -16,15 +16,17 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise, reversals
 
-OPEN = 0.5  # percent of the span of y: a larger gap contradicts return-point memory
-LEAST_LOOP = 0.02  # of the range of u: smaller loops are not informative
-LEAST_SAMPLES = 50  # per cycle: sampling of the extrema costs 2.6 / 0.10 / 0.03 % at 10 / 50 / 100
-MISSED = 260.0  # percent of the span, over the square of the samples per cycle: the same costs as a formula
-SURE = 3.0  # standard errors
-NO_WIDTH = 0.1  # percent of the span of y: a thinner loop counts as no hysteresis
+OPEN = 0.5  # gap (% of the span of y) above which the record contradicts return-point memory
+LEAST_LOOP = 0.02  # depth relative to the range of u below which a loop is not used
+# number of rows per cycle below which a warning is given; with 10, 50 and 100 rows per cycle, extrema between two rows
+# cause errors of 2.6, 0.10 and 0.03 % of the span
+LEAST_SAMPLES = 50
+MISSED = 260.0  # these errors (% of the span) are about MISSED divided by the square of the rows per cycle
+SURE = 3.0  # number of standard errors of a significant gap
+NO_WIDTH = 0.1  # RMS width of the loops (% of the span of y) below which the record shows no hysteresis
 BINS = 50
-MOST_TURNS = 200  # reversals after which the search for the return to an extremum ends
-SPEEDS = 2.0  # ratio of speeds that makes rate dependence visible
+MOST_TURNS = 200  # number of reversals after which the search for the return to an extremum ends
+SPEEDS = 2.0  # ratio of speeds above which a record is informative about rate dependence
 RETURN_POINT, OPEN_LOOPS, NONE, UNKNOWN = "return-point", "no return-point", "none", "unknown"
 
 
@@ -35,24 +37,26 @@ class Excitation:
     Parameters
     ----------
     reversals : int
-        Number of turning points of u outside its noise.
+        Number of reversals of u that are larger than its noise.
     samples_per_cycle : float
-        Mean number of rows between every second reversal.
+        Mean number of rows in two half cycles.
     loops : int
-        Number of minor loops that u closes.
+        Number of minor loops after which u returns to its value before the loop.
     gap : float
-        Gap: RMS over the loops of y after the loop minus y before it, corrected for noise, in percent of the span of y.
+        RMS of the gaps of the minor loops, corrected for noise, in percent of the span of y. The gap of a loop is y
+        after the loop minus y before it.
     several_speeds : bool
-        Whether the mean speeds of half cycles differ by a factor of 2 (10th and 90th percentile), so that rate
-        dependence is visible.
+        Whether the record is informative about rate dependence: the 90th percentile of the mean speeds of the half
+        cycles is more than twice the 10th percentile.
     memory : str
-        ``return-point``; ``no return-point``, for example the memory of a Bouc-Wen operator or of the last extremum
-        only; ``none`` if y is a function of u; or ``unknown``.
+        Memory class. ``return-point``: minor loops close. ``no return-point``: minor loops stay open, as with a
+        Bouc-Wen operator, or with a memory of only the last extremum. ``none``: y is a function of u. ``unknown``: the
+        record does not determine the class.
     warnings : tuple of str
-        Reasons why the excitation is not informative enough to identify memory; empty if it is.
+        Reasons why the excitation is not informative enough to identify the memory. Empty if it is informative.
     coarse : tuple of str
-        Warning that the rows are too far apart to contain the extrema of a static model. Models with dynamics do not
-        need this warning, because dynamics smooth the extrema.
+        Warning that the sampling rate is too low to resolve the extrema. The warning applies to static models only,
+        because dynamics smooth the extrema.
     """
 
     reversals: int
@@ -66,11 +70,11 @@ class Excitation:
 
 
 def gaps(u: Array, y: Array, turns: Array) -> Array:
-    """Return the gap of y for every extremum that u (n,) returns to.
+    """Return the gap of the minor loop after each extremum of u (n,) to which u returns.
 
-    The gap is y at the return, interpolated, minus y at the extremum.
-
-    Before the return, u must stay inside the branch that led to the extremum; smaller loops are allowed.
+    The gap is the interpolated y at the return minus y at the extremum. Between the extremum and the return, u must
+    stay within the range of the branch that led to the extremum. It may have smaller loops there. `turns` contains the
+    rows of the extrema.
     """
     found = []
     level = np.append(u[turns], u[-1])
@@ -93,7 +97,10 @@ def gaps(u: Array, y: Array, turns: Array) -> Array:
 
 
 def width(u: Array, y: Array) -> float:
-    """Return the RMS distance of y (n,) from a function of u (n,): straight lines over `BINS` parts of sorted rows."""
+    """Return the RMS distance between y (n,) and a function of u (n,), in the unit of measure of y.
+
+    The function consists of straight lines, one for each of `BINS` parts of the rows sorted by u.
+    """
     order = np.argsort(u, kind="stable")
     square = 0.0
     for part in np.array_split(order, min(BINS, len(u) // 4)):
@@ -103,11 +110,11 @@ def width(u: Array, y: Array) -> float:
 
 
 def examine(data: Dataset) -> Excitation:
-    """Determine reversals, minor loops and memory class of the training rows.
+    """Determine the reversals, the minor loops and the memory class of the training rows.
 
-    Rate dependence and creep also open loops, so the gap is an upper bound for the effect of the memory. The gap is
-    corrected for the noise of y. The class is ``unknown`` if the noise hides the limit of 0.5 %, or if extrema between
-    two samples explain the gap.
+    The gap is corrected for the noise of y. Rate dependence and creep also open loops, so the gap is an upper bound for
+    the effect of the memory. The class is ``unknown`` if the record has no minor loops, if the noise is too large to
+    detect a gap of 0.5 %, or if extrema between two rows can cause the gap.
 
     Parameters
     ----------
@@ -127,7 +134,7 @@ def examine(data: Dataset) -> Excitation:
         error = SURE * by_noise * np.sqrt(2 / len(d))
         gap = 100 * float(np.sqrt(max(square - by_noise, 0.0))) / span
         if gap > OPEN and square - by_noise > error:
-            # extrema between two samples open a loop of any memory
+            # extrema between two rows cause a gap for every class of memory
             memory = OPEN_LOOPS if gap > SURE * MISSED / samples**2 else UNKNOWN
         elif 100 * np.sqrt(error) / span <= OPEN:
             memory = RETURN_POINT
@@ -138,7 +145,7 @@ def examine(data: Dataset) -> Excitation:
 
 
 def spreads(u: Array) -> tuple[float, float]:
-    """Return the 90th over the 10th percentile of mean speed and of duration of the half cycles of u (n,)."""
+    """Return two ratios of the 90th to the 10th percentile over the half cycles of u (n,): mean speed and duration."""
     turns = reversals(u)
     between = np.diff(turns)
     if not len(between):

@@ -1,8 +1,8 @@
-"""Kinds of signals whose states a record does not contain; the stated error of a model does not apply to them.
+"""Kinds of signals that a record does not contain. The error of a model on the record is not valid for these signals.
 
-A state consists of the input and of `PLAYS` plays of the input, which represent the memory. A kind of signal over the
-range of the record is not shown if more than `FEW` of its states have no near state in the record. A record with one
-speed or one frequency is not informative about other speeds or frequencies.
+The state at a row consists of the input and of the outputs of `PLAYS` plays, which represent the memory. A record does
+not contain a kind of signal if more than a share `FEW` of the states of such a signal, over the same range, have no
+near state in the record. A record with one speed or one frequency is not informative about other speeds or frequencies.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from hystfmu.identify.features.plays import plays
 from hystfmu.model.coverage import near
 
 PLAYS = 2
-NEAR = 0.05  # RMS over the features, each relative to the range of the input
+NEAR = 0.05  # largest distance of a near state: RMS over the elements of the state, relative to the range of the input
 FEW = 0.05
-MOST_ROWS = 5000  # of a record and of a signal: more are thinned evenly
+MOST_ROWS = 5000  # maximum number of rows of a record or of a signal; more rows are thinned evenly
 KINDS = {
     "slow decay": "decaying oscillations",
     "fast decay": "decaying oscillations",
@@ -31,16 +31,17 @@ SPEEDS = "other speeds"
 
 
 def kinds_not_shown(data: Dataset) -> tuple[str, ...]:
-    """Return the kinds of signals within the range of the training rows that the training rows do not contain.
+    """Return the kinds of signals that the training rows do not contain.
 
     Parameters
     ----------
     data : Dataset
+        Record of a device.
 
     Returns
     -------
     tuple of str
-        Values of `KINDS`, in this order.
+        Values of `KINDS`, in the same order.
     """
     u = data.u[data.train]
     lo, hi = float(u.min()), float(u.max())
@@ -54,7 +55,7 @@ def kinds_not_shown(data: Dataset) -> tuple[str, ...]:
 
 
 def new_states(data: Dataset, u: Array, first: int = 0) -> float:
-    """Return the share of the states of another input u (n,), from a row on, that have no near state in the record."""
+    """Return the share of the states of an input u (n,), from row `first` on, that have no near state in the record."""
     span = float(np.ptp(data.u[data.train]))
     r = span / 2 * np.arange(1, PLAYS + 1) / (PLAYS + 1)
 
@@ -65,5 +66,5 @@ def new_states(data: Dataset, u: Array, first: int = 0) -> float:
 
 
 def one_speed(data: Dataset) -> bool:
-    """Return whether all half cycles of a record have about the same mean speed, or the same duration as in a sine."""
+    """Return whether all half cycles of a record have about the same mean speed, or about the same duration."""
     return min(minor_loops.spreads(data.longest().u)) <= minor_loops.SPEEDS

@@ -1,10 +1,11 @@
-"""Estimate of the memory state before row 0 from the record.
+"""Estimation of the initial memory of a device from a record.
 
-Before the first row, the input of a device often rises from 0 V, or from a bias, to the working point. Then the plays
-of the device are displaced to one side. A model that starts at rest at the first input has centred plays. Its output
-has an error until a full swing wipes out the initial memory. Therefore sums of plays that start at rest at several
-inputs are fitted in closed form. A start is chosen only if its fit is clearly better. The fit includes a cubic bend
-after the plays, because the error of a nonlinear output would hide the improvement.
+Before the first row, the input of a device often increases from 0 V, or from a bias, to the operating point. The plays
+of the device are then at one side of their dead bands. A model that starts at rest at the first input has centred
+plays, so its output has an error until a full swing wipes out the initial memory. Therefore sums of plays are fitted
+that were at rest at different inputs. An input other than the first one is chosen only if its fit is clearly better.
+The fitted model has a cubic static nonlinearity after the plays. Without it, the error of a nonlinear device would hide
+the improvement.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model.accuracy import rms
 
-PLAYS, ROWS = 20, 3000  # of the fits that are compared
-CLEARLY = 2.0  # times the error
-EQUALLY = 1.02
-LEAST = 0.1  # % of the span: a smaller gain is left alone
-MOST = 2.0  # % of the span: plays that leave more do not describe the device, and say nothing about its memory
-BENDS = 2  # fits of the bend: what a single one leaves hid one bias in forty
-STEPS = 16  # of the range of the input, between its ends
+PLAYS, ROWS = 20, 3000  # number of plays, and about the number of rows, of the compared fits
+CLEARLY = 2.0  # required ratio of the errors with the first input and with another input
+EQUALLY = 1.02  # ratio of errors up to which two inputs count as equally good
+LEAST = 0.1  # required reduction of the error (% of the span)
+MOST = 2.0  # error (% of the span) above which plays do not describe the device, so that its memory is not estimated
+BENDS = 2  # number of iterations for the static nonlinearity; with one iteration, one bias in forty is not found
+STEPS = 16  # number of intervals of the grid over the range of the input
 
 
 def rest(data: Dataset) -> float:
@@ -35,15 +36,14 @@ def rest(data: Dataset) -> float:
     Parameters
     ----------
     data : Dataset
-        Data with a measured output. With several records, or with further inputs, each record is assumed to start at
-        rest at its first input.
+        Data with a measured output. For several records, or for data with covariates, the result is the first input.
 
     Returns
     -------
     float
-        Input in the unit of measure of u. If several inputs explain the record equally well, it is the first input of
-        the record, or 0, or the end of the range, in this order. If plays do not explain the record, it is the first
-        input.
+        Input in the unit of measure of u. If several inputs are equally good, the result is the first input of the
+        record, 0, the lower end, or the upper end of the range, in this order of preference. If plays do not describe
+        the device, the result is the first input.
     """
     first = float(data.u[0])
     if len(data.starts) > 1 or data.covariates:
@@ -56,7 +56,7 @@ def rest(data: Dataset) -> float:
     likely = [0.0, float(grid[0]), float(grid[-1])]
     errors = {v: _error(data, v) for v in [*likely, *map(float, grid[1:-1])]} | {first: at_first}
     near, step = min(errors, key=errors.__getitem__), float(grid[1] - grid[0])
-    # the point itself: where first lies between two of the grid, these are hardly better
+    # the exact minimum is needed: if it lies between two grid points, their errors can be much larger
     found = minimize_scalar(
         lambda v: _error(data, float(v)),
         bounds=(near - step, near + step),
@@ -66,7 +66,8 @@ def rest(data: Dataset) -> float:
     best = min(float(found.fun), errors[near])
     if best > MOST / 100 * data.span or at_first <= CLEARLY * best or at_first - best <= least:
         return first
-    # trap: on butterflies a further fit of the bend finds one input that seems far better; the first fit tells
+    # trap: for butterfly loops, a second iteration can find an input that is wrongly better; the first iteration shows
+    # this error
     once = [_error(data, v, 1) for v in (first, float(found.x))]
     if once[0] <= CLEARLY * once[1]:
         return first
@@ -80,21 +81,22 @@ def places_memory(key: str) -> bool:
 
 
 def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
-    """Return the options of a kind of model for a memory that was at rest at u0.
+    """Return the options of a kind of model that set its initial memory to rest at the input u0.
 
     Parameters
     ----------
     key : str
         Key of the kind.
     u0 : float
-        Input at which the memory was at rest (unit of measure of u).
+        Input at which the device was at rest (unit of measure of u).
     data : Dataset
+        Data to which the model is fitted.
 
     Returns
     -------
     dict
-        ``u0``, or ``start`` = low or high if u0 is that end of the range. Empty if u0 is the first input, which is the
-        default, and for a kind without these options.
+        The option ``u0``, or the option ``start`` with the value ``low`` or ``high`` if u0 is an end of the range. The
+        dict is empty if u0 is the first input, which is the default of every kind, or if the kind has no such option.
     """
     if u0 == float(data.u[0]) or not places_memory(key):
         return {}
@@ -105,7 +107,7 @@ def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
 
 
 def _error(data: Dataset, u0: float, bends: int = BENDS) -> float:
-    """Return the RMS error of plays from rest at u0, followed by a cubic bend that is refined `bends` times."""
+    """Return the smallest RMS error, over `bends` iterations, of plays from rest at u0 with a cubic nonlinearity."""
     rows = np.arange(len(data.u))[data.counted]
     rows = rows[:: max(1, len(rows) // ROWS)]
     columns = np.column_stack([data.u, plays(data.u, thresholds(data.u[data.train], PLAYS), u0)])[rows]
@@ -113,7 +115,7 @@ def _error(data: Dataset, u0: float, bends: int = BENDS) -> float:
     w, _ = nonnegative(columns, y, one[:, None])
     found = []
     for _ in range(bends):
-        v = (columns @ w) / data.span  # nearer to the input of the bend each time
+        v = (columns @ w) / data.span  # input of the static nonlinearity; each iteration improves it
         free = np.column_stack([one, v**2, v**3])
         w, q = nonnegative(columns, y, free)
         found.append(rms(y - columns @ w - free @ q))

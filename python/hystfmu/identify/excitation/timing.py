@@ -1,21 +1,23 @@
-"""Order of input and output in time: lag of the sensor, its dead time, and feedback from the output to the input.
+"""Timing of input and output in a record: lag of the output, dead time, and feedback from the output to the input.
 
-Lag. A sensor that is read before the input is written, or that averages, lags by whole rows. A model without a delay
-cannot represent this lag, and the loops become wider with faster inputs. A sum of plays and a cubic is fitted to the
-training rows with the input delayed by 0, 1, 2, ... rows. The residual has its minimum at the lag. Dynamics of the
-device have the same effect, and creep moves the minimum by a row. So the lag is reported and not removed.
+Lag. The measured output lags by whole rows if the sensor is read before the input is written, or if the sensor averages
+several samples. A model without a delay cannot represent this lag: the measured loops become wider with faster inputs.
+To find the lag, a sum of plays and a cubic polynomial is fitted to the training rows, with the input delayed by 0, 1,
+2, ... rows. The residual has its minimum at the lag. Dynamics of the device have the same effect, and creep can move
+the minimum by one row. Therefore the lag is reported but not removed.
 
-Dead time. With a late sensor or a delay, the output does not respond at first, and then responds fully. Dynamics
-respond at once but gradually. Kinks and jumps of the input show the difference: there, the second difference of the
-input is a pulse. The response to this pulse follows from a regression: the second differences of y on the second
-differences of u, shifted row by row. The weights for shifts with y before u show the effect of chance, noise and
-hysteresis. The response begins with the first weight that exceeds these weights at the 5 % level.
+Dead time. After a late sensor or a delay, the output does not respond at all during the dead time. With dynamics, the
+output responds at once but gradually. Kinks and jumps of the input show the difference, because the second difference
+of the input is a pulse there. The response to this pulse is estimated by a regression of the second differences of y on
+shifted second differences of u. The weights of shifts for which y precedes u are only an effect of chance, noise and
+hysteresis. The dead time ends at the first weight that is significantly larger than these weights (5 % level).
 
-Feedback. In open loop the noise of the output does not reach the input. Under feedback the noise reaches the input, and
-a fit then attributes the controller to the device (Ljung, System Identification, 2nd ed. 1999, section 13.4). The
-residual of the sum of plays and the increments of the input are whitened by linear prediction. Under feedback the
-residual of a row is correlated with later increments, and hardly with earlier increments. Rank correlation is used, so
-that jumps of a command have little effect. Feedback is not detected if the noise is far below the residual.
+Feedback. Without feedback, noise of the output does not affect the input. With feedback it does, and a fit would
+attribute properties of the controller to the device (Ljung, System Identification, 2nd ed. 1999, section 13.4). To
+detect feedback, the residual of the sum of plays and the increments of the input are whitened by linear prediction.
+With feedback, the residual of a row is correlated with later increments, and much less with earlier increments. Rank
+correlation is used, so that jumps of a reference have little effect. Feedback cannot be detected if the noise is much
+smaller than the residual.
 """
 
 from __future__ import annotations
@@ -31,41 +33,43 @@ from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.model.accuracy import rms
 
 PLAYS = 12
-MOST_ROWS = 2000  # of a regression: thinned evenly for the lag, consecutive for the feedback
-MOST_LAG = 8  # rows
-CLEARLY = 1.15  # times the residual without the lag exceeds that with it
-FOLLOWED = 0.25  # of the residual with the lag: a model whose error is below follows the lag itself
-LEAST = 0.1  # % of the span: the residual that the lag takes away
+MOST_ROWS = 2000  # maximum number of rows: thinned evenly for the lag, consecutive rows for the feedback
+MOST_LAG = 8  # largest lag (rows)
+CLEARLY = 1.15  # required ratio of the residuals without and with the lag
+FOLLOWED = 0.25  # a model with an error below this share of the residual with the lag represents the lag
+LEAST = 0.1  # required reduction of the residual by the lag (% of the span)
 
-LEAD, TAIL = 8, 8  # shifts before the answer, and after the lag
-CHANCE = 0.05  # of all shifts before the lag together
-CLEAR = 5.0  # standard errors of the largest weight, or the record has too few kinks
-PART, LEADING = 0.1, 0.25  # of the largest weight: a smaller one is no answer; larger leading ones are a smooth input
-ROWS = 20  # per weight, at least
+LEAD, TAIL = 8, 8  # number of shifts for which y precedes u, and number of shifts after the lag
+CHANCE = 0.05  # total false-alarm probability of all shifts up to the largest weight
+CLEAR = 5.0  # required ratio of the largest weight to its standard error; otherwise the record has too few kinks
+# a weight below the share PART of the largest weight is no response; if the RMS of the weights with y before u exceeds
+# the share LEADING, the input is smooth and shows no dead time
+PART, LEADING = 0.1, 0.25
+ROWS = 20  # minimum number of rows per weight
 
-ORDER = 12  # of the prediction
-LATER = 10  # rows between residual and increment
-SURE = 60.0  # sum of LATER squared normal variables: its mean is 10, and 60 is exceeded once in 3e8
-SURELY = 3.0  # times the sum for earlier increments, which a poor model makes as large
+ORDER = 12  # order of the linear prediction
+LATER = 10  # largest number of rows between residual and increment
+SURE = 60.0  # limit of a sum of LATER squared normal variables, whose mean is 10; chance exceeds it once in 3e8 records
+SURELY = 3.0  # required ratio to the sum for earlier increments, because a poor model increases both sums
 
 
 def told(data: Dataset, error: float) -> tuple[dict[str, Any], list[str]]:
-    """Return the entries of a fit about the lag, and a warning with the remedy unless the model represents it.
+    """Return what the record shows about a lag of the output, and a warning if the model does not represent the lag.
 
     Parameters
     ----------
     data : Dataset
-        Training data.
+        Data to which the model is fitted.
     error : float
         RMS residual of the model in percent of the span.
 
     Returns
     -------
     dict
-        ``lag_rows``: the lag. ``dead_rows``: the part of the lag that is dead time, if the record shows this part.
-        ``lag``: a text with these numbers. Empty without a lag.
+        Entries for ``fit`` of the model: the lag ``lag_rows`` (rows), the text ``lag``, and the part of the lag that is
+        dead time, ``dead_rows`` (rows), if the record shows this part. The dict is empty if there is no lag.
     list of str
-        The warning, if any.
+        The warning, which states a remedy; empty if no warning is needed.
     """
     record = data.longest()
     rows, found = lag(record.u, record.y, record.train)
@@ -92,7 +96,7 @@ def _rows(count: int) -> str:
 
 
 def lag(u: Array, y: Array, train: slice) -> tuple[int, Array]:
-    """Return the lag of the output in rows, 0 if no lag is relevant, and the result of `residuals`."""
+    """Return the lag of the output in rows, which is 0 if it is not significant, and the result of `residuals`."""
     found = residuals(u, y, train)
     best = int(np.argmin(found))
     clear = found[0] > CLEARLY * found[best] and found[0] - found[best] > LEAST and best < len(found) - 1
@@ -100,7 +104,7 @@ def lag(u: Array, y: Array, train: slice) -> tuple[int, Array]:
 
 
 def residuals(u: Array, y: Array, train: slice) -> Array:
-    """Return the RMS residual (% of the span of y) of a sum of plays for a lag of 0, 1, ... rows, shape (m,)."""
+    """Return the RMS residual (m,) of a sum of plays, in % of the span of y, for lags of 0, 1, ..., m - 1 rows."""
     first, end = train.start, train.stop
     most = min(MOST_LAG, (end - first) // 10)
     if most < 1 or end - first < 4 * PLAYS:
@@ -118,7 +122,10 @@ def residuals(u: Array, y: Array, train: slice) -> Array:
 
 
 def _columns(u: Array, train: slice) -> Array:
-    """Return columns (rows, 16) up to the last training row: a constant, powers of the input up to 3, and plays."""
+    """Return the regressors (n, 16) up to the last training row: a constant, u, u^2, u^3 and the outputs of 12 plays.
+
+    The input is first centred and divided by its span.
+    """
     u = u[: train.stop]
     x = (u - u[train].mean()) / np.ptp(u[train])
     bank = plays(u, thresholds(u[train], PLAYS), float(u[0]))
@@ -126,12 +133,12 @@ def _columns(u: Array, train: slice) -> Array:
 
 
 def _left(a: Array, y: Array) -> Array:
-    """Return what a regression of y on columns leaves."""
+    """Return the residual of the least-squares regression of y (n,) on the columns of a."""
     return np.asarray(y - a @ np.linalg.lstsq(a, y, rcond=None)[0])
 
 
 def dead_time(u: Array, y: Array, late: int) -> int | None:
-    """Return the rows before the first response inside a lag of `late` >= 1 rows; None if no kinks show it."""
+    """Return the dead time (rows) within a lag of `late` >= 1 rows; None if kinks of the input do not show it."""
     w, error = answer(u, y, late)
     lead, w, error = w[:LEAD], w[LEAD:], error[LEAD:]
     most = int(np.argmax(w))
@@ -144,7 +151,11 @@ def dead_time(u: Array, y: Array, late: int) -> int | None:
 
 
 def answer(u: Array, y: Array, late: int) -> tuple[Array, Array]:
-    """Return weights and their standard errors for the input from `LEAD` rows later to late + `TAIL` rows earlier."""
+    """Return the response of y to a pulse, from the second differences of u and y, and its standard errors.
+
+    The response begins `LEAD` rows before the pulse and ends `late` + `TAIL` rows after it. If the response before the
+    pulse is larger than its standard errors, all standard errors are multiplied by the RMS of this ratio.
+    """
     du, dy = np.diff(u, 2), np.diff(y, 2)
     last = late + TAIL
     end = len(du) - LEAD
@@ -159,7 +170,7 @@ def answer(u: Array, y: Array, late: int) -> tuple[Array, Array]:
 
 
 def feedback(data: Dataset) -> list[str]:
-    """Return a warning in one line if the record looks like closed-loop data."""
+    """Return a warning if the input depends on the noise of the output, as in a closed loop."""
     record = data.longest()
     later, earlier = correlation(record.u, record.y, record.train)
     if later < SURE or later < SURELY * earlier:
@@ -176,7 +187,8 @@ def correlation(u: Array, y: Array, train: slice) -> tuple[float, float]:
     Returns
     -------
     later, earlier : float
-        Sums of squared correlations times the number of rows; each is about 10 without correlation.
+        Sums of squared rank correlations over `LATER` shifts, times the number of rows. For independent signals, each
+        sum is about 10.
     """
     rows = slice(train.start, min(train.stop, train.start + MOST_ROWS))
     if rows.stop - rows.start < 20 * ORDER:
@@ -189,7 +201,7 @@ def correlation(u: Array, y: Array, train: slice) -> tuple[float, float]:
 
 
 def _whitened(v: Array) -> Array:
-    """Return the residual of a linear prediction of v (n,) from previous rows, shape (n - 12,)."""
+    """Return the error (n - 12,) of a linear prediction of v (n,) from its previous 12 values."""
     v = v - v.mean()
     n = len(v)
     past = np.column_stack([v[ORDER - 1 - j : n - 1 - j] for j in range(ORDER)])
@@ -197,5 +209,5 @@ def _whitened(v: Array) -> Array:
 
 
 def _ranks(v: Array) -> Array:
-    """Return the ranks of v (n,), from -1/2 to 1/2."""
+    """Return the ranks of the values v (n,), scaled to the range from -1/2 to 1/2."""
     return np.argsort(np.argsort(v)) / len(v) - 0.5

@@ -1,1 +1,1 @@
-"""Regressors and front ends of models: plays, monomials, auxiliary functions, initial memory, dead band."""
+"""Regressors of fits and first blocks of models: plays, relays, static nonlinearities, initial memory, dead band."""

@@ -1,9 +1,9 @@
-"""Fit and graph of a chain: operator, bend, parts that depend on covariates, creep, dynamics, offset.
+"""Fit and graph of the kind `actuator`: operator, static nonlinearity, creep, linear dynamics and offset in series.
 
-`bent_sum` fits weights, bend and creep of a structure.
-
-The bend is a polynomial in the fit and a sum of dead zones in the graph. The sum interpolates the polynomial. It has an
-exact inverse, and continues as a straight line outside the range of the training rows.
+The static nonlinearity after the operator has the name `bend`. It can depend on covariates. In the fit it is a
+polynomial, whose coefficients `bent_sum` determines together with the weights and the creep. In the graph it is a sum
+of dead zones, which interpolates the polynomial. The sum has an exact inverse, and it continues as a straight line
+outside the range of the training rows.
 """
 
 from __future__ import annotations
@@ -28,18 +28,24 @@ from hystfmu.identify.features.plays import plays, thresholds, u0_of
 from hystfmu.identify.features.smooth_density import RelaySum
 from hystfmu.identify.graphs import covariate_inputs, device, scaled_input, wired
 
-MOST_ROWS = 6000  # more rows are thinned evenly, after filtering at the full rate
-BETTER, NEEDED = 0.95, 0.5  # ratio of validation errors below which a part, or a bend without inverse, is kept
+MOST_ROWS = 6000  # maximum number of rows of a fit; more rows are thinned evenly after they are filtered
+# a component is kept if the ratio of the validation errors with and without it is below BETTER; a nonlinearity that is
+# not monotone has no inverse, so the ratio must be below NEEDED
+BETTER, NEEDED = 0.95, 0.5
 PLAYS, STOPS, RELAYS = "plays", "stops", "relays"
 SMOOTH = 1e-5  # largest distance of the dead zones from the polynomial, relative to its range
 MOST_KNOTS = 400
 PAIR = {"n": 2, "m": 0}
-MARGIN = 0.05  # covariates are limited to the training range and this fraction of it
+MARGIN = 0.05  # covariates are limited to their training range, extended by this fraction to each side
 
 
 @dataclass(frozen=True)
 class Parts:
-    """Structure of a candidate: operator, degree of bend, time constants of creep, dynamics, covariates."""
+    """Structure of a model: the operator, the degree of the nonlinearity, and the components that are present.
+
+    `T` contains the time constants of the creep (s), `g` is the linear dynamics, and `levels` states for each covariate
+    how the nonlinearity depends on it (see `bent_sum`).
+    """
 
     operator: str = PLAYS
     degree: int = 1
@@ -50,23 +56,25 @@ class Parts:
 
 @dataclass(frozen=True)
 class Trial:
-    """A structure, its fit, and its error on the validation blocks."""
+    """A structure, its fit, and its RMS error on the validation blocks (unit of measure of y)."""
 
     parts: Parts
     fit: BentSum
     error: float
 
     def or_better(self, other: Trial) -> Trial:
-        """Return the other trial if it is clearly better."""
+        """Return the trial `other` if it is clearly better, otherwise this trial."""
         enough = BETTER if other.fit.monotone or not self.fit.monotone else NEEDED
         return other if other.error < enough * self.error else self
 
 
 class Fitting:
-    """Columns and rows of one fit, and the structures fitted to them.
+    """Regressors and rows of a data set, and methods that fit a structure to them.
 
-    Fields: the block that scales u to x in [-1, 1], the start x0; thresholds r of the plays; covariates theta, scaled
-    to [-1, 1] from their range low..high; all counted rows, the fitted rows, and the held-out rows.
+    Fields: ``scaling`` is the block that scales u to x in [-1, 1], and ``x0`` is the input at rest after this scaling.
+    ``r`` contains the thresholds of the plays. ``theta`` contains the covariates, scaled to [-1, 1] from their ranges
+    ``low`` to ``high``. ``all``, ``kept`` and ``held`` are row numbers: the training rows without held-out rows, the
+    fitted rows, and the rows of the validation blocks.
     """
 
     def __init__(self, data: Dataset, options: Options) -> None:
@@ -85,11 +93,11 @@ class Fitting:
         self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
 
     def columns(self, operator: str) -> Array:
-        """Return the columns of an operator."""
+        """Return the outputs of the elements of an operator, one column per element."""
         return {PLAYS: self.plays, STOPS: self.stops}[operator] if operator != RELAYS else self.relays.columns
 
     def problem(self, parts: Parts, rows: NDArray[np.intp]) -> Problem:
-        """Return the problem of `bent_sum` for a structure on some rows."""
+        """Return the least-squares problem of `bent_sum` for a structure on the rows `rows`."""
         columns = self.columns(parts.operator)
         least, beside = self.options["w0_min"], Following(self.theta[:, : len(parts.levels)], parts.levels)
         after, T = self.filtered(parts.g), np.array(parts.T)
@@ -97,13 +105,16 @@ class Fitting:
         return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside, held)
 
     def filtered(self, g: Dynamics | None) -> Filter | None:
-        """Return a function that filters columns by the dynamics."""
+        """Return a function that filters columns with the dynamics g; None without dynamics."""
         return None if g is None else lambda columns: g.filter(columns, self.data.h, self.options["hold"])
 
     def fit(
         self, parts: Parts, rows: NDArray[np.intp], start: BentSum | None = None, wanted: float = np.inf
     ) -> BentSum:
-        """Fit weights, bend and creep on some rows; start from a fit with fewer parts, or from a fit without a bend."""
+        """Fit weights, nonlinearity and creep of a structure on the rows `rows`.
+
+        The search begins with `start`, a fit of a simpler structure, or else with a fit without nonlinearity and creep.
+        """
         p = self.problem(parts, rows)
         if start is None:
             return bent_sum.fit(p, bent_sum.fit_linear(p, parts.degree))
@@ -114,23 +125,23 @@ class Fitting:
         return bent_sum.fit(p, replace(start, q=grown, k=k, g=g, c=np.zeros((len(g), len(grown)))), wanted)
 
     def tried(self, parts: Parts, start: BentSum | None = None, wanted: float = np.inf) -> Trial:
-        """Fit a structure on the rows outside the validation blocks, and compute its error in the blocks."""
+        """Fit a structure on the rows outside the validation blocks, and compute its RMS error on the blocks."""
         fitted = self.fit(parts, self.kept, start, wanted)
         e = bent_sum.model(self.problem(parts, self.held), fitted) - self.data.y[self.held]
         return Trial(parts, fitted, float(np.sqrt(np.mean(e**2))))
 
     def dynamics(self, trial: Trial, rows: NDArray[np.intp], progress: Progress) -> Dynamics:
-        """Search the dynamics after a given hysteresis, whose weights are computed for every trial."""
+        """Search the linear dynamics after the hysteresis of a trial; the weights are fitted again each time."""
         return search(self.residuals(trial, rows), self.data, self.options, progress, trial.parts.g)
 
     def residuals(self, trial: Trial, rows: NDArray[np.intp]) -> Callable[[Dynamics], Array]:
-        """Return a function from dynamics to the residuals, with a hysteresis near the hysteresis of the trial."""
+        """Return a function that computes the residuals for given dynamics, after one step of the fit from `trial`."""
         left = bent_sum.residuals(self.problem(trial.parts, rows), trial.fit)
         return lambda g: left(self.filtered(g))
 
 
 def chain(f: Fitting, parts: Parts, s: BentSum) -> Graph:
-    """Return the graph of a structure with its fit."""
+    """Return the graph of a structure with fitted values."""
     data = f.data
     slope, r, weights, at_0 = dead_zones(s.q)
     front = [
@@ -168,10 +179,10 @@ def _hysteresis(f: Fitting, operator: str, w: Array) -> Node:
 def _beside(
     f: Fitting, parts: Parts, s: BentSum, used: list[int], at_0: float
 ) -> tuple[list[Node], list[tuple[str, str]], list[tuple[str, ...]]]:
-    """Return the blocks and wires of a bend that depends on covariates, and their endpoints.
+    """Return the blocks and wires by which covariates change the nonlinearity, and the input endpoints of covariates.
 
-    `used` are the numbers of the covariates with an effect. `at_0` is the value of the bend at 0, which the block of
-    the bend does not include.
+    `used` contains the numbers of the covariates with an effect. `at_0` is the value of the nonlinearity at 0, which
+    the block `bend` does not include.
     """
     names, n = f.data.covariates.names, len(used)
     half = (f.high - f.low)[used] / 2
@@ -205,10 +216,11 @@ def _beside(
 
 
 def dead_zones(q: Array) -> tuple[float, Array, Array, float]:
-    """Return linear weight, thresholds (n,), weights (n,) and value at 0 of dead zones that follow a curve on [-1, 1].
+    """Approximate a curve on [-1, 1] by dead zones; the curve is a Legendre series with coefficients q.
 
-    The curve is a Legendre series with coefficients q.  No threshold is 0, which is the input itself; at 0 the dead
-    zones give 0.  Beyond the thresholds the curve is straight.
+    The result is the linear weight, the thresholds (n,), the weights (n,), and the value of the curve at 0. This value
+    is not part of the sum of dead zones, which is 0 at 0. No threshold is 0, because the output of such a dead zone is
+    its input. Outside the outermost thresholds the sum is a straight line.
     """
     if len(q) <= 2:
         return float(q[1]) if len(q) > 1 else 0.0, np.array([1.0]), np.zeros(1), float(q[0])
@@ -216,7 +228,7 @@ def dead_zones(q: Array) -> tuple[float, Array, Array, float]:
     wanted = legendre.legval(fine, q)
     m = 4
     while True:
-        at = (np.arange(2 * m) - m + 0.5) / (m - 0.5)  # from -1 to 1, symmetrical, without 0
+        at = (np.arange(2 * m) - m + 0.5) / (m - 0.5)  # equally spaced from -1 to 1, without 0
         height = legendre.legval(at, q)
         if 2 * m >= MOST_KNOTS or np.abs(np.interp(fine, at, height) - wanted).max() <= SMOOTH * np.ptp(wanted):
             break

@@ -1,21 +1,22 @@
-"""Fit of a sum of plays followed by a bend, creep and given linear dynamics: weights, bend and creep.
+"""Fit of a sum of plays with a static nonlinearity and creep, for given linear dynamics after them.
 
   v = w0 x + sum_i w_i p_i[x],  b = b(v),  c = b + sum_j k_j L_{T_j}[b],  y = F[c] + offset
 
-F is linear with static gain 1 (G0 with delay, or F = 1). L_T is a first-order lag. b is a polynomial (Legendre basis on
-the range of v). The fit takes Gauss-Newton steps in the non-negative w and k. Each step is a non-negative least-squares
-problem on the columns F[(1 + sum k_j L_j)[b'(v) p_i]] and F[L_j[b]]. Between the steps, linear least squares gives the
-coefficients of b. This is a Wiener-Hammerstein structure that begins with a hysteresis (Giri & Bai 2010, Block-oriented
-Nonlinear System Identification, ch. 1), solved as a separable problem (Golub & Pereyra 1973).
+p_i are plays, L_T is a first-order lag, and F is linear with static gain 1 (G0 with a delay, or F = 1). The static
+nonlinearity b, also called bend, is a polynomial in the Legendre basis on the range of v. The weights w and k are not
+negative. They are determined by Gauss-Newton steps. Each step is a non-negative least-squares problem with the columns
+F[(1 + sum k_j L_j)[b'(v) p_i]] and F[L_j[b]]. After each step, linear least squares gives the coefficients of b. The
+structure is a Wiener-Hammerstein system that begins with a hysteresis (Giri & Bai 2010, Block-oriented Nonlinear System
+Identification, ch. 1). The fit uses that part of the problem is linear (separable least squares, Golub & Pereyra 1973).
 
-The bend may depend on covariates theta, scaled to [-1, 1], linear in each of them:
+The nonlinearity can be a linear function of covariates theta, which are scaled to [-1, 1]:
 
   b(v, theta) = (1 + g' theta) b(v) + sum_j theta_j b_j(v)
 
-A covariate has one of four levels. Without a level it has no effect. With ``offset``, b_j is constant. With ``gain``,
-b_j is constant and g_j is free. With ``bend``, b_j is a polynomial of the degree of b. The gains g are variables of the
-Gauss-Newton steps, without bounds. With ``gain``, the inverse follows from the inverse of b(v). With ``bend``, the
-inverse is found by root finding.
+Each covariate has one of four levels. With ``none``, it has no effect. With ``offset``, b_j is constant. With ``gain``,
+b_j is constant and the gain g_j is fitted. With ``bend``, b_j is a polynomial of the same degree as b. The gains g are
+variables of the Gauss-Newton steps and have no bounds. A model with ``gain`` has an exact inverse if b(v) has one. A
+model with ``bend`` is inverted by root finding.
 """
 
 from __future__ import annotations
@@ -32,28 +33,28 @@ from hystfmu.graph.recursion import parallel_lags
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 
 LEVELS = ("none", "offset", "gain", "bend")
-STEPS = 30  # most Gauss-Newton steps
-SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step, tried in turn
-GAIN, HELD_GAIN = 1e-4, 1e-3  # relative reduction of the squared error below which the steps end; with penalties
-LEAST_SLOPE = 0.02  # of the mean slope: a monotone bend is nowhere flatter on the range of v
+STEPS = 30  # maximum number of Gauss-Newton steps
+SHARES = (1.0, 0.5, 0.25, 0.1)  # step lengths that are tried one after the other, relative to the full step
+GAIN, HELD_GAIN = 1e-4, 1e-3  # relative reduction of the squared error that ends the steps: without, with penalties
+LEAST_SLOPE = 0.02  # smallest slope of a monotone nonlinearity on the range of v, relative to its mean slope
 GRID = np.linspace(-1.0, 1.0, 201)
 Filter = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
 class Following:
-    """Covariates theta (n, m), scaled, over all rows, each with its level of `LEVELS`."""
+    """Scaled covariates theta (n, m) for all rows, and the level of each covariate (one of `LEVELS`)."""
 
     theta: Array
     levels: Sequence[str]
 
     @property
     def gains(self) -> NDArray[np.intp]:
-        """Numbers of the covariates that set the gain."""
+        """Numbers of the covariates with the level ``gain``."""
         return np.flatnonzero([level == "gain" for level in self.levels])
 
     def free(self, size: int) -> NDArray[np.bool_]:
-        """Return which of the coefficients of b_j are free, shape (m, size)."""
+        """Return for each coefficient of each b_j whether it is fitted, shape (m, size)."""
         found = np.zeros((len(self.levels), size), dtype=bool)
         for j, level in enumerate(self.levels):
             found[j, : {"none": 0, "bend": size}.get(level, 1)] = True
@@ -64,22 +65,22 @@ class Following:
         return np.asarray(1 + self.theta @ g)
 
     def columns(self, basis: Array, g: Array) -> Array:
-        """Return the columns of a regression on the coefficients of b and the free ones of b_j.
+        """Return the regressors that belong to the coefficients of b and to the fitted coefficients of b_j.
 
-        `basis` (n, size) contains polynomials of v; g (m,) contains the gains.
+        `basis` (n, size) contains the polynomials of v, and g (m,) contains the gains.
         """
         rows, orders = np.nonzero(self.free(basis.shape[1]))
         return np.hstack([basis * self.factor(g)[:, None], self.theta[:, rows] * basis[:, orders]])
 
     def coefficients(self, found: Array, size: int) -> tuple[Array, Array]:
-        """Split the weights of `columns` into the coefficients of b (size,) and of b_j (m, size)."""
+        """Split the weights of the regressors `columns` into the coefficients of b (size,) and of b_j (m, size)."""
         free = self.free(size)
         c = np.zeros(free.shape)
         c[free] = found[size:]
         return found[:size], c
 
     def value(self, v: Array, q: Array, c: Array, g: Array) -> Array:
-        """Return b(v, theta), shape (n,), for coefficients q of b and c of b_j."""
+        """Return b(v, theta), shape (n,), for the coefficients q of b and the coefficients c of b_j."""
         own: Array = self.factor(g) * np.asarray(legendre.legval(v, q), float)
         if not self.levels:
             return own
@@ -93,12 +94,15 @@ class Following:
         return self.value(v, of_q, of_c, g)
 
     def started(self, y: Array, rows: NDArray[np.intp]) -> Array:
-        """Return free columns (rows, ...) for offset and gain in a fit without a bend; y has shape (rows,)."""
+        """Return columns with free weights that represent offset and gain of covariates in a fit without nonlinearity.
+
+        y (rows,) is the output on the rows `rows`.
+        """
         used = self.theta[rows][:, [level != "none" for level in self.levels]] if self.levels else np.zeros((len(y), 0))
         return np.hstack([np.ones((len(y), 1)), used, used * y[:, None]])
 
     def parameters(self, size: int) -> int:
-        """Return the number of free coefficients and gains for polynomials with `size` coefficients."""
+        """Return the number of fitted coefficients of b_j and gains, for polynomials with `size` coefficients."""
         return int(self.free(size).sum()) + len(self.gains)
 
 
@@ -106,9 +110,10 @@ class Following:
 class BentSum:
     """Result of a fit.
 
-    Fields: weights w (p,) of the columns, so that v lies in [-1, 1]; Legendre coefficients q of the bend, of which the
-    first is the offset; weights k of the lags; RMS error on the rows of the fit; gains g (m,) of the covariates; and
-    Legendre coefficients c (m, degree + 1) of the bends of the covariates.
+    ``w`` (p,) contains the weights of the columns, scaled so that v lies in [-1, 1]. ``q`` contains the Legendre
+    coefficients of b; its first element is the offset. ``k`` contains the weights of the lags. ``rms`` is the RMS error
+    on the rows of the fit. ``g`` (m,) contains the gains of the covariates, and ``c`` (m, degree + 1) contains the
+    Legendre coefficients of b_j.
     """
 
     w: Array
@@ -120,12 +125,12 @@ class BentSum:
 
     @property
     def variables(self) -> tuple[Array, Array, Array]:
-        """The variables of the Gauss-Newton steps."""
+        """Variables of the Gauss-Newton steps: w, k and g."""
         return self.w, self.k, self.g
 
     @property
     def monotone(self) -> bool:
-        """True if the bend rises, or falls, on the whole range of v and of the covariates."""
+        """True if the nonlinearity is strictly monotone in v, for all v and scaled covariates in [-1, 1]."""
         slope = legendre.legval(GRID, legendre.legder(self.q)) if len(self.q) > 1 else np.zeros(1)
         least = slope * np.sign(slope.mean()) - np.abs(self.g).sum() * np.abs(slope)
         if self.c.shape[1] > 1:
@@ -137,12 +142,14 @@ class BentSum:
 class Problem:
     """Data and settings of a fit.
 
-    The columns (n, p) are the input and plays, or stops, over all rows. The output y (m,) is given on the rows of the
-    fit. h is the step (s). T contains the time constants (s) of the lags and is empty without creep. `after` is the
-    linear dynamics F; None means F = 1. The least weight of the first column is relative to the sum of all weights. The
-    covariates of the bend are given over all rows. Penalties for smooth weights are strengths and matrices (l, p), for
-    columns of median size; None instead of a matrix is a ridge. Without penalties, weights with little excitation would
-    be arbitrary.
+    ``columns`` (n, p) contains the input and the outputs of plays, stops or relays for all rows. ``y`` (m,) contains
+    the output on the rows ``rows`` of the fit. ``h`` is the step (s). ``T`` contains the time constants (s) of the lags
+    and is empty without creep. ``after`` is the linear dynamics F; None means F = 1. ``least`` is the smallest weight
+    of the first column, relative to the sum of all weights. ``following`` contains the covariates.
+
+    ``penalties`` keep the weights smooth. Each penalty is a strength and a matrix (l, p), which is scaled for columns
+    of median norm. None instead of a matrix means a ridge penalty on all weights. Without penalties, the data would not
+    determine weights of columns with little excitation.
     """
 
     columns: Array
@@ -156,7 +163,10 @@ class Problem:
     penalties: tuple[tuple[float, Array | None], ...] = ()
 
     def solved(self, linear: Array, target: Array, free: Array) -> tuple[Array, Array]:
-        """Return the non-negative weights of columns, the operator's p weights first, and the free weights."""
+        """Return the non-negative weights of `linear` and the free weights of `free` that best approximate `target`.
+
+        The first p columns of `linear` belong to the operator, and the penalties apply to their weights.
+        """
         if not self.penalties:
             return nonnegative(linear, target, free)
         n = self.columns.shape[1]
@@ -168,11 +178,11 @@ class Problem:
         return nonnegative(np.vstack([linear, held]), np.append(target, rest[:, 0]), np.vstack([free, rest]))
 
     def seen(self, columns: Array) -> Array:
-        """Return columns after the dynamics, on the rows of the fit."""
+        """Return columns filtered by the dynamics F, on the rows of the fit."""
         return np.asarray((columns if self.after is None else self.after(columns))[self.rows])
 
     def crept(self, columns: Array, k: Array) -> Array:
-        """Return columns with their creep."""
+        """Return columns plus their creep, x + sum_j k_j L_j[x]."""
         used = k > 0
         if not used.any():
             return columns
@@ -180,37 +190,41 @@ class Problem:
 
 
 def lagged(columns: Array, share: float) -> Array:
-    """Run q[i] = q[i - 1] + share (x[i] - q[i - 1]) along the rows of columns x (n, p), from q[0] = x[0].
+    """Return the columns x (n, p) filtered by the lag q[i] = q[i - 1] + share (x[i] - q[i - 1]), with q[0] = x[0].
 
-    The share is the approach of a lag to its input in one step, 1 - e^(-h/T).
+    For a lag with the time constant T and the step h, `share` is 1 - e^(-h/T).
     """
     return parallel_lags(np.array([share]), np.ones(1), 0.0).run(columns)
 
 
 def model(p: Problem, s: BentSum) -> Array:
-    """Return the output on the rows of the fit, shape (m,), in the unit of measure of y."""
+    """Return the output of a fitted model on the rows of the fit, shape (m,), in the unit of measure of y."""
     return p.seen(p.crept(p.following.value(p.columns @ s.w, s.q, s.c, s.g)[:, None], s.k))[:, 0]
 
 
 def fit_linear(p: Problem, degree: int) -> BentSum:
-    """Return the fit without bend and creep, as the start of `fit`; the coefficients of b are padded to `degree`."""
+    """Fit the weights without nonlinearity and creep, then fit a nonlinearity of the given degree for these weights.
+
+    The result is a start value of `fit`.
+    """
     w, _ = p.solved(p.seen(p.columns), p.y, p.following.started(p.y, p.rows))
     if not w.any():
         w = np.full(len(w), 1.0)
-    w[0] = max(w[0], p.least * w.sum())  # as each step: a start below would be better than all that may follow
+    w[0] = max(w[0], p.least * w.sum())  # as in each step; otherwise no permitted point could be better than the start
     m = len(p.following.levels)
     start = BentSum(w, np.zeros(degree + 1), np.zeros(len(p.T)), g=np.zeros(m), c=np.zeros((m, degree + 1)))
     return _with_bend(p, start)
 
 
 def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
-    """Take Gauss-Newton steps from `start` while the error decreases; return the best point, with a bend of the degree.
+    """Take Gauss-Newton steps from `start` while the error decreases, and return the best point.
 
-    `wanted` is the RMS error from another start. The steps also end if their present rate is too slow to reach this
-    error.
+    `wanted` is the RMS error that another start value has reached. The steps also end if the error decreases too slowly
+    to reach this value.
     """
     best = _with_bend(p, start)
-    # penalties pull on the scale of the weights, which the bend makes up for: steps drift on and gain nearly nothing
+    # penalties reduce the scale of the weights, and the nonlinearity compensates for this: steps could continue without
+    # a useful reduction of the error
     least = HELD_GAIN if p.penalties else GAIN
     for left in range(STEPS - 1, -1, -1):
         step = _newton(p, best)
@@ -228,9 +242,9 @@ def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
 
 
 def residuals(p: Problem, s: BentSum) -> Callable[[Filter | None], Array]:
-    """Return a function that maps other dynamics to the residuals (m,) after one Gauss-Newton step from `s`.
+    """Return a function that computes the residuals (m,) for other dynamics F, after one Gauss-Newton step from `s`.
 
-    Columns with weight 0 are omitted, because a search of the dynamics filters the columns hundreds of times.
+    Columns with the weight 0 are omitted, because a search of the dynamics filters all columns hundreds of times.
     """
     used = s.w > 0
     held = tuple((strength, None if P is None else P[:, used]) for strength, P in p.penalties)
@@ -246,7 +260,7 @@ def residuals(p: Problem, s: BentSum) -> Callable[[Filter | None], Array]:
 
 
 def _newton(p: Problem, s: BentSum) -> BentSum:
-    """Return the weights that minimise the linearised error at `s`."""
+    """Return `s` with new w, k and g, which minimise the error of the model linearised at `s`."""
     linear, free, target = _after(p, s, _before(p, s))
     x, v = p.solved(linear, target, free)
     w, k, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
@@ -256,9 +270,9 @@ def _newton(p: Problem, s: BentSum) -> BentSum:
 
 
 def _before(p: Problem, s: BentSum) -> Array:
-    """Return the columns of a linearisation before the dynamics.
+    """Return the columns of the model linearised at `s`, before they are filtered by the dynamics.
 
-    They are the derivatives by w, the output, the derivatives by k, and the free columns.
+    In this order, they are the derivatives with respect to w, the output, and the derivatives with respect to k and g.
     """
     v = p.columns @ s.w
     slope, b = (f(v, s.q, s.c, s.g)[:, None] for f in (p.following.slope, p.following.value))
@@ -270,7 +284,11 @@ def _before(p: Problem, s: BentSum) -> Array:
 
 
 def _after(p: Problem, s: BentSum, before: Array) -> tuple[Array, Array, Array]:
-    """Return the derivatives of the output at `s`, by w and k, then by free variables, and the common target."""
+    """Return the linearised least-squares problem at `s` after the dynamics: bounded columns, free columns, target.
+
+    The bounded columns are the derivatives of the output with respect to w and k. The free columns belong to the offset
+    and to the gains g.
+    """
     n, m = len(s.w), len(p.T)
     seen = p.seen(before)
     moved, creep, gained = seen[:, :n], seen[:, n + 1 : n + 1 + m], seen[:, n + 1 + m :]
@@ -281,7 +299,7 @@ def _after(p: Problem, s: BentSum, before: Array) -> tuple[Array, Array, Array]:
 
 
 def _with_bend(p: Problem, s: BentSum) -> BentSum:
-    """Scale v to [-1, 1] and fit the coefficients of the bend."""
+    """Return `s` with weights scaled so that v lies in [-1, 1], and with newly fitted coefficients of b and b_j."""
     v = p.columns @ s.w
     size = float(np.abs(v).max())
     if not size > 0:

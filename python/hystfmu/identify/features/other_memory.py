@@ -1,7 +1,7 @@
-"""States of the memory that a record does not contain: their share, and an input that reaches these states.
+"""States of the memory that a record does not contain: an input that reaches such states, and their share.
 
-The half cycles of this input have the shapes, durations and speeds of the half cycles of the record. The loops have
-another order and other sizes, so the states of the memory differ.
+The half cycles of this input have the same shapes and durations as the half cycles of the record. Their order and
+amplitudes are random, so the input causes other states of the memory.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from hystfmu.model.coverage import coverage
 
 MOST_ROWS, LEAST_REVERSALS = 8000, 12
 SEED = 77
-PLAYS = 2  # that stand for the memory of a kind with local parameters
+PLAYS = 2  # number of plays that represent the memory of a kind with local parameters
 
 
 def other_memory(u: Array, start: float) -> Array:
-    """Return a full loop, then random nested loops in the range of an input u (n,), from `start`; shape (m,).
+    """Return an input (m,) with full loops and then random loops within the range of an input u (n,).
 
-    Half of the reversals lie inside the previous loop, as in `hystfmu.data.signals`.
+    The input begins with the value `start`. Each half cycle has the shape of a half cycle of u.
     """
     rng, lo, hi = np.random.default_rng(SEED), float(u.min()), float(u.max())
     turns = reversals(u)
     shapes = [(u[a + 1 : b + 1] - u[a]) / (u[b] - u[a]) for a, b in pairwise(turns)]
-    if not shapes:  # one sweep: in quarters
+    if not shapes:  # an input without reversals: ramps of a quarter of its length
         shapes = [np.linspace(0.0, 1.0, max(len(u) // 4, 2) + 1)[1:]]
     order = rng.permutation(len(shapes))
     parts, rows, last = [np.array([start])], 1, start
@@ -38,7 +38,7 @@ def other_memory(u: Array, start: float) -> Array:
         if rows >= MOST_ROWS and k >= LEAST_REVERSALS:
             break
         up = k % 2 == 0
-        level = hi if up else lo  # full loops first, which leave the same memory in every model
+        level = hi if up else lo  # full loops come first, because they bring every model to the same memory
         if k >= 4:
             level = float(rng.uniform(last, hi) if up else rng.uniform(lo, last))
         shape = shapes[order[k % len(order)]]
@@ -48,8 +48,11 @@ def other_memory(u: Array, start: float) -> Array:
 
 
 def unseen(data: Dataset) -> float:
-    """Return the share of the states (input and `PLAYS` plays) of other signals that have no near training row."""
-    if data.covariates:  # no kind of local parameters takes them
+    """Return the share of the states of other signals that have no near training row.
+
+    A state consists of the input and the outputs of `PLAYS` plays (see `hystfmu.model.coverage`).
+    """
+    if data.covariates:  # kinds with local parameters accept no covariates
         return 0.0
     u, rows = data.u, data.train
     r = np.arange(1, PLAYS + 1) * float(np.ptp(u[rows])) / 2 / (PLAYS + 1)

@@ -1,16 +1,18 @@
-"""Preisach density with few parameters: smooth in the mean of the two thresholds for each half-difference.
+"""Smooth Preisach density with few parameters.
 
-Let m = (alpha + beta) / 2, d = (alpha - beta) / 2, and let h be half the trained range of the input. The density is a
-sum of products of a hat function of d and a quadratic B-spline of m / (h - d). This division maps the triangle of all
-relays to a rectangle, so that every function is excited. On the line d = 0 a separate row of B-splines gives the
-reversible part, a monotone function of the input. A density that does not depend on m is a sum of plays.
+A relay has the thresholds alpha >= beta. Let m = (alpha + beta) / 2 be their mean, d = (alpha - beta) / 2 their
+half-difference, and h half of the trained range of the input. The density is a weighted sum of basis functions. Each
+basis function is the product of a hat function of d and a quadratic B-spline of m / (h - d). This quotient maps the
+triangle of all relays to a rectangle, so that the input excites every basis function. On the line d = 0, separate
+B-splines represent the reversible part, which is a monotone function of the input. A density that does not depend on m
+is equivalent to a sum of plays.
 
-Outside the trained range the density has its value at the border. The grid extends beyond the trained range by `MARGIN`
-times the range.
+Outside the trained range, the density is constant and equal to its value at the boundary. The grid extends beyond the
+trained range by `MARGIN` times the range on each side.
 
-`RelaySum` is a sum whose columns are the input and these relays. In a sum of so many columns, weights with little
-excitation would be arbitrary. A ridge and two penalties keep the density smooth. Their strengths are the middle levels
-of the kind `preisach`, which chooses its strengths by cross-validation.
+`RelaySum` provides these basis functions and the input as regressors. The data do not determine the weights of
+regressors with little excitation. Therefore a ridge penalty and two smoothness penalties are used. Their strengths are
+the middle levels of the kind `preisach`, which chooses the strengths by cross-validation.
 """
 
 from __future__ import annotations
@@ -27,15 +29,16 @@ from hystfmu.graph import Graph, Node
 
 MARGIN = 0.1
 DEGREE = 2
-GRID, WIDTHS, MEANS = 40, 16, 8  # of `RelaySum`
-HELD = (1e-3, 3e-2, 3e-2)  # strengths of the ridge and of the penalties over mean and width of the density
+GRID, WIDTHS, MEANS = 40, 16, 8  # number of grid steps, hat functions and B-splines of `RelaySum`
+HELD = (1e-3, 3e-2, 3e-2)  # strengths of the ridge, and of the smoothness penalties over the mean and over d
 
 
 def triangles(n: int) -> Array:
-    """Return the Everett function of one cell at a time: 1 at the nodes whose triangle contains the cell, on n steps.
+    """Return a matrix whose columns are the Everett functions of the single cells of a grid with n steps.
 
-    Rows are nodes (alpha_i, beta_j), i > j, in the order of the block's `E`.  Columns are cells between alpha_k,
-    alpha_k+1 and beta_l, beta_l+1, k >= l, row by row of k; for k = l the triangle on the diagonal.
+    An element is 1 if the triangle of the node contains the cell, otherwise 0. The rows are the nodes (alpha_i, beta_j)
+    with i > j, in the order of the parameter `E` of the block. The columns are the cells between alpha_k and alpha_k+1
+    and between beta_l and beta_l+1, with k >= l, sorted by k. A cell with k = l is a triangle on the diagonal.
     """
     up, down = np.tril_indices(n)
     inside = (up[None, :] <= up[:, None]) & (down[None, :] >= down[:, None])
@@ -44,10 +47,11 @@ def triangles(n: int) -> Array:
 
 @dataclass(frozen=True)
 class SmoothDensity:
-    """A basis of p densities on the grid of the block ``preisach``, n steps from lo to hi, with its initial memory.
+    """A basis of p densities for the block ``preisach``, whose grid has n steps from lo to hi.
 
-    E (n (n + 1) / 2, p) is the Everett function of every density. `along_mean` (m, p) gives first differences of the
-    weights over the mean. `along_width` (m, p) gives second differences over the half-difference.
+    `start` is the initial memory. The columns of E (n (n + 1) / 2, p) are the Everett functions of the densities. The
+    matrix `along_mean` (m, p) gives the first differences of the weights over the mean m, and `along_width` (m, p)
+    gives their second differences over the half-difference d.
     """
 
     n: int
@@ -59,12 +63,12 @@ class SmoothDensity:
     along_width: Array
 
     def node(self, name: str, E: Array, offset: float = 0.0) -> Node:
-        """Return the block with an Everett function (n (n + 1) / 2,)."""
+        """Return a block ``preisach`` with the Everett function E (n (n + 1) / 2,)."""
         values: dict[str, Any] = {"lo": self.lo, "hi": self.hi, "E": E, "offset": offset, "start": self.start}
         return Node(name, "preisach", {"n": self.n}, values)
 
     def columns(self, u: Array) -> Array:
-        """Return the output of the block along u (rows,) for each single density of the basis; shape (rows, p)."""
+        """Return the outputs (rows, p) of the block for the input u (rows,), one column for each density."""
         out = np.empty((len(u), self.E.shape[1]), order="F")
         for i, E in enumerate(self.E.T):
             out[:, i] = Graph.single(self.node("relays", E)).run(u)
@@ -72,7 +76,10 @@ class SmoothDensity:
 
 
 def smooth_density(u: Array, n: int, widths: int, means: int, start: str) -> SmoothDensity:
-    """Make the basis for an input u (rows,): `widths` hats of d, `means` B-splines of m, on n steps of the grid."""
+    """Return the basis for an input u (rows,), with `widths` hat functions of d and `means` B-splines of the mean.
+
+    The grid has n steps.
+    """
     low, high = float(u.min()), float(u.max())
     half, reversible = (high - low) / 2, means + DEGREE + 1
     lo, hi = low - 2 * MARGIN * half, high + 2 * MARGIN * half
@@ -96,7 +103,10 @@ def smooth_density(u: Array, n: int, widths: int, means: int, start: str) -> Smo
 
 
 def splines(x: Array, n: int) -> Array:
-    """Return n B-splines on [-1, 1], of degree `DEGREE` or as many as n allows, at x (m,); constant outside."""
+    """Return the values (m, n) of n B-splines on [-1, 1] at the points x (m,); outside this range they are constant.
+
+    The degree is `DEGREE`, or n - 1 if this is smaller.
+    """
     degree = min(DEGREE, n - 1)
     inner = np.linspace(-1.0, 1.0, n - degree + 1)
     knots = np.concatenate([np.full(degree, -1.0), inner, np.full(degree, 1.0)])
@@ -104,7 +114,7 @@ def splines(x: Array, n: int) -> Array:
 
 
 class RelaySum:
-    """Columns of relays for an input x (n,); the density covers the range of the rows."""
+    """Regressors of a smooth Preisach density for an input x (n,); the density covers the range of x on `rows`."""
 
     def __init__(self, x: Array, rows: slice) -> None:
         self._x = x
@@ -114,15 +124,15 @@ class RelaySum:
 
     @cached_property
     def columns(self) -> Array:
-        """Outputs along the input, (n, p); the first column is the input itself."""
+        """Outputs of the basis densities, (n, p). The first column is the input itself."""
         return replace(self._density, E=self._everett).columns(self._x)
 
     @property
     def penalties(self) -> tuple[tuple[float, Array | None], ...]:
-        """Regularisation of the density (`bent_sum.Problem`); the weight of the input itself is free."""
+        """Penalties of the density for `bent_sum.Problem`. Smoothness penalties do not apply to the input column."""
         smooth = (np.pad(P, ((0, 0), (1, 0))) for P in (self._density.along_mean, self._density.along_width))
         return tuple(zip(HELD, (None, *smooth), strict=True))
 
     def node(self, name: str, w: Array) -> Node:
-        """Return the block of the sum with weights w (p,)."""
+        """Return a block ``preisach`` that computes the sum of the regressors with the weights w (p,)."""
         return self._density.node(name, self._everett @ w)

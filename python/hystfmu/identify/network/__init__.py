@@ -1,1 +1,1 @@
-"""Networks with one hidden layer as readout: training, restarts, PyTorch modules, sweeps over the hidden size."""
+"""Networks with one hidden layer: training, output stage of a model, training of PyTorch modules."""

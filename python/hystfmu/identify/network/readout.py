@@ -1,6 +1,7 @@
-"""Network readout of a model: features of the input limited to their training range, mlp, and output scaling.
+"""Readout of a model by a network: features that are limited to their training range, the network, an output scaling.
 
-A sweep over the number of hidden neurons scores a network of each size on a validation split.
+The features are the inputs of the network, such as outputs of plays. `hidden_sweep` compares networks of different
+sizes on a validation split.
 """
 
 from __future__ import annotations
@@ -20,18 +21,18 @@ from hystfmu.identify.network.training import LEAST_DECAY, MOST_ROWS, decay_for,
 from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.identify.solvers.trainers import TRAINERS
 
-WORKERS = 2  # threads of a sweep
+WORKERS = 2  # number of threads of a sweep
 
 
 def network_options(hidden: int, starts: int, iterations: int, least_decay: float = LEAST_DECAY) -> tuple[Option, ...]:
-    """Return the options of a network readout with these defaults."""
+    """Return the options of a network readout with the given default values."""
     decay = f"weight decay; default: a tenth of the noise variance of y, at least {least_decay:g}"
     return (
         Option("hidden", hidden, 1, 10000, text="hidden neurons"),
         Option("activation", "sigmoid", choices=("sigmoid", "tanh"), text="activation of the hidden neurons"),
-        Option("starts", starts, 1, 1000, text="random starts; training continues from the best"),
+        Option("starts", starts, 1, 1000, text="number of random start values; training continues from the best one"),
         Option("trainer", "levenberg_marquardt", choices=tuple(TRAINERS), text="optimiser"),
-        Option("iterations", iterations, 1, 100000, text="iterations of the best start"),
+        Option("iterations", iterations, 1, 100000, text="number of iterations from the best start value"),
         Option("decay", None, 0.0, 1e3, text=decay),
         Option(
             "margin", 0.05, 0.0, 1e300, text="features are limited to the training range, extended by this fraction"
@@ -40,10 +41,10 @@ def network_options(hidden: int, starts: int, iterations: int, least_decay: floa
 
 
 class Features:
-    """Front end of a model: blocks and wires compute features from the input, which drives the endpoints `to`.
+    """Blocks that compute the features of a network from the input, and the features of a data set.
 
-    `outputs` are the endpoints of the features, in the order of the inputs of the network. The blocks run on the input
-    of the data from row 0. The covariates of the data are further features.
+    The input is connected to the endpoints `to`. `outputs` contains the endpoints of the features, in the order of the
+    network inputs. The covariates of the data are the last features. ``values`` contains the features of all rows.
     """
 
     def __init__(
@@ -68,18 +69,21 @@ class Features:
         self.values = np.hstack([own, data.covariates.values]) if data.covariates else own
 
     def into(self, end: str) -> list[tuple[str, str]]:
-        """Return wires from every feature to the elements of an array input; covariates follow the features."""
+        """Return the wires from the features, without covariates, to the first elements of the array input `end`."""
         return [(source, f"{end}[{i + 1}]") for i, source in enumerate(self._scalars)]
 
     def inputs(self, ends: Sequence[str]) -> list[Input]:
-        """Return the inputs of the model; the covariates drive the last elements of these array inputs."""
+        """Return the inputs of the model; covariates are connected to the last elements of the array inputs `ends`."""
         data, n = self._data, len(self._scalars)
         driven = [tuple(f"{end}[{n + j + 1}]" for end in ends) for j in range(len(data.covariates.names))]
         return [Input("u", self.to, data.unit_u, float(data.u[0])), *covariate_inputs(data, driven)]
 
 
 def centre_and_gain(v: Array) -> tuple[Array, Array]:
-    """Return middle and gain 2/range that map each column of v (n, m) to [-1, 1]; the gain is 0 if it is constant."""
+    """Return the middle and the gain 2/range that scale each column of v (n, m) to [-1, 1].
+
+    The gain of a constant column is 0.
+    """
     lo, hi = v.min(axis=0), v.max(axis=0)
     width = hi - lo
     return (lo + hi) / 2, np.divide(2.0, width, out=np.zeros_like(width), where=width > 0)
@@ -95,18 +99,18 @@ def fit_readout(
     most_rows: int = MOST_ROWS,
     least_decay: float = LEAST_DECAY,
 ) -> tuple[Graph, int, float]:
-    """Train the network on the training rows; return graph, number of weights, training error (unit of measure of y).
+    """Train a network on the training rows; return the graph, the number of weights, and the RMS training error.
 
-    The graph is features -> scaling ``features`` -> mlp ``network`` -> scaling ``readout``. Its inputs are `u` and the
-    covariates; its output is `y`. With `linear`, a linear readout of the features is fitted first by least squares, and
-    the network learns the residual. Then the graph also has the sum ``linear`` and the sum ``total``. If there are more
-    rows than `most_rows`, they are thinned evenly. `least_decay` is the least weight decay if the options state no
-    decay.
+    The error is in the unit of measure of y. The graph is features -> scaling ``features`` -> mlp ``network`` ->
+    scaling ``readout``. Its inputs are `u` and the covariates, and its output is `y`. With `linear`, a linear readout
+    of the features is fitted first by least squares, and the network is trained on the residual. The graph then also
+    has the sums ``linear`` and ``total``. If there are more than `most_rows` rows, they are thinned evenly.
+    `least_decay` is the smallest weight decay that is used if the option ``decay`` is not given.
     """
     x, y = features.values[data.counted], data.y[data.counted]
     middle, gain = centre_and_gain(x)
     scaled = (x - middle) * gain
-    # the ridge limits nearly equal features
+    # the ridge prevents large weights of nearly equal features
     a = least_squares(np.column_stack([scaled, np.ones(len(y))]), y, 1e-6)[0] if linear else np.zeros(0)
     rest = y - (scaled @ a[:-1] + a[-1]) if linear else y
     (rest_middle,), (rest_gain,) = centre_and_gain(rest[:, None])
@@ -162,13 +166,15 @@ def hidden_sweep(
     seed: int = 0,
     progress: Progress = silent,
 ) -> dict[int, float]:
-    """Compute the mean square validation error for every number of hidden neurons (Shen & Ma 2017, table 2).
+    """Return the mean square validation error for each number of hidden neurons (Shen & Ma 2017, table 2).
 
-    Networks from x (n, n_in) to y (n,) are trained on the rows `fitted`. Activation, starts, trainer, iterations and
-    decay are options of a network readout. Each size has its own random starts, so the order of the work does not
-    matter. Threads share the sizes, the largest first; BLAS has one thread in each, because threads of small
-    factorisations wait for each other longer than they compute. The progress weights each size by the cost of its
-    iterations. Errors are in the square of the unit of measure of y, in the order of `counts`.
+    Networks from x (n, n_in) to y (n,) are trained on the rows `fitted` and tested on the rows `validation`. `chosen`
+    contains the options of a network readout. The errors are in the square of the unit of measure of y, in the order of
+    `counts`.
+
+    Several threads train the networks, the largest network first. Each size has its own random start values, so the
+    result does not depend on the order. BLAS uses one thread per network, because threads of small factorisations wait
+    for each other longer than they compute. The progress is weighted with the estimated cost of each size.
     """
     middle, gain = centre_and_gain(x[fitted])
     (y_middle,), (y_gain,) = centre_and_gain(y[fitted][:, None])

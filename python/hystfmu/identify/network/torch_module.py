@@ -1,7 +1,7 @@
-"""Training of a `torch.nn` module by the trainers of this package: derivatives by torch, steps in float64 by numpy.
+"""Training of a `torch.nn` module with the optimisers of this package; torch computes the derivatives in float64.
 
-Levenberg-Marquardt needs the Jacobian, with one row per sample and output (torch.func, vectorised). All other trainers
-need only the gradient (back-propagation) and suit larger networks.
+Levenberg-Marquardt needs the Jacobian, which has one row per sample and output. The other optimisers need only the
+gradient, so they are suitable for larger networks.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ def train_module(
     iterations: int = 150,
     progress: Progress = silent,
 ) -> float:
-    """Fit a module to samples by least squares, in place, from its present weights.
+    """Train a module by least squares from its present weights; the weights of the module are replaced.
 
     Parameters
     ----------
     module : torch.nn.Module
-        Module that maps (n, n_in) to (n, n_out); it is converted to float64.
+        Module that maps an array (n, n_in) to an array (n, n_out). It is converted to float64.
     x : array, shape (n, n_in)
         Inputs, scaled to about [-1, 1].
     y : array, shape (n,) or (n, n_out)
@@ -39,7 +39,7 @@ def train_module(
     trainer : {"levenberg_marquardt", "powell_beale", "lbfgs"}
         Optimiser; see `hystfmu.identify.solvers.trainers`.
     iterations : int
-        Largest number of iterations.
+        Maximum number of iterations.
 
     Returns
     -------
@@ -49,7 +49,8 @@ def train_module(
     Raises
     ------
     InputError
-        The trainer is unknown, lengths differ, or the module has no weights.
+        The trainer is unknown, x and y have different lengths, the output of the module has another size than y, or the
+        module has no weights.
     """
     if trainer not in TRAINERS:
         raise InputError(f"The trainer must be one of {', '.join(TRAINERS)}. Got {trainer!r} instead.")
@@ -73,7 +74,7 @@ def train_module(
 
 
 def problem(module: nn.Module, x: Array, y: Array) -> Squares:
-    """Return the sum of squares over the weights of a float64 module that maps x (n, n_in) to y (n, n_out)."""
+    """Return the sum of squared errors between module(x) and y (n, n_out) as a function of the module weights."""
     inputs, wanted = torch.as_tensor(x), torch.as_tensor(y)
     weights = dict(module.named_parameters())
 
@@ -85,7 +86,7 @@ def problem(module: nn.Module, x: Array, y: Array) -> Squares:
         out = torch.func.functional_call(module, named(p), (row[None],))[0]
         return (out[0], out) if len(out) == 1 else (out, out)
 
-    # reverse mode per row returns output and derivatives; for one output a plain gradient is cheaper
+    # reverse mode returns the output and its derivatives for each row; for a single output, `grad` is faster
     differentiate = torch.func.grad if wanted.shape[1] == 1 else torch.func.jacrev
     jacobian = torch.func.vmap(differentiate(one, has_aux=True), in_dims=(None, 0))
 

@@ -1,6 +1,7 @@
-"""Network with one hidden layer and a linear output, trained from several starts.
+"""Network with one hidden layer and a linear output, which is trained from several random start values.
 
-Residuals, Jacobian and gradient are computed without torch, which takes seconds to import and twice the time per step.
+The residuals, the Jacobian and the gradient are computed without torch. The import of torch takes seconds, and its
+steps take twice the time.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ MOST_ROWS = 3000  # more rows are thinned evenly, because neighbouring rows are 
 
 @dataclass(frozen=True)
 class Network:
-    """Weights of a network with one output: y = W2 f(W1 x + b1) + b2, f the sigmoid or tanh."""
+    """Network with one output: y = W2 f(W1 x + b1) + b2, where f is the activation, sigmoid or tanh."""
 
     W1: Array
     b1: Array
@@ -33,19 +34,22 @@ class Network:
         return self.W1.size + self.b1.size + self.W2.size + 1
 
     def __call__(self, x: Array) -> Array:
-        """Return outputs (n,) for input rows x (n, n_in)."""
+        """Return the outputs (n,) for the inputs x (n, n_in)."""
         return np.asarray(_hidden(x @ self.W1.T + self.b1, self.activation)[0] @ self.W2 + self.b2)
 
 
 def _hidden(a: Array, activation: str) -> tuple[Array, Array]:
-    """Return hidden values and their derivatives."""
+    """Return the activations of the weighted sums a, and the derivatives of the activations."""
     t = np.tanh(a if activation == "tanh" else 0.5 * a)
     return (t, 1 - t * t) if activation == "tanh" else (0.5 + 0.5 * t, 0.25 * (1 - t * t))
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Least-squares problem of a network, x (n, n_in) to y (n,), over its weights p: W1 row by row, b1, W2, b2."""
+    """Least-squares problem of a network that maps x (n, n_in) to y (n,).
+
+    The vector p of all weights contains W1 row by row, then b1, W2 and b2.
+    """
 
     x: Array
     y: Array
@@ -53,16 +57,19 @@ class Fit:
     activation: str
 
     def network(self, p: Array) -> Network:
-        """Return the network with these weights."""
+        """Return the network with the weights p."""
         h, n = self.hidden, self.hidden * self.x.shape[1]
         return Network(p[:n].reshape(h, -1), p[n : n + h], p[n + h : n + 2 * h], float(p[-1]), self.activation)
 
     def errors(self, p: Array) -> Array:
-        """Return the residuals (n,)."""
+        """Return the residuals (n,): network output minus y."""
         return self.network(p)(self.x) - self.y
 
     def _layers(self, p: Array) -> tuple[Array, Array, Array]:
-        """Return residuals (n,), hidden values and derivatives of the output by the hidden sums, each (n, hidden)."""
+        """Return the residuals (n,), the activations (n, hidden), and the output derivatives (n, hidden).
+
+        The derivatives are taken with respect to the weighted sums of the hidden neurons.
+        """
         net = self.network(p)
         f, slope = _hidden(self.x @ net.W1.T + net.b1, self.activation)
         return f @ net.W2 + net.b2 - self.y, f, slope * net.W2
@@ -87,20 +94,20 @@ class Fit:
 def start(
     x: Array, y: Array, hidden: int, activation: str, rng: np.random.Generator, direction: Array | None = None
 ) -> Array:
-    """Draw initial weights: hidden layer as in Nguyen & Widrow 1990, over the input range; output by least squares.
+    """Return random start weights p: the hidden layer after Nguyen & Widrow 1990, the output layer by least squares.
 
-    With a `direction` (n_in,), every other neuron starts along this direction. Random draws for many inputs rarely
-    contain an important direction.
+    With a `direction` (n_in,), the weights of every second neuron are parallel to this direction. For many inputs,
+    random weights are rarely near an important direction.
     """
     k = x.shape[1]
     W1 = rng.normal(size=(hidden, k))
     if direction is not None:
         W1[::2] = direction * np.sign(rng.normal(size=(len(W1[::2]), 1)))
     W1 *= (1.4 if activation == "tanh" else 2.8) * hidden ** (1 / k) / np.linalg.norm(W1, axis=1, keepdims=True)
-    centre = x[rng.integers(len(x), size=hidden)]  # centre every neuron on a data point
+    centre = x[rng.integers(len(x), size=hidden)]  # the centre of each neuron is a random data point
     b1 = -np.sum(W1 * centre, axis=1)
     f = np.column_stack([_hidden(x @ W1.T + b1, activation)[0], np.ones(len(x))])
-    # a small ridge keeps the initial output weights from cancelling each other
+    # a small ridge prevents large output weights that cancel each other
     return np.concatenate([W1.ravel(), b1, least_squares(f, y, 1e-3)[0]])
 
 
@@ -118,12 +125,13 @@ def train(
     most_rows: int = MOST_ROWS,
     trainer: Trainer = TRAINERS["levenberg_marquardt"],
 ) -> tuple[Network, float]:
-    """Train a network from several starts: each start for a tenth of the iterations, then the best to the end.
+    """Train a network from several random start values; return the network and its RMS error on the scaled output.
 
-    A single start is trained at once to the end. Inputs x (n, n_in) and output y (n,) are scaled to about [-1, 1].
-    Weight decay adds `decay` times the sum of the squared weights to the mean square error. Some initial weights lie
-    along an important `direction` (n_in,) of the input space. If there are more rows than `most_rows`, they are thinned
-    evenly. The result is the network and its RMS error over the rows, for the scaled output.
+    From each start value, the network is trained for a tenth of the iterations. Then the best network is trained for
+    all iterations. With a single start value, the first stage is omitted. The inputs x (n, n_in) and the output y (n,)
+    must be scaled to about [-1, 1]. Weight decay adds `decay` times the sum of the squared weights to the mean square
+    error. `direction` (n_in,) is an important direction of the input space (see `start`). If there are more than
+    `most_rows` rows, they are thinned evenly. The error includes the weight decay.
     """
     stride = -(-len(x) // most_rows)
     x, y = np.ascontiguousarray(x[::stride]), y[::stride]
@@ -131,7 +139,7 @@ def train(
     first = max(iterations // 10, 10) if starts > 1 else 0
     total = starts * first + iterations
 
-    ridge = np.sqrt(decay * len(x)) * np.eye(hidden * (x.shape[1] + 2) + 1)[:-1]  # no decay on the output bias
+    ridge = np.sqrt(decay * len(x)) * np.eye(hidden * (x.shape[1] + 2) + 1)[:-1]  # no decay of the output bias
 
     fit = Fit(x, y, hidden, activation)
 
@@ -158,10 +166,10 @@ def train(
 
 
 def decay_for(y: Array, least: float = LEAST_DECAY) -> float:
-    """Return the weight decay for noisy data: noise variance over a weight variance of 10 (MacKay 1992).
+    """Return the weight decay for noisy data: the noise variance of y divided by a weight variance of 10 (MacKay 1992).
 
-    Third differences of y (n,) give the noise. Kinks that no feature explains have a small effect on this estimate,
-    unlike in `hystfmu.data.reversals.noise`.
+    The noise is estimated from the third differences of y (n,). Kinks of y have less effect on this estimate than on
+    `hystfmu.data.reversals.noise`.
     """
     third = np.diff(y, 3)
     variance = (np.median(np.abs(third)) / 0.6745) ** 2 / 20 if len(third) else 0.0

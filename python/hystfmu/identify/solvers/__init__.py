@@ -1,1 +1,1 @@
-"""Least squares: trainers of networks, non-negative, penalised, recursive."""
+"""Least-squares solvers: linear with a ridge, recursive, non-negative, and nonlinear for networks."""

@@ -1,21 +1,23 @@
 """Non-negative least squares with free columns, fast for thousands of columns.
 
-This module solves min |b - A x - F v| over x >= 0. An orthogonal basis of the range of F eliminates v. The remaining
-problem is the problem of Lawson & Hanson (1974, ch. 23). Three facts reduce the cost for thousands of plays:
+This module minimises |b - A x - F v| over x >= 0 and free v. An orthogonal basis of the range of F eliminates v. The
+remaining problem is the problem of Lawson & Hanson (1974, ch. 23). For thousands of plays, three methods reduce the
+cost:
 
-- A play is linear in its half-width between two kinks. So a column half-way between its neighbours is often their mean,
-and non-negative weights of the neighbours can replace it (half of 5000 columns for 2000 samples).
-- Adjacent plays are nearly equal, so a coarse selection of columns is already close.  If few of its weights are
-  positive, the columns with the largest positive gradient are added until none is left (pricing, as in the simplex
-  method).  Memory traffic over all columns, the cost of the plain method, then occurs only a few times.
-- If most weights are positive, an exact solution is likely to exist.  Active-set methods would add one column per step:
-  thousands of positive weights take thousands of steps, and in the last ones the gradient A'r is lost in rounding while
-  r is still 5e-8 of b (columns of adjacent plays differ in few rows, so A' shrinks r).  `positive_solution` factors the
-  row space of A once.  The minimum-norm solution spreads the weights so evenly that only few are negative (29 of 2597).
-  Those are set to 0 by a correction in the null space of A, which leaves the residual unchanged: least-distance
-  programming, Lawson & Hanson 1974, ch. 23.4.
+- Omitted columns. The output of a play is a piecewise linear function of its half-width. Therefore a column is often
+  the mean of its two neighbours, so that weights of the neighbours can replace its weight. This removes half of 5000
+  columns for 2000 samples.
+- Pricing, as in the simplex method. Columns of adjacent plays are nearly equal, so the solution for a coarse selection
+  of columns is already close to the solution. If only a few of its weights are positive, the columns with the largest
+  positive gradients are added until no gradient is positive. The products with all columns, which dominate the cost of
+  the standard method, are then needed only a few times.
+- Exact solution. If most weights are positive, an x >= 0 with A x = b usually exists. An active-set method would add
+  one column per step and would need thousands of steps. In the last steps, rounding errors would hide the gradient A'r
+  while |r| is still 5e-8 |b|. `positive_solution` instead factors the row space of A once. In the minimum-norm solution
+  only a few weights are negative (29 of 2597 in an example). A correction in the null space of A, which does not change
+  the residual, sets them to 0 (least-distance programming, Lawson & Hanson 1974, ch. 23.4).
 
-All factorisations are orthogonal; A'A is never formed.
+All factorisations are orthogonal; the matrix A'A is never computed.
 """
 
 from __future__ import annotations
@@ -28,27 +30,28 @@ from scipy.optimize import nnls
 
 from hystfmu.base.arrays import Array
 
-COARSE = 300  # columns in the first selection; up to this number are solved at once
-ADDED = 300  # limit on columns added per round
-DIRECT = 1200  # limit on columns solved at once if most weights are positive but no exact solution exists
-DENSE = 3000  # limit on columns whose row space is factored, which takes 4 n^3 operations
+COARSE = 300  # number of columns in the first selection; problems with at most this number are solved directly
+ADDED = 300  # maximum number of columns that are added per round
+DIRECT = 1200  # problems with at most this number of columns are solved directly if there is no exact solution
+DENSE = 3000  # maximum number of columns whose row space is factored, which takes 4 n^3 operations
 OPTIMAL = 1e-13  # gradient of a unit column, relative to |b|, that counts as 0
-GAP = 1e-2  # allowed distance of |r|^2 from its minimum, relative to |r|^2: a small r needs a smaller gradient
-LEAST_SIZE = 0.1  # of the largest column: a column that the rows hardly excite is not scaled up further
-MANY = 2**17  # rows
-MEAN = 16 * np.finfo(float).eps  # rounding of a column that is a mean of two others, relative to the largest entry
-EXACT = 1e-13  # largest |b - A x| / |b| of an exact solution; 1e-14 is usual
-DEPENDENT = 1e-12  # distance of a dependent row from the span of the others, relative to the largest row
-ROUNDS = 20  # limit on rounds that set negative weights to 0
-MOST_PUSHED = 0.2  # of all columns: with more weights at 0, a working set of columns is faster
+GAP = 1e-2  # permitted distance of |r|^2 from its minimum, relative to |r|^2; it matters if r is small
+LEAST_SIZE = 0.1  # smallest norm by which a column is divided, relative to the largest norm
+MANY = 2**17  # maximum number of rows that are processed together
+MEAN = 16 * np.finfo(float).eps  # rounding error of the mean of two columns, relative to the largest entry
+EXACT = 1e-13  # largest |b - A x| / |b| of an exact solution; the usual value is 1e-14
+DEPENDENT = 1e-12  # distance of a dependent row from the span of the other rows, relative to the largest row
+ROUNDS = 20  # maximum number of rounds that set negative weights to 0
+MOST_PUSHED = 0.2  # share of weights at 0 above which pricing is faster than the exact solution
 
 
 def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
-    """Compute weights x (p,) >= 0 of the columns of A (n, p) and free weights v (q,) of those of F (n, q), for b (n,).
+    """Return x (p,) >= 0 and v (q,) that minimise |b - A x - F v|, for A (n, p), F (n, q) and b (n,).
 
-    A zero column of A, or a column in the range of F, has weight 0. Dependent columns of F share a weight (least norm).
+    A zero column of A, or a column in the range of F, has the weight 0. For linearly dependent columns of F, v has the
+    smallest norm.
     """
-    if len(b) > MANY:  # a triangle has the same solution; further copies of so many rows would not fit
+    if len(b) > MANY:  # the triangular QR factor has the same solution and needs less memory
         R = _triangle(A, F, b)
         A, F, b = R[:, : A.shape[1]], R[:, A.shape[1] : -1], R[:, -1]
     U, s, Vt = np.linalg.svd(F, full_matrices=False)
@@ -68,7 +71,7 @@ def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
 
 
 def _triangle(*columns: Array) -> Array:
-    """Return the triangle of the QR factors of arrays (n, ..) side by side, computed from successive parts of rows."""
+    """Return the triangular QR factor of arrays (n, ...) side by side, computed from successive parts of the rows."""
     R: Array = np.zeros((0, np.column_stack([c[:1] for c in columns]).shape[1]))
     for k in range(0, len(columns[0]), MANY):
         part = np.column_stack([c[k : k + MANY] for c in columns])
@@ -77,7 +80,7 @@ def _triangle(*columns: Array) -> Array:
 
 
 def _extreme(A: Array) -> NDArray[np.intp]:
-    """Return the indices of all columns except those on a straight line between two others, equally spaced."""
+    """Return the indices of all columns that are not linear interpolations, in the index, of two other columns."""
     n = A.shape[1]
     if n <= COARSE:
         return np.arange(n)
@@ -88,13 +91,13 @@ def _extreme(A: Array) -> NDArray[np.intp]:
     after = np.searchsorted(ends, inner)
     low, high = ends[after - 1], ends[after]
     t = (inner - low) / (high - low)
-    # a curve may look straight between neighbours but not over the whole length
+    # a slightly curved sequence is straight between neighbours, but not over its whole length
     off = np.abs((1 - t) * A[:, low] + t * A[:, high] - A[:, inner]).max(axis=0) > enough
     return np.union1d(ends, inner[off])
 
 
 def _solved(A: Array, b: Array) -> Array:
-    """Solve non-negative least squares for columns of length 1."""
+    """Return the solution x >= 0 of the least-squares problem A x = b for columns with norm 1."""
     n = A.shape[1]
     if n <= COARSE:
         return _direct(A, b)
@@ -110,7 +113,7 @@ def _solved(A: Array, b: Array) -> Array:
 
 
 def _priced(A: Array, b: Array, working: Array, weights: Array) -> Array:
-    """Extend the solution on a working set of columns to all columns."""
+    """Return the solution for all columns by pricing, from the solution `weights` for the columns `working`."""
     last = np.inf
     while True:
         x = np.zeros(A.shape[1])
@@ -119,7 +122,7 @@ def _priced(A: Array, b: Array, working: Array, weights: Array) -> Array:
         g = A.T @ r
         g[x > 0] = 0
         misfit = float(np.linalg.norm(r))
-        sparse = np.count_nonzero(x) <= COARSE  # otherwise the last digits take minutes
+        sparse = np.count_nonzero(x) <= COARSE  # with more positive weights, an accurate solution would take minutes
         optimal = g.max() <= OPTIMAL * np.linalg.norm(b) and (not sparse or g.max() * x.sum() <= GAP * misfit**2)
         if optimal or not misfit < (1.0 if sparse else 0.999) * last:
             return x
@@ -131,7 +134,7 @@ def _priced(A: Array, b: Array, working: Array, weights: Array) -> Array:
 
 
 def _direct(A: Array, b: Array) -> Array:
-    if A.shape[0] > 2 * A.shape[1]:  # the triangle of the QR factors has the same solution and fewer rows
+    if A.shape[0] > 2 * A.shape[1]:  # the triangular QR factor has the same solution and fewer rows
         R = _triangle(A, b)
         A, b = R[:, :-1], R[:, -1]
     x, _ = nnls(A, b, maxiter=30 * A.shape[1] + 300)
@@ -139,9 +142,9 @@ def _direct(A: Array, b: Array) -> Array:
 
 
 def positive_solution(A: Array, b: Array) -> Array | None:
-    """Find the minimum-norm x (p,) >= 0 with A x = b up to rounding; None if it is not found.
+    """Return x (p,) >= 0 with A x = b up to rounding errors, near the minimum-norm solution; None if it is not found.
 
-    The columns must have about equal length.
+    The columns of A must have about equal norms.
     """
     A, b = _mixed(np.column_stack([A, b]))
     Q, L = row_space(A)
@@ -156,10 +159,11 @@ def positive_solution(A: Array, b: Array) -> Array | None:
 
 
 def _mixed(rows: Array) -> tuple[Array, Array]:
-    """Mix the rows by a random orthogonal matrix, so that the first k of them span the space of all.
+    """Multiply the rows by a random orthogonal matrix, so that the first k new rows span the space of all rows.
 
-    The mixing is random signs, cosine transform, random order (Avron, Maymounkov & Toledo 2010). Trap: consecutive
-    samples are nearly equal; without mixing, rounding errors grow to 1e-10, the size of real rows.
+    The matrix applies random signs, a cosine transform and a random permutation (Avron, Maymounkov & Toledo 2010). The
+    last column is returned separately. Trap: consecutive samples are nearly equal. Without this mixing, rounding errors
+    grow to 1e-10, which is the size of independent rows.
     """
     rng = np.random.default_rng(0)
     signs = rng.choice([-1.0, 1.0], (len(rows), 1))
@@ -168,10 +172,11 @@ def _mixed(rows: Array) -> tuple[Array, Array]:
 
 
 def row_space(A: Array) -> tuple[Array, Array]:
-    """Factor the row space of a mixed matrix A (n, p): the first k rows are L Q', and the others depend on them.
+    """Return Q (p, k) and L (k, k) for a mixed matrix A (n, p) of rank k, whose first k rows are L Q'.
 
-    Q (p, k) is orthonormal, and L (k, k) is a lower triangle. Mixed rows need no pivots: the first row that depends on
-    those before it tells the rank k. LAPACK's pivoted QR takes four times as long.
+    Q has orthonormal columns, and L is a lower triangular matrix. The other rows depend linearly on the first k rows.
+    Mixed rows need no pivoting: the index of the first dependent row is the rank. The pivoted QR factorisation of
+    LAPACK takes four times as long.
     """
     Q, R = qr(A.T, mode="economic", check_finite=False)
     least = DEPENDENT * float(np.sqrt(np.einsum("ij,ij->i", A, A).max(initial=0.0)))
@@ -181,7 +186,10 @@ def row_space(A: Array) -> tuple[Array, Array]:
 
 
 def _pushed(Q: Array, x: Array) -> Array | None:
-    """Return x + d >= 0 with the shortest d orthogonal to Q; a constraint is added when it is violated."""
+    """Return x + d >= 0 with the shortest d that is orthogonal to Q, or None if no d is found.
+
+    Only violated constraints are added, round by round.
+    """
     tiny = 1e-15 * float(np.abs(x).max(initial=0.0))
     bound, y = np.array([], dtype=int), x
     for _ in range(ROUNDS):

@@ -1,4 +1,4 @@
-"""Least squares with a ridge: of all rows at once, or row by row as in the IPMC paper, section 5."""
+"""Linear least squares with a ridge penalty, for all rows together or recursively as in the IPMC paper, section 5."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node, Value
 
-CHUNK = 2000  # rows per QR, which fit the cache
+CHUNK = 2000  # number of rows per QR factorisation, which fit into the cache
 
 
 def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
-    """Minimise |y - phi theta|^2 + rows ridge^2 |theta|^2 by QR; return theta (n,) and the RMS of y - phi theta.
+    """Return theta (n,) that minimises |y - phi theta|^2 + rows ridge^2 |theta|^2, and the RMS of y - phi theta.
 
-    The ridge equals that of recursive least squares with P(0) = I / (rows ridge^2).
+    The solution equals that of recursive least squares with P(0) = I / (rows ridge^2).
     """
     rows, n = phi.shape
     r: Array = np.sqrt(rows) * ridge * np.eye(n, n + 1)
@@ -27,11 +27,11 @@ def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
 
 
 def recursive(phi: Array, y: Array, ridge: float, dead_zone: float | None = None) -> Array:
-    """Return the weights (n,) after one pass over the rows of phi (rows, n), from 0, by `recursive_least_squares`.
+    """Return the weights (n,) after one pass of recursive least squares over the rows of phi (rows, n), from 0.
 
-    Without a dead zone they are those of `least_squares`. With it, a row with a smaller error changes nothing. A dead
-    zone that is smaller than the error of the best weights lets the recursion follow noise; if it diverges, an
-    InputError is raised.
+    Without a dead zone, the weights equal the result of `least_squares`. With a dead zone, a row whose error is smaller
+    than the dead zone does not change the weights. If the dead zone is smaller than the error of the best weights, the
+    recursion adapts to noise and can diverge. If it diverges, an InputError is raised.
     """
     values: dict[str, Value] = {"eta": 1 / (len(y) * ridge**2), "mu": 1.0, "form": "plain"}
     if dead_zone is not None:
@@ -39,7 +39,7 @@ def recursive(phi: Array, y: Array, ridge: float, dead_zone: float | None = None
     learner = Graph.single(Node("learner", "recursive_least_squares", {"n": phi.shape[1]}, values))
     found = learner.run(np.column_stack([phi, y]), 1.0)
     e, learned = y - found[:, 0], found[:, -1]
-    still = np.diff(learned, prepend=0.0) <= 0  # an update that is not finite starts the count anew
+    still = np.diff(learned, prepend=0.0) <= 0  # the count of updates restarts at 0 after an update that is not finite
     lost = still if dead_zone is None else still & (np.abs(e) > dead_zone)
     if lost.any():
         reason = "" if dead_zone is None else f": the dead zone {dead_zone:g} is below the achievable error"

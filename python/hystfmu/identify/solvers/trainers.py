@@ -1,7 +1,7 @@
-"""Minimisers of a sum of squares, which train networks: Levenberg-Marquardt, Powell-Beale, L-BFGS.
+"""Optimisers that train networks by minimising a sum of squares: Levenberg-Marquardt, Powell-Beale and L-BFGS.
 
-- levenberg_marquardt is the default. It has half the error of powell_beale in a third of the time.
-- powell_beale takes conjugate gradients with restarts, as in Zhao & Tan 2008. It uses all iterations.
+- levenberg_marquardt is the default. Compared with powell_beale, it reaches half of the error in a third of the time.
+- powell_beale is the conjugate-gradient method with restarts of Zhao & Tan 2008.
 - lbfgs is a limited-memory quasi-Newton method (Nocedal 1980; scipy) for networks that are too large for a Jacobian.
 """
 
@@ -16,22 +16,22 @@ from scipy.linalg import solve_triangular
 
 from hystfmu.base.arrays import Array, Progress, silent
 
-ORTHOGONAL = 0.2  # Powell's limit of |g_{k-1}'g_k| / |g_k|^2
-ENOUGH = 1e-4  # least fraction of the predicted decrease that a step must achieve (Armijo)
-TRIALS = 20  # limit on evaluations per line search
-NOISE = 1e-14  # relative rounding error of a value
-FLAT = 1e-6  # relative difference of values below which interpolation uses their slopes alone
-PAIRS = 20  # memory of L-BFGS in steps
+ORTHOGONAL = 0.2  # limit of |g_{k-1}'g_k| / |g_k|^2 above which the directions restart (Powell)
+ENOUGH = 1e-4  # smallest fraction of the predicted decrease that a step must achieve (Armijo)
+TRIALS = 20  # maximum number of evaluations per line search
+NOISE = 1e-14  # relative rounding error of a function value
+FLAT = 1e-6  # relative difference of two values below which the interpolation uses only their slopes
+PAIRS = 20  # number of previous steps that L-BFGS stores
 
 Gradient = Callable[[Array], tuple[float, Array]]
 
 
 @dataclass(frozen=True)
 class Squares:
-    """A sum of squares as a function of a vector (n,), given by three functions of this vector.
+    """A sum of squares as a function of a vector (n,), defined by three functions of this vector.
 
-    The first returns the residuals (m,) with their Jacobian (m, n), and the second the residuals alone. The third
-    returns the sum with its gradient (n,), which takes a quarter of the time of a Jacobian.
+    `residuals` returns the residuals (m,) and their Jacobian (m, n). `errors` returns only the residuals. `gradient`
+    returns the sum of squares and its gradient (n,), which takes a quarter of the time of a Jacobian.
     """
 
     residuals: Callable[[Array], tuple[Array, Array]]
@@ -47,20 +47,19 @@ def levenberg_marquardt(
     progress: Progress = silent,
     residuals: Callable[[Array], Array] | None = None,
 ) -> tuple[Array, float]:
-    """Minimise a sum of squares from the start p by Levenberg-Marquardt steps.
+    """Minimise a sum of squares from the start p by Levenberg-Marquardt steps; return the minimum (n,) and its value.
 
-    Each iteration factors the Jacobian once, J = Q R, and tries dampings mu on the small triangle:
-    min |R s + Q'r|^2 + mu |D s|^2, by QR again, never by the normal equations.  Damping and its update follow Marquardt
-    1963 and More 1978 (scaling D by the largest column norms so far).
+    `function` returns the residuals r (m,) and the Jacobian J (m, n) at a point (n,). `residuals` returns only the
+    residuals, so that no Jacobian is computed for rejected trial steps, which are about half of all trial steps. The
+    search ends if 10 iterations reduce the sum of squares by less than the fraction `tolerance`.
 
-    scipy.optimize.least_squares takes the same time and ends in other minima, so it does not replace this function. The
-    RMS errors after 100 iterations from three starts of a network with 8 neurons are 3.5e-4, 3.3e-4, 3.0e-4 here;
-    4.9e-4, 3.2e-4, 3.6e-4 with the trust region of scipy; and 4.3e-4, 3.2e-4, 2.9e-4 with MINPACK.
+    Each iteration computes one factorisation J = Q R. The trial steps s for several dampings mu minimise
+    |R s + Q'r|^2 + mu |D s|^2, also by a QR factorisation; normal equations are not used. The damping and its update
+    follow Marquardt 1963 and More 1978. The scaling D contains the largest column norms so far.
 
-    `function` returns residuals (m,) and Jacobian (m, n) at a point (n,). `residuals` returns the residuals alone, so
-    that no Jacobian is computed for rejected trials, which are about half of the trials. The search ends when 10
-    iterations reduce the sum of squares by less than the fraction `tolerance`. The result is the minimum (n,) and its
-    value.
+    scipy.optimize.least_squares takes the same time but ends in other minima, so this function is kept. After 100
+    iterations from three starts of a network with 8 neurons, its RMS errors are 3.5e-4, 3.3e-4 and 3.0e-4. The errors
+    are 4.9e-4, 3.2e-4 and 3.6e-4 with the trust-region method of scipy, and 4.3e-4, 3.2e-4 and 2.9e-4 with MINPACK.
     """
     mu = 1e-2
     r, J = function(p)
@@ -72,7 +71,7 @@ def levenberg_marquardt(
         norms = np.linalg.norm(J, axis=0)
         scale = np.maximum(scale, np.maximum(norms, 1e-8 * max(norms.max(), 1e-300)))
         n = len(p)
-        # the residual is the last column: QR returns Q'r there and Q is never formed
+        # the residual is appended as the last column: the factorisation returns Q'r there, so Q is not needed
         R: Array = np.linalg.qr(np.column_stack([J / scale, -r]), mode="r")[:n]  # type: ignore[assignment]
         for _ in range(12):
             damped = np.vstack([R, np.sqrt(mu) * np.eye(n, n + 1)])
@@ -104,15 +103,16 @@ def conjugate_gradients(
 ) -> tuple[Array, float, int]:
     """Minimise a smooth function from the start p by conjugate gradients with Powell-Beale restarts.
 
-    d_k = -g_k + beta_k d_{k-1} + gamma_k d_t, t the last restart, y_k = g_{k+1} - g_k, beta_k = g_k'y_{k-1} /
-    d_{k-1}'y_{k-1}, gamma_k = g_k'y_t / d_t'y_t (0 at k = t+1). It restarts with d_k = -g_k if |g_{k-1}'g_k| >= 0.2
-    |g_k|^2 (Powell 1977, Math. Prog. 12, 241-254), after n steps, and if d_k is not a descent direction. The third term
-    keeps directions conjugate to the direction of the restart (Beale 1972).
+    The direction is d_k = -g_k + beta_k d_{k-1} + gamma_k d_t, where g_k is the gradient and t is the step of the last
+    restart. With y_k = g_{k+1} - g_k, the factors are beta_k = g_k'y_{k-1} / d_{k-1}'y_{k-1} and gamma_k = g_k'y_t /
+    d_t'y_t (0 for k = t + 1). The third term makes the directions conjugate to the direction of the restart (Beale
+    1972). The method restarts with d_k = -g_k if |g_{k-1}'g_k| >= 0.2 |g_k|^2 (Powell 1977, Math. Prog. 12, 241-254),
+    after n steps, and if d_k is not a descent direction.
 
-    `function` returns value and gradient (n,) at a point (n,). A line search ends when the slope has decreased to the
-    fraction `slope`; conjugacy needs about 0.1 or less. The steps end when the largest component of the gradient is at
-    most `gradient`. The result is the minimum (n,), its value, and the number of steps, which is smaller than
-    `iterations` if a minimum was found.
+    `function` returns the value and the gradient (n,) at a point (n,). A line search ends when the absolute slope has
+    decreased to the fraction `slope`; conjugate directions need a fraction of about 0.1 or less. The iterations end
+    when the largest component of the gradient is at most `gradient`. The result is the minimum (n,), its value, and the
+    number of iterations, which is smaller than `iterations` if a minimum was found.
     """
     p = np.array(p, dtype=np.float64)
     value, g = function(p)
@@ -126,7 +126,7 @@ def conjugate_gradients(
         if not along < 0:
             d, since, along = -g, 0, -float(g @ g)
         found = _line_search(p, d, value, along, step, function, slope)
-        if found is None:  # no decrease along d: try -g once; if that fails too, rounding limits the value
+        if found is None:  # no decrease along d: try -g; if this fails too, rounding errors prevent a further decrease
             if since == 0:
                 return p, value, k
             d, since = -g, 0
@@ -152,10 +152,10 @@ def conjugate_gradients(
 def _line_search(
     p: Array, d: Array, value: float, along: float, step: float, function: Gradient, slope: float
 ) -> tuple[float, float, Array] | None:
-    """Find step, value and gradient at a point that meets the strong Wolfe conditions; None if no point is lower.
+    """Return the step, value and gradient of a point that meets the strong Wolfe conditions; None if no point is lower.
 
-    The search brackets a point and interpolates by cubics (Nocedal & Wright, Numerical Optimization, algorithms 3.5 and
-    3.6).
+    The search first finds an interval that contains such a point, and then uses cubic interpolation (Nocedal & Wright,
+    Numerical Optimization, algorithms 3.5 and 3.6).
     """
     low: tuple[float, float, float] = (0.0, value, along)  # step, value, slope of the best point
     high: tuple[float, float, float] | None = None  # the minimum lies between low and high
@@ -185,7 +185,10 @@ def _line_search(
 
 
 def _between(a: tuple[float, float, float], b: tuple[float, float, float], lo: float, hi: float) -> float:
-    """Return the minimum in lo..hi of the cubic through two points with slopes; the middle if there is no minimum."""
+    """Return the minimum, between lo and hi, of the cubic through two points with given slopes.
+
+    If the cubic has no minimum, the result is the middle of the interval.
+    """
     if not np.isfinite(b[1]) or not np.isfinite(b[2]):
         return (lo + hi) / 2
     if abs(a[1] - b[1]) <= FLAT * abs(a[1]) and a[2] * b[2] < 0:  # by the slopes alone
@@ -202,7 +205,10 @@ def _between(a: tuple[float, float, float], b: tuple[float, float, float], lo: f
 
 
 def lbfgs(p: Array, function: Gradient, iterations: int, progress: Progress = silent) -> tuple[Array, float]:
-    """Minimise by L-BFGS a function that returns value and gradient (n,); return the point (n,) and the value there."""
+    """Minimise a function by L-BFGS; return the minimum (n,) and its value.
+
+    `function` returns the value and the gradient (n,) at a point (n,).
+    """
     from scipy.optimize import minimize
 
     done = 0
@@ -212,7 +218,7 @@ def lbfgs(p: Array, function: Gradient, iterations: int, progress: Progress = si
         done += 1
         progress(min(done / iterations, 1.0))
 
-    # no early stop: training crosses flat valleys, where one step gains little and later ones much
+    # no early stop: in flat valleys a single step reduces the error little, but later steps can reduce it much
     limits: Any = {"maxiter": iterations, "maxfun": 20 * iterations, "maxcor": PAIRS, "ftol": 0.0, "gtol": 1e-12}
     call: Any = minimize  # its stubs accept only arrays typed as one-dimensional
     result = call(function, p, jac=True, method="L-BFGS-B", callback=count, options=limits)
@@ -220,7 +226,7 @@ def lbfgs(p: Array, function: Gradient, iterations: int, progress: Progress = si
 
 
 Trainer = Callable[[Array, Squares, int, Progress], tuple[Array, float]]
-"""Minimises from a start (n,) in at most the given iterations; reports progress; returns point and value."""
+"""Function that minimises a sum of squares from a start (n,) in a number of iterations; returns point and value."""
 TRAINERS: dict[str, Trainer] = {
     "levenberg_marquardt": lambda p, of, n, progress: levenberg_marquardt(
         p, of.residuals, n, progress=progress, residuals=of.errors

@@ -257,7 +257,7 @@ class FmuMember(SteppedMember):
         self.take()
 
     def tangent(self, du: list[float]) -> list[float] | None:
-        """Return the tangent of the outputs after a step along the change `du` of inputs, or None if not finite."""
+        """Return the tangent of the outputs after a step, for a change `du` of the inputs, or None if not finite."""
         assert self._tangent is not None
         for k, v in enumerate(du):
             self._du[k] = v

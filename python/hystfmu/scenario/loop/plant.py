@@ -211,7 +211,7 @@ def lone_dynamics(system: System, side: PlantSide, between: Collection[int]) -> 
 def as_gain(part: Part, lone: Collection[str] = ()) -> Graph:
     """Return the graph of an inverse with a gain of 1 instead of the inverse hysteresis.
 
-    Blocks that invert dynamics in `lone` are not removed and have a static gain of 1.
+    Blocks that invert dynamics whose type is in `lone` remain in the graph, scaled to a static gain of 1.
     """
     n = len(part.inputs)
     kept = [m for m in part.own.nodes if m.block.inverts in lone]
@@ -371,7 +371,7 @@ def _parallel(graph: Graph, way: Sequence[Node]) -> bool:
 
 
 def _ways(graph: Graph) -> tuple[list[tuple[str, str]], set[str], str]:
-    """Return the connections of the blocks, the ends driven by the first input, and the end of the first output."""
+    """Return the connections of a graph, the block inputs driven by its first input, and its first block output."""
     edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in graph.wires]
     return edges, {end.partition(".")[0] for end in graph.inputs[0].to}, graph.outputs[0].source.partition(".")[0]
 

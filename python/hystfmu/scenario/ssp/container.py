@@ -1,8 +1,8 @@
 """Write a closed loop with foreign FMUs as one container FMU, which steps all units in the stated order.
 
 Own units that are neighbours in the order are joined to one FMU. All FMUs are unpacked in `resources/units`. The binary
-is the master loop of `fmu_build/master` with function pointers, and `resources/system.txt` lists the connections
-(`fmu_build/container/system_file.h`).
+contains the master loop of `fmu_build/master`, which calls the units by function pointers. The file
+`resources/system.txt` lists the connections (format: `fmu_build/container/system_file.h`).
 
 This module also converts a case to the form in which other simulators run an SSP archive, and computes the difference
 from the original case.

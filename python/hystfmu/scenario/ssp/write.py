@@ -235,9 +235,9 @@ def write_ssp(
 def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
     """Write a case as one FMU that steps its units in the order of the scenario.
 
-    Without foreign FMUs, the FMU contains one graph, and supports Model Exchange and saved states. The description of
-    this FMU states the largest difference from the case, because the case has finer steps and events within steps. With
-    foreign FMUs, the FMU is a container of FMUs.
+    Without foreign FMUs, the FMU contains one graph, and supports Model Exchange and saved states. The FMU has coarser
+    steps than the case and no events within steps. Therefore its description states the largest difference between the
+    results of the FMU and of the case. With foreign FMUs, the FMU is a container of FMUs.
 
     Raises
     ------

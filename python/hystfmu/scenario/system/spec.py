@@ -240,7 +240,7 @@ class MarginsSpec(pydantic.BaseModel):
 
 
 class ConditionSpec(pydantic.BaseModel):
-    """Keys in which a case may differ from the scenario."""
+    """Keys of a scenario that a case or a condition can override."""
 
     model_config = STRICT
     text: str = Field("", description="one line for a reader")

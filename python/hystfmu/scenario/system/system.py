@@ -256,7 +256,7 @@ def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def behind(edges: Iterable[tuple[T, T]], *first: T) -> set[T]:
-    """Return all ends downstream of the given ends. A given end is included only if it is in a loop."""
+    """Return all ends of connections downstream of the given ends. A given end is included only if it is in a loop."""
     edges, found = list(edges), set[T]()
     while more := {b for a, b in edges if a in found or a in first} - found:
         found |= more
@@ -381,8 +381,8 @@ def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Gra
 
     If `own` is True, a connection from a unit to itself remains an external input, as in a coupling. The names are
     `unit_block` for blocks, `unit_output` for outputs and `unit_input` for inputs. Also return the inputs of units that
-    become inputs of the graph, in the order of the graph. These are inputs with an external source and constants; a
-    constant is the start value of its input.
+    become inputs of the graph, in the order of the graph. These inputs have an external source or are constant. A
+    constant is the start value of the input.
     """
     nodes: list[Node] = []
     wires: list[tuple[str, str]] = []
@@ -470,7 +470,7 @@ def _scalars(graph: Graph) -> list[tuple[str, str, Port]]:
 
 
 def _input_ends(graph: Graph) -> list[list[str]]:
-    """Return the endpoints inside the graph of every scalar input."""
+    """Return the ends of connections in the graph for every scalar input."""
     ends = []
     for i in graph.inputs:
         size = graph.port(i.name).size
