@@ -69,7 +69,7 @@ class Result(CaseResult):
 
 
 class Results(list[Result]):
-    """Results of several cases, in the order of the cases."""
+    """Results of several cases: a list of the results in `iterable`, in the order of the cases."""
 
     @property
     def passed(self) -> bool:
