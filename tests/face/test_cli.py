@@ -181,7 +181,7 @@ def test_the_kinds_of_model_are_listed_with_their_options():
     head, _, first = lines[lines.index(line) + 1 : lines.index(line) + 4]
     assert head.split()[-1] == "meaning"
     assert first.split()[:6] == ["starts", "6", "an", "int", "in", "[1,"]
-    assert first.endswith("starts of the search")
+    assert first.endswith("start values of the search")
     assert any(line.startswith("auto: ") for line in lines)
 
 

@@ -1,4 +1,4 @@
-"""Identified models as Modelica: `export_modelica` writes a package with a record of values and a ready block."""
+"""Export of identified models to Modelica. `export_modelica` writes a package with a parameter record and a block."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A realisation of an exported model: components of the library with the wires of the graph and the record's values."""
+"""Block of one realisation of an exported model: library components, connections, and parameters from the record."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
     ----------
     model : Model
     name, within : str
-        Name of the block, and name of its package, which has the partial block Ports.
+        Name of the block, and name of its package. The package contains the partial block Ports.
     w : Wiring
         Wiring of the graph of the model.
     history : str
@@ -126,20 +126,20 @@ def _declaration(model: Model, node: Node, name: str, inverse: implicit.Tried | 
     if inverse is not None:
         given = [f"redeclare package Model = {inverse.package}", *given]
         given += [f"values = {inverse.values}", f"state0 = {inverse.state0}"]
-    if not discrete:  # else the choices are in the matrices
+    if not discrete:  # the matrices of a discretised block already contain the choices
         without = lacks(node.block, node.block.class_name) if classes.is_discretised(node) else frozenset()
         given += [f"{k} = {w}" for k, w in classes.choices(node).items() if k not in without]
     if kind == SAMPLED and classes.is_sampled(node):
         given.append("Ts = Ts")
     if kind == "Events" and starts_in_chain(class_in(node, kind)):
-        given.append("inChain = true")  # the export refuses loops
+        given.append("inChain = true")  # this holds because the export refuses loops
     if has_reach(class_in(node, kind)) and (reach := _reach(model, node)):
         given.append(f"reach = {number(reach)}")
     return f"{class_in(node, kind)} {name}({', '.join(given)})"
 
 
 def _refusal(h: float) -> str:
-    """Return the assertion of a block whose matrices or lags are valid for one sample period (s)."""
+    """Return the assertion that the sample period equals `h` (s), for which matrices and lags are computed."""
     message = (
         f"Ts must be {number(h)} s, for which the dynamics and lags are computed: export a model with another step"
     )
@@ -147,7 +147,7 @@ def _refusal(h: float) -> str:
 
 
 def _reach(model: Model, node: Node) -> float:
-    """Return the longest branch within the range of the identification data; 0 if the range is unknown."""
+    """Return the length of the longest branch within the range of the identification data; 0 if unknown."""
     rate, known = rate_of(model.graph, node), span(model)
     if rate is None or known is None:
         return 0.0
@@ -157,7 +157,10 @@ def _reach(model: Model, node: Node) -> float:
 
 
 def _refuse_loops(graph: Graph, wires: list[tuple[str, str]]) -> None:
-    """Refuse a wire to an earlier block. This wire delays by one step, which the library does not support."""
+    """Raise an error for a wire to an earlier block.
+
+    Such a wire delays by one step, which the library does not support.
+    """
     order = [n.name for n in graph.nodes]
     for a, b in wires:
         if order.index(a.split(".")[0]) >= order.index(b.split(".")[0]):

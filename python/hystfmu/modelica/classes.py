@@ -1,4 +1,4 @@
-"""Class of a block of a graph: folder and packages of the library HystFMU, name, and modifiers of the class."""
+"""Modelica class of a block of a graph: location of the library HystFMU, name and parameters of the class."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from hystfmu.modelica.literals import array, class_name, string
 
 
 def library_date() -> str:
-    """Return the day of the version of the library, ``2026-11-21``; exports carry it, so that their bytes repeat."""
+    """Return the date of the library version, for example ``2026-11-21``.
+
+    Exports contain this date instead of the current date, so that two exports are bit-identical.
+    """
     found = re.search(r'versionDate = "([\d-]+)"', (shipped_library() / "HystFMU" / "package.mo").read_text("utf-8"))
     assert found is not None
     return found[1]
@@ -35,10 +38,10 @@ def shipped_library() -> Path:
     raise InputError(f"no Modelica library in {PACKAGE / '_modelica'}: install the package with 'pip install .'")
 
 
-DEPTH = 16  # extrema that an operator remembers: a step takes time in proportion; 16 nested loops are rare
+DEPTH = 16  # extrema that an operator stores: the computing time grows in proportion, and 16 nested loops are rare
 _PRODUCT = re.compile(r"(\w+) ?\* ?\w+\Z")
 
-# package of a family; a plant, which is continuous in the library, stands apart from the linear dynamics
+# package of each family of blocks; plants are not in Dynamics, because they are continuous in the library
 _PACKAGES = {
     "operators": "Operators",
     "inverses": "Inverse",
@@ -48,8 +51,8 @@ _PACKAGES = {
     "sources": "Sources",
 }
 _PLANTS = {"bouc_wen_oscillator", "duhem_oscillator"}
-_LEARNS = {"adaptive_inverse"}  # an inverse that learns from samples has no realisation but the sampled one
-# a class of Sources is one shape of the unit `reference`: parameters that belong to a shape, besides those of all
+_LEARNS = {"adaptive_inverse"}  # an inverse that learns from samples has only the sampled realisation
+# each shape of the unit `reference` is a class of Sources: parameters that only this shape has
 SHAPES = {
     "sine": {"frequency", "phase"},
     "triangle": {"frequency", "phase", "turn"},
@@ -58,13 +61,13 @@ SHAPES = {
     "steps": {"m", "levels", "T"},
     "random_reversals": {"m", "frequency", "seed"},
 }
-# what a class has not of its block
+# parameters of a block that its class does not have
 _LACKS = {
     "transfer_function": {"hold"},  # continuous: its input is not sampled
 }
 
 
-# the enumerations of Types that are written by hand, by their words
+# hand-written enumerations of the package Types, by their words
 _ENUMERATIONS = {
     "dominant|last": "Memory",
     "sigmoid|tanh|relu": "Activation",
@@ -76,10 +79,10 @@ _ENUMERATIONS = {
 
 
 def enumeration(block: BlockType, v: Var) -> str:
-    """Return the name below HystFMU of the enumeration of the words of a choice.
+    """Return the name below HystFMU of the enumeration that contains the words of the choice parameter `v`.
 
-    An enumeration that is not written by hand is in the generated package Choices, with a name from block and
-    parameter.
+    Hand-written enumerations are in the package Types. All others are in the generated package Choices, and their name
+    consists of block and parameter.
     """
     if name := _ENUMERATIONS.get(v.type):
         return f"Types.{name}"
@@ -87,39 +90,44 @@ def enumeration(block: BlockType, v: Var) -> str:
 
 
 def camel(key: str) -> str:
-    """Return the name of a class: ``DecayingSine`` for ``decaying_sine``."""
+    """Return a key in the form of a class name, for example ``DecayingSine`` for ``decaying_sine``."""
     return "".join(w.capitalize() for w in key.split("_"))
 
 
 def package_of(block: BlockType) -> str:
-    """Return the package of the class of a block, below HystFMU; for an operator, of its sampled realisation."""
+    """Return the package below HystFMU that contains the class of a block.
+
+    For an operator, the package of the sampled realisation is returned.
+    """
     package = "Plants" if block.name in _PLANTS else _PACKAGES[block.family]
     return f"{package}.Sampled" if _is_realised(block) else package
 
 
 def is_sampled_class(block: BlockType) -> bool:
-    """Return whether the class acts at 0, Ts, 2 Ts, ... and has the parameter Ts."""
+    """Return whether the class computes outputs only at 0, Ts, 2 Ts, ... and so has the parameter Ts."""
     return block.rate == "sampled" or _is_realised(block)
 
 
 def _is_realised(block: BlockType) -> bool:
-    """Return whether a block has up to three realisations: an operator or inverse with memory and without learning."""
+    """Return whether a block can have several realisations. It is then an operator or inverse with memory that does not
+    learn.
+    """
     return block.family in ("operators", "inverses") and block.rate != "function" and block.name not in _LEARNS
 
 
 def matrix_rows(v: Var) -> str:
-    """Return the name of the size that is the number of rows of a matrix in Modelica; "" for other variables."""
+    """Return the name of the size parameter that is the number of rows of a matrix; "" if `v` is not a matrix."""
     product = _PRODUCT.match(v.size)
     return product[1] if product else ""
 
 
 def has_shapes(block: BlockType) -> bool:
-    """Return whether each shape of the block is a class."""
+    """Return whether each shape of the block has its own class."""
     return block.name == "reference"
 
 
 def class_names(block: BlockType) -> list[str]:
-    """Return the names of the classes of a block: one, or one for each shape."""
+    """Return the names of the classes of a block: one name, or one name for each shape."""
     return [camel(s) for s in SHAPES] if has_shapes(block) else [block.class_name]
 
 
@@ -128,29 +136,29 @@ def lacks(block: BlockType, class_name: str) -> frozenset[str]:
     if has_shapes(block):
         own = next(rows for shape, rows in SHAPES.items() if camel(shape) == class_name)
         return frozenset({"shape", *set.union(*SHAPES.values())} - own)
-    # the model of an output found by trial is a package of functions, and hangs on no port
+    # an implicit inverse calls its model as a package of functions, so that the port for trial outputs does not exist
     return frozenset({*_LACKS.get(block.name, ()), *((block.tried,) if block.tried else ())})
 
 
-# their lags and periods are numbers of samples
+# blocks whose lags and periods are numbers of samples
 COUNTED = ("delay", "iterative_learning", "narx_network", "polynomial_narx", "repetitive")
-MOST_DEGREE = 3  # of Networks.PolynomialNarx
-MOST_PARAMETERS = 1000  # a larger network becomes a function: tools handle thousands of parameters one by one
+MOST_DEGREE = 3  # largest degree of Networks.PolynomialNarx
+MOST_PARAMETERS = 1000  # a larger network becomes a function, because tools are slow with thousands of parameters
 
 
 def word(node: Node, name: str) -> str:
-    """Return the word of a choice, e.g. ``"tanh"``."""
+    """Return the word that a choice parameter of a block is set to, for example ``"tanh"``."""
     v = next(v for v in node.block.parameters if v.name == name)
     return v.choices[int(node.value(name)[0])]
 
 
 def is_sampled(node: Node) -> bool:
-    """Return whether the class of a block acts only at 0, Ts, 2 Ts, ..."""
+    """Return whether the class of a block computes outputs only at 0, Ts, 2 Ts, ..."""
     return place(node)[1]
 
 
 def place(node: Node) -> tuple[str, bool]:
-    """Return the package of the class, and whether the class is sampled.
+    """Return the package of the class of a block, and whether the class is sampled.
 
     Raises
     ------
@@ -166,12 +174,18 @@ def place(node: Node) -> tuple[str, bool]:
 
 
 def is_discretised(node: Node) -> bool:
-    """Return whether a StateSpace, discretised for the step as in the unit, replaces the continuous class."""
+    """Return whether Dynamics.StateSpace replaces the continuous class of a block.
+
+    The state space is discretised for the sample period as in the unit.
+    """
     return node.type == "transfer_function"
 
 
 def is_tied(node: Node) -> bool:
-    """Return whether a block depends on the sample period, by its matrices or by lags in samples."""
+    """Return whether the parameters of a block are valid for one sample period only.
+
+    These parameters are discretised matrices, or lags in samples.
+    """
     return is_discretised(node) or node.type in COUNTED
 
 
@@ -197,13 +211,16 @@ def is_large(node: Node) -> bool:
 
 
 def dims(node: Node) -> dict[str, int]:
-    """Return the sizes that the class of a block takes."""
+    """Return the size parameters of the class of a block, by name."""
     foreign = _of_other_shapes(node)
     return {k: min(n, DEPTH) if k == "depth" else n for k, n in node.dims.items() if k not in foreign}
 
 
 def values(node: Node) -> dict[str, tuple[Var, Array]]:
-    """Return the numeric parameters of the class of a block: row of the table, and value, a matrix in its shape."""
+    """Return the numeric parameters of the class of a block by name, each as row of the C table and value.
+
+    A value has the shape (1,), (n,) or, for a matrix, (n, m).
+    """
     found = {}
     for v in node.block.parameters:
         if v.choices or v.name in _of_other_shapes(node):
@@ -215,7 +232,7 @@ def values(node: Node) -> dict[str, tuple[Var, Array]]:
 
 
 def choices(node: Node) -> dict[str, str]:
-    """Return the choices that the class of a block takes, as words of the enumerations of the library."""
+    """Return the choice parameters of the class of a block by name, as qualified words of the library enumerations."""
     rows = [v for v in node.block.parameters if v.choices and v.name != "shape"]  # a shape is a class
     return {v.name: f"HystFMU.{enumeration(node.block, v)}.{word(node, v.name)}" for v in rows}
 
@@ -225,12 +242,15 @@ def _of_other_shapes(node: Node) -> frozenset[str]:
 
 
 def network_names(node: Node) -> tuple[str, str]:
-    """Return the names of the function and of the block."""
+    """Return the names of the function and of the block that are exported for a large network."""
     return f"{node.name}Output", f"{class_name(node.name)}Network"
 
 
 def network_classes(node: Node, within: str) -> dict[str, str]:
-    """Return the two classes by name, without the first line of a file (the mark)."""
+    """Return the text of the function and of the block of a large network, by class name.
+
+    The texts do not contain the first line of a file (see `record.mark`).
+    """
     n_in, n_hidden, n_out = (node.dims[k] for k in ("n_in", "n_hidden", "n_out"))
     function, block = network_names(node)
     text = f"Network {node.name}: {n_in} inputs, {n_hidden} hidden neurons, {n_out} outputs"

@@ -1,4 +1,4 @@
-"""Example model: a decaying sine over the range of the identification data drives the block."""
+"""Example model of a package. A decaying sine over the range of the identification data drives the block."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hystfmu.modelica.ports import rate_name
 from hystfmu.modelica.record import span, step
 from hystfmu.modelica.wiring import Wiring
 
-PERIODS, ROWS = 4, 100  # of the sine; rows of one
+PERIODS, ROWS = 4, 100  # periods of the sine, and rows of one period
 
 
 def example(model: Model, name: str, within: str, block_name: str, w: Wiring, rated: Sequence[str]) -> str:
@@ -94,7 +94,7 @@ def _at_port(model: Model, driven: list[str], value: float) -> float:
 
 
 def _rates(model: Model, w: Wiring, rated: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return declarations and equations that supply the rate of the signal to a realisation."""
+    """Return declarations and equations that connect the time derivative of the signal to the inputs `rated`."""
     declared: list[str] = []
     stated: list[str] = []
     for k, port in enumerate(rated):

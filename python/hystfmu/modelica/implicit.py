@@ -1,4 +1,7 @@
-"""Model inside an implicit inverse as Modelica: a package whose function steps the blocks from port u to port h."""
+"""Model inside an implicit inverse, as a Modelica package with a function ``step``.
+
+The function computes one step of all blocks between the output u of the inverse and its input h.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from hystfmu.modelica.classes import matrix_rows
 from hystfmu.modelica.literals import class_name, number, sentence, unique
 from hystfmu.modelica.record import field
 
-# what `step` of a package in HystFMU.Inverse.Models, or the text below, takes of a block, in this order
+# parameters of a block that `step` of a package in HystFMU.Inverse.Models, or the text below, needs, in this order
 STATIC = {
     "backlash_sum": "w0 r w",
     "bouc_wen": "A beta gamma n alpha k",
@@ -29,22 +32,22 @@ STATIC = {
     "sum": "offset k",
     "zhao_tan": "x0 memory",
 }
-_REST = {"prandtl_ishlinskii": "u0", "zhao_tan": "x0", "constraint_factor": "x0"}  # where the memory of extrema begins
-_FIRST = {"bouc_wen": "z0", "duhem": "w0", "jiles_atherton": "m0"}  # the state at u0
-_INNER = {"mlp": "Hidden layer", "duhem": "State after the input"}  # values of a block that its output is made of
+_REST = {"prandtl_ishlinskii": "u0", "zhao_tan": "x0", "constraint_factor": "x0"}  # input at which the memory starts
+_FIRST = {"bouc_wen": "z0", "duhem": "w0", "jiles_atherton": "m0"}  # parameter with the state at the input u0
+_INNER = {"mlp": "Hidden layer", "duhem": "State after the input"}  # intermediate vector that gives the output
 
 
 @dataclass(frozen=True)
 class StaticForm:
-    """A block as expressions of its values, its state and its inputs.
+    """A block of the inverted model, as Modelica expressions of its parameters, its state and its inputs.
 
     Attributes
     ----------
     node : Node
     values : dict of (str, int)
-        Vector of numbers and size of this vector, by the name of the parameter.
+        Modelica vector and its number of elements, by the name of the parameter.
     state0 : tuple of str
-        Vectors of the state before the first input, outputs first; empty for a function.
+        Modelica vectors of the initial state, which begins with the outputs; empty for a block without memory.
     size : int
         Number of elements of the state.
     """
@@ -56,16 +59,16 @@ class StaticForm:
 
     @property
     def inner(self) -> bool:
-        """True if the output of the block is computed from another vector, `_inner`."""
+        """True if the output of the block is computed from an intermediate vector, see `_inner`."""
         return self.node.type in _INNER and not classes.is_large(self.node)
 
     def lines(self, name: str, z: str, x: list[str], n_values: int, n_state: int) -> tuple[list[str], list[str]]:
-        """Return declarations and statements.
+        """Return the declarations and the statements of the block in the function ``step``.
 
         Parameters
         ----------
         name, z : str
-            Name of the outputs and the state of the block, and name of its inner vector.
+            Name of the vector of outputs and state, and name of the intermediate vector.
         x : list of str
             Inputs of the block, one expression for each element.
         n_values, n_state : int
@@ -103,7 +106,7 @@ def static_form(graph: Graph, node: Node) -> StaticForm:
 
 def _values(graph: Graph, node: Node) -> dict[str, tuple[str, int]]:
     if classes.is_large(node):
-        return {}  # constants of its function
+        return {}  # the weights of a large network are constants of its function
     found = {}
     rows = {v.name: v for v in node.block.parameters}
     for key in STATIC[node.type].split():
@@ -124,7 +127,10 @@ def _values(graph: Graph, node: Node) -> dict[str, tuple[str, int]]:
 
 
 def _preisach(graph: Graph, node: Node, key: str) -> tuple[str, int]:
-    """Return the start of the first branch, and this branch, as in Operators.Sampled.Preisach."""
+    """Return the start input (`key` "origin") or the first branch of a Preisach operator, and its number of elements.
+
+    The expressions are those of Operators.Sampled.Preisach.
+    """
 
     def of(k: str) -> str:
         return f"values.{field(graph, node, k)}"
@@ -140,7 +146,11 @@ def _preisach(graph: Graph, node: Node, key: str) -> tuple[str, int]:
 
 
 def _kernels(graph: Graph, node: Node, key: str) -> tuple[str, int]:
-    """Return rise length, ramps or start values of kernels, as in Operators.Sampled.KrasnoselskiiPokrovskii."""
+    """Return the vector `key` of the kernels of a Krasnosel'skii-Pokrovskii operator, and its number of elements.
+
+    The vector contains rise lengths, ramp positions or initial values, as in
+    Operators.Sampled.KrasnoselskiiPokrovskii.
+    """
 
     def of(k: str) -> str:
         return f"values.{field(graph, node, k)}"
@@ -155,7 +165,7 @@ def _kernels(graph: Graph, node: Node, key: str) -> tuple[str, int]:
 
 
 def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
-    """Return the state of a block before the first input, output first, and its size; 0 for a function."""
+    """Return the initial state of a block, which begins with its output, and its size; 0 for a block without memory."""
 
     def of(k: str) -> str:
         return f"values.{field(graph, node, k)}"
@@ -180,7 +190,7 @@ def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
 
 
 def _call(node: Node, x: list[str], z: str, state: str, at: dict[str, tuple[int, int]]) -> str:
-    """Return the state or the outputs of a block after its inputs `x`; `z` is the vector of `_inner`."""
+    """Return the new state or the outputs of a block for its inputs `x`; `z` names the vector of `_inner`."""
     v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
     one = {k: f"values[{a}]" for k, (a, _) in at.items()}
     inputs = _vector(x)
@@ -206,7 +216,10 @@ def _call(node: Node, x: list[str], z: str, state: str, at: dict[str, tuple[int,
 
 
 def _inner(node: Node, x: list[str], before: int, at: dict[str, tuple[int, int]]) -> str:
-    """Return the inner vector of a block, from which its output follows; `before` elements precede its state."""
+    """Return the expression of the intermediate vector from which the output of a block is computed.
+
+    In the vector ``state``, `before` elements precede the elements of this block.
+    """
     v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
     one = {k: f"values[{a}]" for k, (a, _) in at.items()}
     if node.type == "mlp":
@@ -222,12 +235,12 @@ def _inner(node: Node, x: list[str], before: int, at: dict[str, tuple[int, int]]
 
 
 def _products(rows: tuple[int, int], x: str, n: int) -> str:
-    """Return the product of a matrix, whose values are given row by row, and a vector."""
+    """Return the product of the vector `x` (n,) and the matrix that ``values`` stores row by row at `rows`."""
     return "{" + ", ".join(f"values[{a}:{a + n - 1}]*{x}" for a in range(rows[0], rows[1] + 1, n)) + "}"
 
 
 def _vector(x: list[str]) -> str:
-    """Return expressions as a vector; consecutive elements of a vector become a slice."""
+    """Return expressions as one Modelica vector. Consecutive elements of the same vector become a slice."""
     name = x[0].partition("[")[0]
     places = [e.partition("[")[2].rstrip("]") for e in x]
     if all(places) and [e.partition("[")[0] for e in x] == [name] * len(x):
@@ -237,12 +250,12 @@ def _vector(x: list[str]) -> str:
     return f"{{{', '.join(x)}}}"
 
 
-_WORDS = ("u", "state", "values", "state_new")  # of the function
+_WORDS = ("u", "state", "values", "state_new")  # variables of the function ``step``
 
 
 @dataclass(frozen=True)
 class Tried:
-    """The model that an implicit inverse inverts, as Modelica.
+    """The model that an implicit inverse inverts, as a Modelica package.
 
     Attributes
     ----------
@@ -271,13 +284,16 @@ def package_of(node: Node) -> str:
 
 
 def wires(graph: Graph) -> list[tuple[str, str]]:
-    """Return the wires, without wires into h of an implicit inverse, whose package computes these values."""
+    """Return the wires of a graph without those to the input h of an implicit inverse.
+
+    The package of the inverse computes the values of h.
+    """
     ends = {f"{n.name}.{n.block.tried}" for n in inverses(graph)}
     return [(a, b) for a, b in graph.wires if b.split("[")[0] not in ends]
 
 
 def hidden(graph: Graph) -> set[str]:
-    """Return the blocks that only the package of an implicit inverse uses."""
+    """Return the names of the blocks that occur only inside the package of an implicit inverse."""
     tried = {n.name for i in inverses(graph) for n in between(graph, i)}
     needed = {o.source.split(".")[0] for o in graph.outputs} | {n.name for n in graph.nodes} - tried
     new = needed
@@ -288,7 +304,7 @@ def hidden(graph: Graph) -> set[str]:
 
 
 def between(graph: Graph, inverse: Node) -> tuple[Node, ...]:
-    """Return the blocks that the input h of an implicit inverse depends on.
+    """Return the blocks on which the input h of an implicit inverse depends, in the order of the graph.
 
     Raises
     ------
@@ -305,7 +321,7 @@ def between(graph: Graph, inverse: Node) -> tuple[Node, ...]:
         new = {s for d, _, s, _, _ in graph.links if d in new and s >= 0} - found - {at}
     if not found:
         raise InputError(f"block {inverse.name!r}: its input h must be wired to a block that depends on its output u")
-    graph.executor()  # refuses what is not static, with the name of the block
+    graph.executor()  # raises an error that names a block that is not static
     return tuple(graph.nodes[k] for k in sorted(found))
 
 
@@ -315,7 +331,8 @@ def tried(graph: Graph, inverse: Node, within: str) -> Tried:
     Raises
     ------
     InputError
-        As in `between`. Also: the library has no static form of a block, or the model reads covariates.
+        As in `between`. The error is also raised if the library has no static form of a block, or if the model has
+        covariates as inputs.
     """
     nodes = between(graph, inverse)
     forms = [static_form(graph, n) for n in nodes]
@@ -324,7 +341,7 @@ def tried(graph: Graph, inverse: Node, within: str) -> Tried:
     )
     declared: list[str] = []
     stated: list[str] = []
-    n_values, n_state = 0, 1  # the output stands first
+    n_values, n_state = 0, 1  # the output is the first element of the state
     for f in forms:
         name, z = names[f.node.name], names.get(f"{f.node.name}_inner", "")
         n_in = sum(f.node.sizes[v.name] for v in f.node.block.of("input"))
@@ -339,7 +356,7 @@ def tried(graph: Graph, inverse: Node, within: str) -> Tried:
     stated.append(f"state_new := {_joined([f'{{{output}}}', *kept])}")
     package = package_of(inverse)
     values = _joined([text for f in forms for text, _ in f.values.values()] or ["{0}"])
-    state0 = _joined(["{0}", *(v for f in forms for v in f.state0)])  # the output before the first input is never read
+    state0 = _joined(["{0}", *(v for f in forms for v in f.state0)])  # the output before the first input is never used
     text = f"""within {within};
 package {package} "Blocks between output and trial input of {inverse.name}, as a static model"
   extends HystFMU.Inverse.BaseClasses.StaticModel;
@@ -367,7 +384,7 @@ def _joined(parts: list[str]) -> str:
 
 
 def _source(graph: Graph, node: Node, place: int, inverse: Node, names: dict[str, str]) -> str:
-    """Return the source of element `place` of the inputs of a block."""
+    """Return the expression of the signal that drives element `place` of the inputs of a block."""
     at = graph.nodes.index(node)
     for d, first, s, from_place, n in graph.links:
         if d == at and first <= place < first + n:

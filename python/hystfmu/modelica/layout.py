@@ -1,4 +1,4 @@
-"""Placement of components and ports in the diagram: sources are left of their sinks."""
+"""Positions of components and ports in a diagram. A source is placed to the left of the components that it drives."""
 
 from __future__ import annotations
 
@@ -11,7 +11,11 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Spots:
-    """Positions in the diagram: centre of each component by name, centre of the record, distance of the ports."""
+    """Positions in the diagram.
+
+    `of` contains the centre of each component by name. `corner` is the centre of the record. `edge` is the horizontal
+    distance of the ports from the centre of the diagram.
+    """
 
     of: dict[str, tuple[int, int]]
     corner: tuple[int, int]
@@ -19,9 +23,12 @@ class Spots:
 
 
 def spots(nodes: Sequence[str], wires: Sequence[tuple[str, str]]) -> Spots:
-    """Return positions with a column for each distance from the inputs; blocks of a column are below each other."""
+    """Return the positions of components. The column of a block is the number of wires on the longest path to it.
+
+    Blocks of the same column are below each other.
+    """
     column: dict[str, int] = {}
-    for node in nodes:  # sources first
+    for node in nodes:  # sources come before the blocks that they drive
         before = [column[a.split(".")[0]] for a, b in wires if b.split(".")[0] == node]
         column[node] = 1 + max(before, default=-1)
     columns = [[n for n in column if column[n] == k] for k in range(max(column.values()) + 1)]
@@ -36,12 +43,15 @@ def spots(nodes: Sequence[str], wires: Sequence[tuple[str, str]]) -> Spots:
 
 
 def placed(x: float, y: float, half: int = _SIZE // 2) -> str:
-    """Return the annotation of a component with its centre at (x, y)."""
+    """Return the annotation of a component with its centre at (x, y); `half` is half the size of the component."""
     return f"Placement(transformation(extent = {{{{{x - half:g}, {y - half:g}}}, {{{x + half:g}, {y + half:g}}}}}))"
 
 
 def port_placed(is_input: bool, i: int, n: int, edge: int = 110) -> str:
-    """Return the annotation of port i of n at an edge of the icon; in a wide diagram the port is at `edge`."""
+    """Return the annotation of port i of n at the left or right edge of the icon.
+
+    In a wide diagram, `edge` is the distance of the port from the centre of the diagram.
+    """
     icon = placed(*port_at(is_input, i, n))
     if edge == 110:
         return icon
@@ -50,19 +60,22 @@ def port_placed(is_input: bool, i: int, n: int, edge: int = 110) -> str:
 
 
 def port_at(is_input: bool, i: int, n: int, edge: int = 110) -> Point:
-    """Return the centre of port i of n at the left or right edge."""
+    """Return the centre of port i of n at the left edge (inputs) or the right edge (outputs)."""
     return -edge if is_input else edge, (n - 1 - 2 * i) * 80 // n
 
 
 def on_component(port: Point, centre: Point, half: float = _SIZE / 2) -> Point:
-    """Return the position in the diagram of a port of an icon; `half` is half the size of the component."""
+    """Return the position of a port in the diagram of the component that contains its icon.
+
+    `port` is the position in the icon. `half` is half the size of the component.
+    """
     return centre[0] + port[0] * half / 100, centre[1] + port[1] * half / 100
 
 
 def line(a: Point, b: Point, color: str = "{0, 0, 127}") -> str:
     """Return the annotation of a wire between two ports.
 
-    The ends of the wire are horizontal. A wire that leads back passes below the components.
+    The ends of the wire are horizontal. A wire from right to left passes below the components.
     """
     (x1, y1), (x2, y2) = a, b
     if y1 == y2 and x1 < x2:

@@ -1,4 +1,4 @@
-"""Literals in Modelica: numbers keep their bits, names are legal, and strings are escaped."""
+"""Modelica literals: exact numbers, escaped strings, and valid names."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 
 
 def number(x: float) -> str:
-    """Return the shortest Real literal that reads back as the same double."""
+    """Return the shortest Real literal that represents exactly the double `x`."""
     return repr(float(x))
 
 
 def array(values: Array) -> str:
-    """Return a vector (n,) or a matrix (n, m) as a constructor."""
+    """Return the array constructor of a vector (n,) or a matrix (n, m)."""
     if values.ndim == 2:
         return "[" + "; ".join(", ".join(map(number, row)) for row in values) + "]"
     return "{" + ", ".join(map(number, values)) + "}"
@@ -38,26 +38,26 @@ def string(text: str) -> str:
 
 
 def sentence(text: str) -> str:
-    """Return a string literal that begins with a capital letter, for a description."""
+    """Return a description as a string literal that begins with a capital letter."""
     return string(text[:1].upper() + text[1:])
 
 
 def class_name(text: str) -> str:
-    """Return a class name from any text: ``backlash_identified.v2`` becomes ``BacklashIdentifiedV2``."""
+    """Return a valid class name from any text, for example ``BacklashIdentifiedV2`` from ``backlash_identified.v2``."""
     words = [w for w in re.split(r"[^A-Za-z0-9]+", text) if w]
     name = "".join(w[0].upper() + w[1:] for w in words)
     return name if NAME.match(name) else f"Model{name}"
 
 
 def unique(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
-    """Return a legal and unique name for each name: the name itself, or the name with ``_`` appended.
+    """Return a valid and unique Modelica name for each name: the name itself, or the name followed by ``_``.
 
     Parameters
     ----------
     names : iterable of str
         Different names of letters, digits and ``_`` that begin with a letter.
     taken : iterable of str
-        Other names in the same class.
+        Names that the same class already contains.
     """
     used = RESERVED | set(taken)
     found: dict[str, str] = {}

@@ -1,10 +1,10 @@
-"""Units of measure of an exported block: SI units at its ports, units of the identification inside."""
+"""Units of measure of an exported block. Its ports are in SI units; inside, it uses the units of the data."""
 
 from __future__ import annotations
 
 import math
 
-# unit of measure of data: its SI unit, and how many of that it is; Modelica writes what is not here in the description
+# SI unit and factor of each unit of measure of data; an unknown unit appears only in the description of a port
 _SI = {
     **{u: (u, 1.0) for u in ("m", "V", "A", "A/m", "V/m", "N", "Pa", "T", "rad", "K", "Hz", "C", "s")},
     **{"mm": ("m", 1e-3), "um": ("m", 1e-6), "nm": ("m", 1e-9), "pm": ("m", 1e-12), "cm": ("m", 1e-2)},
@@ -16,11 +16,11 @@ _SI = {
     **{"kHz": ("Hz", 1e3), "ms": ("s", 1e-3)},
     "degC": ("K", 1.0),
 }
-_ZERO = {"degC": 273.15}  # SI value where the unit of measure counts 0
+_ZERO = {"degC": 273.15}  # SI value of 0 in the unit of measure
 
 
 def si(unit: str) -> tuple[str, float]:
-    """Return SI unit and factor of a unit of measure; ("", 1.0) for a pure number or an unknown unit.
+    """Return SI unit and conversion factor of a unit of measure; ("", 1.0) for a pure number or an unknown unit.
 
     >>> si("um")
     ('m', 1e-06)
@@ -38,7 +38,7 @@ def zero(unit: str) -> float:
 
 
 def to_si(value: float, unit: str) -> float:
-    """Return a value in SI units.
+    """Return a value, given in a unit of measure, in SI units.
 
     >>> to_si(20, "degC")
     293.15
@@ -47,7 +47,7 @@ def to_si(value: float, unit: str) -> float:
 
 
 def per_second(unit: str) -> str:
-    """Return the unit of a rate in the notation of Modelica."""
+    """Return the unit of the time derivative of a signal, in the notation of Modelica."""
     if not unit:
         return "1/s"
     return unit.replace("/m", "/(m.s)") if "/" in unit else f"{unit}/s"

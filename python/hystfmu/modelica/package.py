@@ -1,4 +1,4 @@
-"""Package of an identified model on disk: record, complete block, example, networks. The write is atomic."""
+"""Package of an identified model on disk, with record, blocks, example and networks. The write is atomic."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from hystfmu.modelica.ports import ports_block
 from hystfmu.modelica.realisation import CONTINUOUS, kinds, missing
 from hystfmu.modelica.record import is_ours, mark, record
 
-CLASSES = ("Values", "Ports", "Model", *CONTINUOUS, "Example")  # in a package
-HIDDEN = {*CLASSES, *ACTUATOR, "HystFMU", "Modelica"}  # what a package of one of these names would hide
+CLASSES = ("Values", "Ports", "Model", *CONTINUOUS, "Example")  # classes of every package
+HIDDEN = {*CLASSES, *ACTUATOR, "HystFMU", "Modelica"}  # a package must not hide a class that it uses
 
 
 def package_name(text: str) -> str:
-    """Make a package name from any text. The name does not hide a class that the package uses."""
+    """Return a package name from any text. The name does not hide a class that the package uses."""
     name = class_name(text)
     return unique([name], HIDDEN)[name]
 
@@ -39,9 +39,10 @@ def export_modelica(
     source: str = "a model in memory",
     sheet: Mapping[str, float] | None = None,
 ) -> Path:
-    """Write the package ``folder/name``: record ``Values``, block ``Model``, model ``Example``.
+    """Write the package ``folder/name`` with the record ``Values``, the block ``Model`` and the model ``Example``.
 
-    A model from volts to a length also gives ``Actuator``, a component with pins and flanges, and ``ActuatorExample``.
+    If the model maps a voltage or a current to a length, and the library has a class for its hysteresis, the package
+    also contains ``Actuator``, a component with pins and flanges, and ``ActuatorExample``.
 
     Parameters
     ----------
@@ -140,7 +141,7 @@ end {name};
 
 
 def _write(folder: Path, name: str, files: dict[str, str]) -> Path:
-    """Write to a new folder next to the old folder, then exchange the folders by renaming."""
+    """Write the files to a new folder next to the old folder, then exchange the two folders by renaming."""
     target = folder / name
     try:
         _refuse_foreign(target)
@@ -169,7 +170,7 @@ def _write(folder: Path, name: str, files: dict[str, str]) -> Path:
 
 
 def _refuse_foreign(target: Path) -> None:
-    """Refuse to replace a file that no export wrote."""
+    """Raise an error if the folder to replace contains a file that no export wrote."""
     if not target.exists() and not target.is_symlink():
         return
     if target.is_symlink() or not target.is_dir():

@@ -1,4 +1,4 @@
-"""Partial block of an exported model with its ports in SI units and its values, and the rates of its inputs."""
+"""Partial block of an exported model with its ports in SI units, and equations for the rates of its inputs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hystfmu.modelica.realisation import FACTOR, Rate
 from hystfmu.modelica.record import field
 from hystfmu.modelica.wiring import Wiring, unit_constant, zero_constant
 
-RATE_PLACE, RATE_STEP = -90, 25  # of the ports of rates, the first below all others
+RATE_PLACE, RATE_STEP = -90, 25  # position of the first port of a rate in the icon, and distance to the next one
 
 
 def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]]:
@@ -35,12 +35,12 @@ def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]
 
 
 def rate_name(port: str) -> str:
-    """Return the name of the input for the rate of a port."""
+    """Return the name of the input for the time derivative of a port."""
     return f"d{port}"
 
 
 def inner_rate(name: str) -> str:
-    """Return the name inside the block of the rate of a port, or of the input of a component."""
+    """Return the name, inside the block, of the time derivative of a port or of the input of a component."""
     return f"{name}_rate"
 
 
@@ -57,7 +57,7 @@ def ports_block(
     rated : sequence of str
         Names of the inputs of the graph whose rates the continuous realisations need.
     info : mapping of str to str
-        Realisations with a description of each.
+        Description of each realisation, by name.
     """
     graph, where = wiring.graph, wiring.where
     lines = [
@@ -114,7 +114,10 @@ def _constants(p: Input | Output, name: str) -> list[str]:
 
 
 def rate_declarations(w: Wiring, rates: Mapping[str, Rate]) -> tuple[list[str], list[str]]:
-    """Return the declarations and equations of the rates that operators need."""
+    """Return the declarations and the equations of the input rates (time derivatives) that operators need.
+
+    `rates` contains the rate of the input of each operator, by the name of its node.
+    """
     if not rates:
         return [], []
     where, low = w.where, min(y for _, y in w.where.of.values()) - 40
@@ -147,7 +150,7 @@ def rate_declarations(w: Wiring, rates: Mapping[str, Rate]) -> tuple[list[str], 
 
 
 def _rate(w: Wiring, rate: Rate, inner: Mapping[str, str]) -> str:
-    """Return the rate after scalings and sums; beyond the limits of a scaling the rate is 0."""
+    """Return the expression of a rate after scalings and sums. Outside the limits of a scaling, the rate is 0."""
     terms = []
     for port, through in rate.terms:
         found = inner[port]

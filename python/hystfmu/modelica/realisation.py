@@ -1,4 +1,4 @@
-"""Realisations of an exported model: sampled, with events at reversals, smooth; and their classes."""
+"""Realisations of an exported model (sampled, with events at reversals, smooth) and the classes of their components."""
 
 from __future__ import annotations
 
@@ -12,26 +12,31 @@ from hystfmu.modelica import classes
 from hystfmu.modelica.classes import shipped_library
 
 SAMPLED = "Sampled"  # the block Model of a package
-IN_A_ROW = 8  # blocks with dynamics that Interfaces.InChain lets start one after the other
-FACTOR = {"scaling": "gain", "sum": "k"}  # what the rate of a signal is multiplied by
+IN_A_ROW = (
+    8  # largest number of blocks with dynamics in series that Interfaces.InChain can initialise one after the other
+)
+FACTOR = {"scaling": "gain", "sum": "k"}  # parameter by which these blocks multiply the rate of a signal
 CONTINUOUS = {"Events": "events at reversals", "Smooth": "an ordinary differential equation without events"}
 
 
 @dataclass(frozen=True)
 class Rate:
-    """Rate of the input of an operator: a sum of rates of ports, each multiplied by the gains on its path.
+    """Time derivative (rate) of the input of an operator, as a sum of rates of ports.
+
+    Each rate of a port is multiplied by the gains on the path from the port to the operator.
 
     Attributes
     ----------
     terms : tuple of (str, tuple of (Node, int))
-        Port, and the scalings and sums from the operator to this port, each with the index of the signal.
+        Name of a port, and the scalings and sums on the path from the operator to this port. Each scaling or sum has
+        the index of its input signal.
     """
 
     terms: tuple[tuple[str, tuple[tuple[Node, int], ...]], ...]
 
     @property
     def gain(self) -> float:
-        """Largest change of the input if every port changes by 1."""
+        """Largest change of the input of the operator if every port changes by 1."""
         return sum(float(np.prod([abs(n.value(FACTOR[n.type])[i - 1]) for n, i in way])) for _, way in self.terms)
 
 
@@ -43,14 +48,14 @@ def kinds(graph: Graph) -> list[str]:
 
 
 def left_out(graph: Graph) -> dict[str, str]:
-    """Return the missing continuous realisations of a graph with sampled blocks, with the reasons."""
+    """Return the reason for each missing continuous realisation of a graph; empty if the graph has no sampled block."""
     if not any(classes.is_sampled(n) for n in graph.nodes):
         return {}
     return {kind: why for kind in CONTINUOUS if (why := missing(graph, kind))}
 
 
 def missing(graph: Graph, kind: str) -> str:
-    """Return the reason why a graph has no realisation `kind`, or ""."""
+    """Return the reason why a graph has no realisation `kind`; "" if it has this realisation."""
     for node in graph.nodes:
         found = class_in(node, kind)
         if not found:
@@ -63,7 +68,10 @@ def missing(graph: Graph, kind: str) -> str:
 
 
 def _lacking(node: Node, kind: str) -> str:
-    """Return the end of a sentence: why a block has no class in a realisation, and the realisation to use."""
+    """Return the reason why a block has no class in the realisation `kind`, and the realisation to use instead.
+
+    The text is the end of a sentence.
+    """
     other = next((k for k in CONTINUOUS if k != kind and class_in(node, k)), "")
     if other == "Smooth":
         return "has no closed form from one reversal to the next; take Smooth"
@@ -75,42 +83,45 @@ def _lacking(node: Node, kind: str) -> str:
 
 
 def class_in(node: Node, kind: str) -> str:
-    """Return the qualified name of the class of a node in the realisation `kind`, or ""."""
+    """Return the qualified name of the class of a node in the realisation `kind`; "" if there is no such class."""
     sampled = classes.class_of(node)
     if kind == SAMPLED or not classes.is_sampled(node) or classes.is_large(node):
         return sampled
     if classes.is_discretised(node):
         return "HystFMU.Dynamics.TransferFunction"
     package, _, name = sampled.partition(".Sampled.")
-    # what is an ordinary differential equation anyhow has no events
+    # a block that is an ordinary differential equation has only a Smooth class, also in the realisation Events
     order = (kind, "Smooth") if node.block.rate == "continuous" else (kind,)
     found = [f"{package}.{k}.{name}" for k in order if name and _text(f"{package}.{k}.{name}")]
     return found[0] if found else ""
 
 
 def takes_rate(class_name: str) -> bool:
-    """Return whether a class has an input for the rate of its input."""
+    """Return whether a class has an additional input for the time derivative of its input."""
     return "usesRate = true" in _text(class_name)
 
 
 def has_reach(class_name: str) -> bool:
-    """Return whether a class approximates a branch by a polygon whose length must be given."""
+    """Return whether a class approximates a branch by a polygon and needs the length of the branch as a parameter."""
     return "parameter Real reach" in _text(class_name)
 
 
 def starts_in_chain(class_name: str) -> bool:
-    """Return whether a class can start after an operator with events in an export without loops."""
+    """Return whether a class can be initialised in series with other operators that have events."""
     return "extends Interfaces.InChain" in _text(class_name)
 
 
 def rate_of(graph: Graph, node: Node) -> Rate | None:
-    """Return the source of the rate of the first input of a node: ports, through scalings and sums."""
+    """Return the time derivative of the first input of a node as a sum of rates of ports.
+
+    The result is None if the derivative is not such a sum, for example with a filter between a port and the node.
+    """
     terms = _terms(graph, {f"{node.name}.{node.block.of('input')[0].name}"})
     return None if terms is None else Rate(terms)
 
 
 def _terms(graph: Graph, ends: set[str]) -> tuple[tuple[str, tuple[tuple[Node, int], ...]], ...] | None:
-    """Return the terms of the rate of the source that is connected to one of the names of an input."""
+    """Return the terms of the rate of an input, see `Rate`. `ends` contains all names of this input in wires."""
     port = next((p.name for p in graph.inputs if ends & set(p.to)), None)
     if port is not None:
         size = next(p.size for p in graph.ports if p.name == port)
@@ -133,6 +144,6 @@ def _terms(graph: Graph, ends: set[str]) -> tuple[tuple[str, tuple[tuple[Node, i
 
 @functools.cache
 def _text(class_name: str) -> str:
-    """Return the file of a class of the library; "" if there is no file."""
+    """Return the text of the file of a library class; "" if there is no such file."""
     file = shipped_library().joinpath(*class_name.split(".")).with_suffix(".mo")
     return file.read_text("utf-8") if file.is_file() else ""

@@ -1,4 +1,4 @@
-"""Record of the values of a model: all numbers of its blocks, with the same names as in the FMU."""
+"""Modelica record with all numeric parameters of a model, under the same names as in the FMU."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hystfmu.modelica.realisation import kinds
 
 
 def span(model: Model) -> tuple[float, float] | None:
-    """Return least and largest input in the unit of measure of the data; None if they are unknown."""
+    """Return smallest and largest input of the identification data in the unit of the data; None if unknown."""
     found = model.provenance.get("span_u")
     if (
         isinstance(found, list)
@@ -39,9 +39,9 @@ TEXTS = {
 def state_space(node: Node, h: float) -> dict[str, Array]:
     """Return the matrices of a ``transfer_function`` for the step `h` (s), in the form of `Dynamics.StateSpace`.
 
-    As in the unit, the input is held at its new value over the step (``hold = "zoh"``), or changes linearly from the
-    last value to the new value ("foh"). One matrix exponential gives the integrals for the old and the new input (Van
-    Loan, IEEE Trans. Autom. Control 23 (1978) 395-404).
+    As in the unit, the input is constant at its new value over the step (``hold = "zoh"``), or it changes linearly from
+    the last value to the new value ("foh"). One matrix exponential gives the integrals for the old and the new input
+    (Van Loan, IEEE Trans. Autom. Control 23 (1978) 395-404).
 
     Returns
     -------
@@ -51,7 +51,7 @@ def state_space(node: Node, h: float) -> dict[str, Array]:
     Raises
     ------
     InputError
-        The block has an integrator and should begin in equilibrium.
+        The block has an integrator, and its parameter ``start`` requires a steady state.
     """
     from scipy.linalg import expm
 
@@ -59,7 +59,7 @@ def state_space(node: Node, h: float) -> dict[str, Array]:
     n = len(a) - 1
     numerator = np.concatenate([np.zeros(n + 1 - len(b)), b]) / a[0]
     alpha = a[1:] / a[0]
-    # controllable canonical form in the time scale of the last coefficient, which keeps the numbers near 1
+    # controllable canonical form, with time scaled by the last coefficient, so that the matrix elements are near 1
     sigma = abs(alpha[-1]) ** (1 / n) if alpha[-1] != 0 else 1.0
     weights = sigma ** np.arange(1, n + 1)
     scaled = alpha / weights
@@ -85,27 +85,29 @@ def state_space(node: Node, h: float) -> dict[str, Array]:
     }
 
 
-Declared = tuple[str, str, str, str]  # type, size, value, text
+Declared = tuple[str, str, str, str]  # type, size, value and description
 
 
 def mark(source: str) -> str:
-    """Return the first line of every exported file; `is_ours` recognises this line."""
+    """Return the first line of an exported file. This line marks the file as generated, see `is_ours`."""
     return f"// generated from {' '.join(source.split())} by hystfmu export --modelica - do not edit"
 
 
 def is_ours(text: str) -> bool:
-    """Return whether a file begins with the line of `mark`."""
+    """Return whether the text of a file begins with a line of `mark`."""
     first = text.partition("\n")[0]
     return first.startswith("// generated from ") and first.endswith(" by hystfmu export --modelica - do not edit")
 
 
 def field(graph: Graph, node: Node, key: str) -> str:
-    """Return the name of a value in the record, which is its name in the FMU."""
+    """Return the name of a parameter in the record. It is also the name in the FMU."""
     return key if len(graph.nodes) == 1 else f"{node.name}_{key}"
 
 
 def step(model: Model) -> float:
-    """Return the sample period (s) of the exported block as in `Model.predict`; 1 s without sampled blocks.
+    """Return the sample period (s) of the exported block.
+
+    It is the step of `Model.predict`. If the model has neither a step nor a sampled block, it is 1 s.
 
     Raises
     ------
@@ -128,7 +130,7 @@ def record(model: Model, name: str, within: str, source: str, history: str = "")
     name, within : str
         Name of the record, and name of its package.
     source : str
-        Origin of the values, for the reader.
+        Origin of the values, for the documentation.
     history : str
         Fit quality and provenance as HTML.
 
@@ -174,7 +176,7 @@ def _documentation(model: Model, source: str, history: str) -> str:
 
 
 def _fields(model: Model, node: Node) -> dict[str, str]:
-    """Return the declarations of the values of a node, by name."""
+    """Return the declarations of the parameters of a node, by name."""
     graph = model.graph
     if classes.is_large(node):
         return {}
@@ -185,7 +187,7 @@ def _fields(model: Model, node: Node) -> dict[str, str]:
         for key, value in matrices.items():
             size = "" if key == "d" else f"[{', '.join(map(str, value.shape))}]"
             found[field(graph, node, key)] = ("Real", size, _literal(value, size), TEXTS[key])
-        if kinds(graph):  # the others take the continuous form
+        if kinds(graph):  # the other realisations use the continuous form
             found |= _plain(graph, node)
     else:
         found |= _plain(graph, node)
@@ -194,7 +196,7 @@ def _fields(model: Model, node: Node) -> dict[str, str]:
 
 
 def _plain(graph: Graph, node: Node) -> dict[str, Declared]:
-    """Return the values in the form of the class of the node."""
+    """Return the parameters of the library class of a node as declarations, by name."""
     found: dict[str, Declared] = {}
     sizes = {d.name: d.text for d in node.block.dims}
     for key, n in classes.dims(node).items():

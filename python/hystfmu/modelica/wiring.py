@@ -1,4 +1,4 @@
-"""Wires of a graph as connections and equations of a block, between components and ports in SI units."""
+"""Connections and equations of a block for the wires of a graph. The ports of the block are in SI units."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ _END = re.compile(r"(\w+)\.(\w+)(?:\[(\d+)\])?\Z")
 
 @dataclass(frozen=True)
 class Wiring:
-    """A graph, with names and positions of its ports and components in the block.
+    """A graph, and the names and positions of its ports and components in the block.
 
     Attributes
     ----------
     graph : Graph
     ports, parts : dict of str to str
-        Names in the block, by their names in the graph.
+        Names of the ports and of the components in the block, by their names in the graph.
     where : Spots
     inlined : frozenset of str
-        Nodes that become an equation instead of a component, see `inlined_before_samples`.
+        Names of nodes that become an equation instead of a component, see `inlined_before_samples`.
     """
 
     graph: Graph
@@ -37,16 +37,16 @@ class Wiring:
     inlined: frozenset[str] = frozenset()
 
     def row(self, end: str) -> tuple[Node, Var, str | None]:
-        """Return node, row of its table, and index of an end of a wire."""
+        """Return node, variable and index of an end of a wire; the index is None if the end has no index."""
         m = _END.match(end)
-        assert m is not None  # the graph has resolved it
+        assert m is not None  # the graph has checked the names of all ends
         node = self.graph.node(m[1])
         return node, next(v for v in node.block.of("input", "output") if v.name == m[2]), m[3]
 
     def end(self, end: str) -> str:
-        """Return the name of an end in the block; a vector of one element is given by its element.
+        """Return the name of an end of a wire in the block.
 
-        The other end may be a scalar.
+        A vector of one element gets an index, because the other end may be a scalar.
         """
         node, v, index = self.row(end)
         if node.name in self.inlined:
@@ -56,7 +56,7 @@ class Wiring:
         return f"{self.parts[node.name]}.{v.name}" + (f"[{index}]" if index and v.size != "1" else "")
 
     def point(self, end: str) -> Point:
-        """Return the position of an end in the diagram."""
+        """Return the position of an end of a wire in the diagram."""
         node, v, _ = self.row(end)
         if node.name in self.inlined:
             return self.where.of[node.name]
@@ -64,7 +64,7 @@ class Wiring:
         return on_component(port_at(v.kind == "input", rows.index(v), len(rows)), self.where.of[node.name])
 
     def between(self, a: str, b: str) -> str:
-        """Return the connection of a wire."""
+        """Return the connection for the wire from `a` to `b`."""
         return f"  connect({self.end(a)}, {self.end(b)}) {line(self.point(a), self.point(b))};"
 
     def from_port(self, p: Input, i: int) -> list[str]:
@@ -96,7 +96,7 @@ class Wiring:
         return f"  connect({self.end(o.source)}, {name}) {line(self.point(o.source), at)};"
 
     def inline(self, name: str) -> tuple[str, str]:
-        """Return declaration and equation of a node of `inlined`."""
+        """Return the declaration and the equation of a node that has no component, see `inlined`."""
         node, part = self.graph.node(name), self.parts[name]
         is_sum = node.type == "sum"
         k = f"values.{field(self.graph, node, 'k')}" if is_sum else ""
@@ -120,18 +120,21 @@ class Wiring:
         )
 
     def _scale(self, p: Input | Output, end: str) -> str:
-        """Return the constant for the unit of measure of a port, or its SI factor if the component has a unit."""
+        """Return the factor from the unit of measure of a port to its SI unit.
+
+        The factor is a number if the component has a unit, otherwise a constant of the block.
+        """
         own = self.row(end)[1].unit
         return number(si(p.unit)[1]) if own != "1" else unit_constant(self.ports[p.name])
 
     def shape(self, end: str) -> str:
-        """Return the size of a port of the block from the connected end."""
+        """Return the size of a port of the block in brackets, from the size of the connected end; "" for a scalar."""
         node, v, index = self.row(end)
         size = node.sizes[v.name]
         return f"[{size}]" if index is None and size > 1 else ""
 
     def unconnected(self, nodes: list[Node]) -> list[str]:
-        """Return equations that keep unconnected inputs at their start values."""
+        """Return equations that set all unconnected inputs to their start values."""
         driven = {b for _, b in self.graph.wires} | {b for p in self.graph.inputs for b in p.to}
         found = []
         for node in nodes:
@@ -146,11 +149,12 @@ class Wiring:
 
 
 def inlined_before_samples(graph: Graph) -> frozenset[str]:
-    """Return the sums before a block that acts at samples, and the products without divisors before both.
+    """Return the names of the sums and products that must become equations instead of components.
 
-    rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole. So the sampled block after a sum reads the sum before
-    the sampled block before the sum has its new value. As an equation of scalars, the sum has the new value. The same
-    holds for Dynamics.Product.
+    These are the sums whose output drives a sampled block, and the products without divisors whose output drives such a
+    sum or a sampled block. rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole. If a sampled block drives the
+    sum, the sampled block after the sum then gets an old value. An equation of scalars gives the new value. The same is
+    true for Dynamics.Product.
     """
 
     def before(names: set[str]) -> set[str]:
@@ -163,15 +167,15 @@ def inlined_before_samples(graph: Graph) -> frozenset[str]:
 
 
 def unit_constant(port: str) -> str:
-    """Return the name of the constant of a block for the unit of measure that a port has in the model."""
+    """Return the name of the constant with the SI value of one unit of measure of a port."""
     return f"{port}_unit"
 
 
 def zero_constant(port: str) -> str:
-    """Return the name of the constant of a block for the SI value of 0 in the unit of measure of a port."""
+    """Return the name of the constant with the SI value of 0 in the unit of measure of a port, such as 273.15 K."""
     return f"{port}_zero"
 
 
 def counted(port: str, unit: str) -> str:
-    """Return a port as an expression without the offset of its unit of measure, such as the offset of degC."""
+    """Return the expression of a port minus the offset of its unit of measure, such as 273.15 K for degC."""
     return f"({port} - {zero_constant(port)})" if zero(unit) else port

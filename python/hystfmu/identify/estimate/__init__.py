@@ -1,1 +1,1 @@
-"""One estimator for all graphs: linear free parameters are projected out, a search finds all other free parameters."""
+"""Estimator of the free parameters of any graph: least squares for linear parameters, a search for all others."""

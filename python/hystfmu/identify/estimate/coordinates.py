@@ -1,11 +1,13 @@
-"""Coordinates of a search: bounds, scales, and the values of the free parameters at a point.
+"""Coordinates (search variables) of a search, their default bounds, and the parameter values at a point.
 
-A coordinate is a value, the logarithm of a value, a step between rising values, or a ratio of values with a given sum.
-Bounds that are not given follow from the unit of measure of a parameter, its block, and the record. A frequency lies
-between one cycle per record and half the sample rate. A time lies between a tenth of a step and ten record lengths. A
-parameter in the unit of measure of an input (threshold, input at rest) lies within the range of this input, extended by
-one span to each side. A parameter with limits in its block lies between these limits. A positive parameter is searched
-by its logarithm, from a thousandth to the thousandfold of its value in the graph.
+A coordinate is a parameter value, its logarithm, the difference of two neighbouring elements of a rising array, or the
+logarithm of a ratio of two elements with a given sum.
+
+Default bounds depend on the parameter. A frequency lies between one cycle per record and half of the sampling rate. A
+time lies between a tenth of a step and ten record lengths. A parameter in the unit of measure of an input, such as a
+threshold, lies within the range of this input, extended by one span to each side. A parameter with limits in its block
+lies between these limits. The logarithm of a positive parameter is searched, from a thousandth to the thousandfold of
+its value in the graph.
 """
 
 from __future__ import annotations
@@ -22,22 +24,22 @@ from hystfmu.graph import Graph, Output
 from hystfmu.identify.estimate.free import Free
 from hystfmu.model import rows_of
 
-MARGIN = 1e-10  # of a start to its bounds, relative to the room between them or to 1
-DECADES = 3.0  # to both sides of a positive value
-WIDE = 10.0  # times the value, or times 1, to both sides of one of any sign
-LARGE = 1e5  # a limit of a block from here on is no limit of a search
-RATIO = 10.0  # bound of the logarithm of a value over the last one, where the sum is given
+MARGIN = 1e-10  # distance of a start point from its bounds, relative to their difference or to 1
+DECADES = 3.0  # default bounds of a positive parameter: decades to both sides of its value
+WIDE = 10.0  # default bounds of other parameters: multiple of the absolute value (at least of 1) to both sides of 0
+LARGE = 1e5  # a limit of a block above this value is not used as a bound
+RATIO = 10.0  # bound of the logarithm of the ratio of an element to the last element, if the sum is given
 STEP = 0.3  # scale of a logarithm
-SHARE = 0.1  # scale of another coordinate, relative to the room between its bounds
+SHARE = 0.1  # scale of other coordinates, relative to the difference of their bounds
 
 
 @dataclass(frozen=True)
 class Coordinates:
-    """The coordinates (n,) of a search with their bounds `lo`, `hi`.
+    """The coordinates (n,) of a search, with their bounds `lo` and `hi`.
 
-    `scale` contains a size for each coordinate: steps of this size change the output by similar amounts. `values`
-    returns the values of the parameters at a point (n,), by ``node.parameter``. It returns complete arrays, also if
-    only some elements are free.
+    `scale` contains a step size for each coordinate, chosen so that all steps change the output by similar amounts. The
+    function `values` returns the parameter values at a point (n,), by the names ``node.parameter``. It returns complete
+    arrays, even if only some elements are free.
     """
 
     lo: Array
@@ -46,18 +48,18 @@ class Coordinates:
     values: Callable[[Array], Mapping[str, ArrayLike]]
 
     def inside(self, p: Array) -> Array:
-        """Return the point, moved inside its bounds."""
+        """Return the point p, moved inside its bounds."""
         room = MARGIN * np.minimum(np.maximum(self.hi - self.lo, 0.0), 1.0)
         return np.clip(p, self.lo + room, self.hi - room)
 
     def at_bounds(self, p: Array) -> NDArray[np.bool_]:
-        """Return which coordinates are at a bound, shape (n,) of bool."""
+        """Return for each coordinate whether it is at a bound, shape (n,)."""
         room = 1e-6 * np.where(np.isfinite(self.hi - self.lo), self.hi - self.lo, 1.0)
         found: NDArray[np.bool_] = (p < self.lo + room) | (p > self.hi - room)
         return found
 
     def only(self, moved: NDArray[np.bool_], p: Array) -> Coordinates:
-        """Return the search over the coordinates `moved` (n,); all other coordinates keep their values in `p` (n,)."""
+        """Return the coordinates selected by `moved` (n,); the other coordinates are fixed to their values in `p`."""
 
         def values(q: Array) -> Mapping[str, ArrayLike]:
             return self.values(self.joined(moved, p, q))
@@ -66,14 +68,14 @@ class Coordinates:
 
     @staticmethod
     def joined(moved: NDArray[np.bool_], p: Array, q: Array) -> Array:
-        """Return the point `p` (n,) with the coordinates `moved` at `q`."""
+        """Return the point `p` (n,) with the values `q` for the coordinates selected by `moved`."""
         whole = p.copy()
         whole[moved] = q
         return whole
 
 
 def default_bounds(free: Free, graph: Graph, data: Dataset) -> tuple[float, float]:
-    """Return the bounds of the search for a parameter that is not eliminated, including given ones."""
+    """Return the bounds of a searched parameter: the given bounds, or else default bounds."""
     least, most = float(free.start.min()), float(free.start.max())
     seconds = (data.train.stop - data.train.start) * data.h
     if free.row.unit == "Hz":
@@ -96,7 +98,7 @@ def default_bounds(free: Free, graph: Graph, data: Dataset) -> tuple[float, floa
 
 
 def is_log(free: Free) -> bool:
-    """Return whether a parameter is searched by its logarithm."""
+    """Return whether the logarithm of a parameter is searched."""
     if free.scale is not None:
         return free.scale == "log"
     open_above = free.row.hi >= LARGE and not free.row.follows
@@ -104,7 +106,7 @@ def is_log(free: Free) -> bool:
 
 
 def _range(free: Free, graph: Graph, data: Dataset) -> tuple[float, float]:
-    """Return the range of the input that has the unit of measure of a parameter, in the given graph."""
+    """Return the range, in the data, of the block input whose unit of measure the parameter has."""
     end = f"{free.node}.{free.row.follows}"
     rows = rows_of(graph, data).reshape(len(data.u), -1)[: data.train.stop]
     for k, port in enumerate(graph.inputs):
@@ -132,10 +134,9 @@ class _Part:
 def made_coordinates(
     frees: Sequence[Free], bounds: Sequence[tuple[float, float]], whole: Mapping[str, Array]
 ) -> tuple[Coordinates, Array]:
-    """Return the coordinates of a search over free parameters with their bounds, and its first start point.
+    """Return the coordinates for free parameters with the given bounds, and the point of their values in the graph.
 
-    `whole` contains the values of the parameters in the graph, by ``node.parameter``, including elements that are not
-    free.
+    `whole` contains the values of the parameters in the graph by the names ``node.parameter``, with all elements.
     """
     parts = [_part(free, lo, hi) for free, (lo, hi) in zip(frees, bounds, strict=True)]
     ends = np.cumsum([0, *(len(part.start) for part in parts)])

@@ -1,11 +1,11 @@
 """Search for linear dynamics after a hysteresis: G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1) with a delay.
 
-Further modes in the response of the record are added in parallel, with their shares of the static gain, if they reduce
-the residuals.
+Further modes that the record shows are added in parallel, with their shares of the static gain, if they reduce the
+residuals.
 
-The whole samples of the delay are in a delay block. The fractional rest tau is a Pade approximant of e^(-s tau) of
-order 2 inside the transfer function. Its phase error is (omega tau)^5/720, or 5e-9 rad at a fiftieth of the sample
-rate.
+A block `delay` represents the whole samples of the delay. The remaining fraction tau of a sample is represented by a
+Padé approximant of e^(-s tau) of order 2 in the transfer function. Its phase error is (omega tau)^5/720, which is
+5e-9 rad at a fiftieth of the sampling rate.
 """
 
 from __future__ import annotations
@@ -27,17 +27,18 @@ from hystfmu.identify.estimate.search import Differences, refined, standard_erro
 from hystfmu.identify.evidence import evidence
 from hystfmu.model import Model
 
-MOST_ROWS = 60_000  # of a record whose modes are sought before the fit
-TRIALS = 11  # initial values of f_n, over at most four decades
-MOST_EVALUATIONS = 40  # limit on evaluations of residuals and Jacobian per start
+MOST_ROWS = 60_000  # maximum number of rows of a record whose modes are identified before the fit
+TRIALS = 11  # number of start values of f_n, over at most four decades
+MOST_EVALUATIONS = 40  # maximum number of evaluations of residuals and Jacobian per start value
 TOLERANCE = 1e-9  # relative change that ends a search
-LEAST_REST = 1e-6  # a shorter fractional delay, in samples, is dropped
-KNOWN, KNOWN_PHASE = 0.02, 0.05  # limits: standard error of ln f_n and ln zeta; of the delay, as phase at f_n (rad)
+LEAST_REST = 1e-6  # a shorter fractional delay, in samples, is neglected
+# standard errors above which a warning is given: of ln f_n and ln zeta, and of the delay as a phase at f_n (rad)
+KNOWN, KNOWN_PHASE = 0.02, 0.05
 
 Beside = tuple[tuple[float, float, float], ...]  # natural frequency (Hz), damping ratio, share of the static gain
 
 DYNAMICS_OPTIONS = (
-    Option("hold", "foh", choices=("foh", "zoh"), text="input between rows: a ramp, or held (at the new value)"),
+    Option("hold", "foh", choices=("foh", "zoh"), text="input between rows: foh: a ramp; zoh: constant (new value)"),
     Option("delay_max", 10.0, 0.0, 1e5, text="longest delay tried, in samples"),
     Option("zeta_max", 5.0, 0.01, 1e3, text="largest damping ratio tried"),
 )
@@ -45,7 +46,7 @@ DYNAMICS_OPTIONS = (
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Parameters of G0 and the delay.
+    """Parameters of G0(s) and the delay.
 
     Attributes
     ----------
@@ -62,9 +63,9 @@ class Dynamics:
 
     @classmethod
     def at(cls, p: Sequence[float] | Array, h: float, beside: Beside = ()) -> Dynamics:
-        """Make the dynamics at the point p = (ln f_n, ln zeta, delay in samples) of a search, for the step h (s).
+        """Return the dynamics at the point p = (ln f_n, ln zeta, delay in samples) of a search, for the step h (s).
 
-        Further values of p are the shares of the modes `beside`.
+        If p has further elements, they are the shares of the modes `beside`.
         """
         samples = float(p[2])
         if beside and len(p) > 3:
@@ -73,13 +74,13 @@ class Dynamics:
 
     @property
     def told(self) -> dict[str, Any]:
-        """Entries of `Model.fit`; ``modes`` lists frequency (Hz), damping ratio and share of further modes."""
+        """Entries of `Model.fit`. ``modes`` contains the frequency (Hz), damping ratio and share of further modes."""
         further = {"modes": [list(mode) for mode in self.beside]} if self.beside else {}
         return {"f_n": self.f_n, "zeta": self.zeta, "delay": self.delay, **further}
 
     @property
     def parameters(self) -> int:
-        """Number of parameters."""
+        """Number of fitted parameters."""
         return 3 + 3 * len(self.beside)
 
     def point(self, h: float) -> Array:
@@ -87,9 +88,9 @@ class Dynamics:
         return np.array([np.log(self.f_n), np.log(self.zeta), self.delay / h])
 
     def nodes(self, h: float, hold: str) -> list[Node]:
-        """Return a chain of blocks for the step h (s).
+        """Return the blocks of the dynamics in series, for the step h (s).
 
-        The chain has ``g0`` (transfer_function), and ``delay`` if the delay has whole samples.
+        They are the block ``g0`` (transfer_function), and the block ``delay`` if the delay is at least one sample.
         """
         whole = math.floor(self.delay / h + LEAST_REST)
         b, a = polynomials(self, max(self.delay - whole * h, 0.0) if self.delay / h - whole > LEAST_REST else 0.0)
@@ -97,7 +98,7 @@ class Dynamics:
         return [g0, Node("delay", "delay", {"n": whole})] if whole else [g0]
 
     def filter(self, columns: Array, h: float, hold: str) -> Array:
-        """Filter columns (rows, n) by G0 and the delay, each from its steady state, in the C core."""
+        """Return the columns (rows, n) filtered by G0 and the delay, each from its steady state."""
         g0, *delays = self.nodes(h, hold)
         out = discretised(g0, h).run(columns)
         if not delays:
@@ -107,7 +108,7 @@ class Dynamics:
 
 
 def polynomials(g: Dynamics, rest: float) -> tuple[Array, Array]:
-    """Return numerator and denominator of G0(s) times Pade(2, 2) of e^(-s rest), the highest power of s first."""
+    """Return the numerator and denominator of G0(s) times the Padé approximant of e^(-s rest), highest power first."""
     modes = [(g.f_n, g.zeta, 1 - sum(share for *_, share in g.beside)), *g.beside]
     dens = [np.array([1.0, 2 * zeta * 2 * np.pi * f, (2 * np.pi * f) ** 2]) for f, zeta, _ in modes]
     b, a = np.zeros(1), np.ones(1)
@@ -123,9 +124,9 @@ def polynomials(g: Dynamics, rest: float) -> tuple[Array, Array]:
 
 
 def bounds(data: Dataset, options: Options) -> tuple[Array, Array]:
-    """Return the bounds of (ln f_n, ln zeta, delay in samples).
+    """Return the lower and the upper bounds of (ln f_n, ln zeta, delay in samples).
 
-    f_n lies between one cycle per record and Nyquist, zeta between 0.01 and zeta_max.
+    f_n lies between one cycle per record and the Nyquist frequency. zeta lies between 0.01 and the option `zeta_max`.
     """
     n = data.train.stop - data.train.start
     lo = np.array([np.log(1 / (n * data.h)), np.log(0.01), 0.0])
@@ -139,7 +140,11 @@ def search(
     progress: Progress,
     near: Dynamics | None = None,
 ) -> Dynamics:
-    """Minimise the residuals by trust-region steps from `near`, or from the best two points of a grid of f_n."""
+    """Return the dynamics that minimise the residuals, by trust-region steps from `near`.
+
+    Without `near`, the search begins with the best two of several start values: a grid of f_n, and the modes that the
+    record shows.
+    """
     h, (lo, hi) = data.h, bounds(data, options)
     scale = data.span * np.sqrt(data.train.stop - data.train.start)
 
@@ -156,7 +161,7 @@ def search(
         return refine(near.point(h), near.beside)[1]
     grid = np.linspace(hi[0], max(lo[0], hi[0] + np.log(1e-4)), TRIALS)
     starts: list[tuple[Array, Beside]] = [(np.array([f, np.log(0.7), d]), ()) for f in grid for d in (0.0, 2.0)]
-    # a light resonance lies between two frequencies of the grid
+    # a lightly damped resonance can lie between two frequencies of the grid
     starts += [(mode.point(h), mode.beside) for mode in _modes(data)]
     inside, rated = problem(()).coordinates.inside, []
     for i, (p, beside) in enumerate(starts):
@@ -170,7 +175,7 @@ def search(
 
 
 def _modes(data: Dataset) -> list[Dynamics]:
-    """Return the modes that the record shows after its input, one by one and combined; empty for a long record."""
+    """Return dynamics with each single mode that the record shows, and with all modes; none for a long record."""
     if len(data.u) > MOST_ROWS:
         return []
     shown = evidence(data)
@@ -193,7 +198,7 @@ def uncertainty(residuals: Callable[[Dynamics], Array], g: Dynamics, data: Datas
 
 
 def unknown(g: Dynamics, spread: Array, data: Dataset, options: Options) -> list[str]:
-    """Return a warning for each of f_n, zeta and the delay that the data do not determine.
+    """Return one warning for each of the values f_n, zeta and delay that the data do not determine.
 
     `spread` (3,) contains the standard errors of ln f_n, ln zeta and the delay (samples). The options define the bounds
     of the search.
@@ -215,9 +220,9 @@ def unknown(g: Dynamics, spread: Array, data: Dataset, options: Options) -> list
 
 
 def told(g: Dynamics, spread: Array, data: Dataset, options: Options) -> dict[str, Any]:
-    """Return entries of `Model.fit`: g, standard errors ``f_n_se`` (Hz) and ``zeta_se``, ``warnings`` of `unknown`.
+    """Return entries of `Model.fit`: the dynamics g, the standard errors ``f_n_se`` (Hz) and ``zeta_se``, ``warnings``.
 
-    A value at a bound of the search, or without effect on the residuals, has no standard error.
+    The entries contain no standard error of a value that is at a bound or has no effect on the residuals.
     """
     lo, hi = bounds(data, options)
     p, room = g.point(data.h), 1e-3
@@ -228,11 +233,11 @@ def told(g: Dynamics, spread: Array, data: Dataset, options: Options) -> dict[st
 
 
 def hysteresis(model: Model) -> Model:
-    """Return the model without G0 and delay: the static part, which `hystfmu.inverse.inverse` inverts.
+    """Return the static part of a model, without G0 and delay, which `hystfmu.inverse.inverse` can invert.
 
-    Put a ``feedforward`` block with ``f_n`` and ``zeta`` of ``model.fit`` before the inverse. This block needs the
-    reference and its first two derivatives, ``delay`` seconds ahead. A model without these dynamics raises an
-    InputError.
+    To also compensate the dynamics, place a block ``feedforward`` with ``f_n`` and ``zeta`` of ``model.fit`` before the
+    inverse. This block needs the reference and its first two derivatives ``delay`` seconds in advance. A model without
+    these dynamics raises an InputError.
     """
     g = model.graph
     if not model.key.startswith("g0_"):

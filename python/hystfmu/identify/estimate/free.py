@@ -1,14 +1,14 @@
-"""Free parameters of a graph as a user names them, with bounds, scale and constraints, checked for the blocks.
+"""Free parameters of a graph: their names, bounds, scales and constraints as given by a user, and their checks.
 
-A free parameter is named ``node.parameter``, or ``node.parameter[i]`` for one element, counted from 1.  It is given as
-True, as (lower, upper), or as a table with any of
+The name of a free parameter is ``node.parameter``, or ``node.parameter[i]`` for one element of an array, counted
+from 1. Its value is True, a pair (lower, upper), or a table with some of these keys:
 
-  lower, upper   bounds; a missing one follows from the block, the record and the value in the graph,
-  scale          "log" or "linear": what the search moves; default log for what must be positive, else linear,
-  rising         True: the elements of an array do not decrease,
-  sum            the elements of an array are positive and make this sum.
+  lower, upper   bounds; the default of a bound depends on the block, the record and the value in the graph,
+  scale          "log" to search the logarithm, or "linear"; the default is "log" for positive parameters,
+  rising         True if the elements of an array must not decrease,
+  sum            the sum of the elements of an array, which are then positive.
 
-A file of a graph with free parameters has the tables of a model file, and a table ``[free]``.
+A file of a graph with free parameters contains the tables of a model file, and a table ``[free]``.
 """
 
 from __future__ import annotations
@@ -35,16 +35,15 @@ SCALES = ("linear", "log")
 _NAME = re.compile(r"([A-Za-z][A-Za-z0-9_]*)\.([A-Za-z][A-Za-z0-9_]*)(?:\[(\d+)\])?\Z")
 
 Spec = bool | Sequence[float] | Mapping[str, Any]
-"""Value that makes a parameter free."""
+"""Specification of a free parameter: True, (lower, upper) or a table."""
 
 
 @dataclass(frozen=True)
 class Free:
-    """One free parameter as given: names of its node and of its parameter, and settings of the search.
+    """One free parameter: the names of its node and its parameter, and its settings as the user gave them.
 
-    `elements` are the indices of the free elements, from 0, of an array with `whole` elements. `start` (n,) contains
-    the values of these elements in the graph. `row` is the row of the parameter in the table of its block. Bounds,
-    scale, rising and sum are as given.
+    `elements` contains the indices, from 0, of the free elements of an array with `whole` elements. `start` (n,)
+    contains the values of these elements in the graph. `row` is the row of the parameter in the table of its block.
     """
 
     name: str
@@ -67,7 +66,7 @@ class Free:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Names of the single elements, as a user names them."""
+        """Names of the single free elements, counted from 1."""
         if self.whole == 1:
             return (self.place,)
         return tuple(f"{self.place}[{k + 1}]" for k in self.elements)
@@ -79,22 +78,22 @@ class Free:
 
     @property
     def lo(self) -> float:
-        """Least value that the block and the given bounds allow."""
+        """Smallest value that the block and the given bounds permit."""
         least = self.row.lo if self.lower is None else max(self.lower, self.row.lo)
         return max(least, 0.0) if self.sum is not None else least
 
     @property
     def hi(self) -> float:
-        """Largest value that the block and the given bounds allow."""
+        """Largest value that the block and the given bounds permit."""
         return self.row.hi if self.upper is None else min(self.upper, self.row.hi)
 
 
 def read(graph: Graph, given: Mapping[str, Spec]) -> tuple[Free, ...]:
-    """Check the free parameters; the module docstring states their form.
+    """Check the specifications of free parameters and return the parameters.
 
     An InputError is raised for an unknown node or parameter, for a size or another structural parameter, and for an
-    invalid table. It is also raised for bounds that exclude the value in the graph, for an element that is freed twice,
-    and if no parameter is free.
+    invalid table. It is also raised if bounds exclude the value in the graph, if an element is named twice, and if no
+    parameter is free.
     """
     if not given:
         raise InputError("The free parameters must be at least one, e.g. free={'node.parameter': True}. Got none.")
@@ -166,7 +165,7 @@ def _table(name: str, spec: Spec) -> dict[str, Any]:
 
 
 def _check_start(free: Free) -> None:
-    """Refuse bounds and constraints that exclude the values in the graph."""
+    """Raise an InputError if bounds or constraints exclude the values in the graph."""
     lo, hi = free.lo, free.hi
     if free.lower is not None and free.upper is not None and not free.lower < free.upper:
         raise InputError(
@@ -194,7 +193,7 @@ def _check_start(free: Free) -> None:
 
 
 def plain(spec: Spec) -> bool | list[float] | dict[str, Any]:
-    """Return a free parameter in the form of a TOML file."""
+    """Return a specification in the form in which a TOML file contains it."""
     if isinstance(spec, Mapping):
         return {k: v if isinstance(v, str | bool) else float(v) for k, v in spec.items()}
     return True if spec is True else [float(v) for v in spec]  # type: ignore[union-attr]
@@ -203,7 +202,7 @@ def plain(spec: Spec) -> bool | list[float] | dict[str, Any]:
 class _File(GraphTable):
     format: Literal[1]
     free: dict[str, Any] = Field(min_length=1, max_length=1000)
-    # of a model file, to which [free] is added for another fit
+    # keys of a model file, which becomes the start of another fit if [free] is added
     key: str = ""
     text: str = ""
     step: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
@@ -212,9 +211,9 @@ class _File(GraphTable):
 
 
 def read_graph(path: Path) -> tuple[Graph, dict[str, Spec]]:
-    """Read a graph and its free parameters from `path`; the blocks may have any order.
+    """Read a graph and its free parameters from the file `path`; the blocks may have any order.
 
-    The message of an InputError is one line with file, key, rule and value.
+    An invalid file raises an InputError, whose message names the file, the key, the rule, and the invalid value.
     """
     table = load_toml(path)
     check_format(table, FORMAT, path, required=True)

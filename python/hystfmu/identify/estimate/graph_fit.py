@@ -1,6 +1,7 @@
-"""Fit of the free parameters of any graph of blocks: bounds, linear parts, starts, search, standard errors.
+"""Fit of the free parameters of any graph of blocks.
 
-A single block is also fitted as a graph: its input is scaled to [-1, 1], and its outputs are weighted and shifted.
+For the fit of a single block, a graph is built: the input is scaled to [-1, 1], and the output of the graph is a
+weighted sum of the outputs of the block plus an offset.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ from hystfmu.identify.estimate.search import determined, search
 from hystfmu.identify.graphs import device, scaled_input
 
 TEXT = "graph of blocks, free parameters by least squares on the free run"
-REPEATED = 1e-4  # part of an effect that those of other parameters leave, which counts as none
-TRIED = 10  # points drawn for each start after the first, of which the best are taken
+REPEATED = 1e-4  # a parameter is redundant if the effects of others represent its effect except for this fraction
+TRIED = 10  # number of random points for each start after the first; the best points are used
 
 OPTIONS = (
-    Option("starts", 6, 1, 1000, text="starts of the search; the first is the graph as given, the others are drawn"),
+    Option("starts", 6, 1, 1000, text="number of start points: the values in the graph, then random points"),
     Option("seconds", 60.0, 0.01, 1e6, text="limit on the time of the search"),
 )
 
@@ -44,14 +45,15 @@ def fit_graph(
     progress: Progress,
     hold: bool = False,
 ) -> Built:
-    """Fit the free parameters of a graph to the free run on every record.
+    """Fit the free parameters of a graph, so that the error of its simulation over all records is minimised.
 
-    The graph has one output. Its first input is u; further inputs are covariates of the data, by name. `free` has the
-    form of `hystfmu.identify.estimate.free`. With `hold`, redundant parameters are held. Further results are ``free``
-    and ``condition`` of `determined`, ``held``, ``bounded`` and ``warnings``.
+    The graph has one output. Its first input is u, and its further inputs are covariates of the data. `free` has the
+    form of `hystfmu.identify.estimate.free`. With `hold`, redundant parameters are fixed to their values in the graph.
+    The further results are ``free`` and ``condition`` of `determined`, the names of fixed parameters ``held``,
+    ``bounded`` and ``warnings``.
 
-    An InputError is raised for other ports, for an invalid free parameter, and for a graph that the core cannot run on
-    the data with its given values.
+    An InputError is raised if the graph has other ports, if a free parameter is invalid, or if the graph with its given
+    values cannot be simulated on the data.
     """
     _check_ports(graph, data)
     frees, until = read(graph, free), time.monotonic() + options["seconds"]
@@ -63,7 +65,7 @@ def fit_graph(
         frees = tuple(f for f in frees if f.name not in held)
         problem = _Problem(data, graph, [f for f in searched if f.name not in held], linear, until)
     objective, start = problem.objective, problem.start
-    objective.columns(start)  # raises what is wrong with the graph as it is
+    objective.columns(start)  # raises an InputError if the graph with its given values cannot be simulated
     starts = [start, *_drawn(objective, options["starts"] - 1, seed, lambda f: progress(0.2 * f))]
     found = search(objective, starts, lambda f: progress(0.2 + 0.8 * f))
     objective.until = np.inf
@@ -92,7 +94,7 @@ def fit_graph(
 
 
 class _Problem:
-    """Objective of a fit: some free parameters are searched, all others are eliminated as linear parameters."""
+    """Objective of a fit: the parameters `searched` are searched, and the parameters `linear` are eliminated."""
 
     def __init__(
         self, data: Dataset, graph: Graph, searched: Sequence[Free], linear: Sequence[Linear], until: float
@@ -104,9 +106,9 @@ class _Problem:
         self.objective = Objective(data, graph, coordinates, linear, until=until)
 
     def repeated(self, seed: int) -> tuple[str, ...]:
-        """Return the redundant parameters, whose effect is a combination of the effects of others.
+        """Return the names of redundant parameters, whose effect is a linear combination of the effects of others.
 
-        If two parameters have the same effect, the first is redundant.
+        If two parameters have the same effect, the first one is redundant.
         """
         c, rng = self.objective.coordinates, np.random.default_rng(seed)
         for _ in range(TRIED):
@@ -152,7 +154,7 @@ def _check_ports(graph: Graph, data: Dataset) -> None:
 
 
 def _with_ports(graph: Graph, data: Dataset) -> Graph:
-    """Return the graph, with missing units of measure and start values taken from the record."""
+    """Return the graph with the start values of the record, and with its units of measure where the graph has none."""
     columns = {name: (unit, values) for name, unit, values in data.covariates}
     first, *others = graph.inputs
     inputs = [replace(first, unit=first.unit or data.unit_u, start=float(data.u[0]))]
@@ -171,12 +173,12 @@ def _check_logs(searched: Sequence[Free], bounds: Sequence[tuple[float, float]])
 
 
 def _drawn(objective: Objective, count: int, seed: int, progress: Progress) -> list[Array]:
-    """Draw points between the bounds, and return the best points."""
+    """Return the best `count` of many random points between the bounds."""
     c, rng = objective.coordinates, np.random.default_rng(seed)
     if not len(c.lo):
         return []
     rated = []
-    with suppress(OutOfTime):  # the search then returns the best so far
+    with suppress(OutOfTime):  # the search then returns the best point so far
         for i in range(TRIED * count):
             progress(i / (TRIED * count))
             p = rng.uniform(c.lo, c.hi)
@@ -186,11 +188,11 @@ def _drawn(objective: Objective, count: int, seed: int, progress: Progress) -> l
 
 
 def around(node: Node, data: Dataset) -> tuple[Graph, dict[str, Spec]]:
-    """Return ``input -> node -> readout`` and its free parameters.
+    """Return the graph ``input -> node -> readout`` for the fit of a single block, and its free parameters.
 
-    The weights of the outputs, the offset, and every real parameter of the block without a given value are free. An
-    input at rest without a given value is the first input of the record. A block that has no output, or not exactly one
-    input, raises an InputError.
+    Free are the weights of the outputs, the offset, and all real parameters of the block without a given value. A
+    parameter that is the input at rest, without a given value, is set to the first input of the record. A block without
+    output, or without exactly one input, raises an InputError.
     """
     block, sizes = node.block, node.sizes
     inputs, outputs = block.of("input"), block.of("output")
@@ -219,6 +221,6 @@ def around(node: Node, data: Dataset) -> tuple[Graph, dict[str, Spec]]:
 
 
 def named(node: str, free: Mapping[str, Spec]) -> dict[str, Spec]:
-    """Return the free parameters of a block alone under the names of its graph, with weights and offset of outputs."""
+    """Return the free parameters of a single block with the names of its graph, and the weights and the offset."""
     own = {name if "." in name else f"{node}.{name}": spec for name, spec in free.items()}
     return {**own, "readout.k": True, "readout.offset": True}

@@ -1,9 +1,9 @@
-"""Free parameters that enter the output linearly. Runs of the graph find them.
+"""Search for free parameters on which the output depends linearly, by simulations of the graph.
 
-A parameter is linear if equal steps of this parameter change the output equally. Several parameters are linear together
-if the change by each one does not depend on the others. The runs use random values around the values of the graph,
-because a weight of 0 would hide the parameters that it multiplies. The test needs no knowledge of the blocks, so new
-blocks need no further code.
+A parameter is linear if two equal steps of this parameter change the output by the same amount. Several parameters are
+jointly linear if the change by each one does not depend on the others. The simulations use random values near the
+values of the graph, because with a weight of 0 the parameters that it multiplies have no effect. The test does not use
+knowledge about the blocks, so a new block needs no further code.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from hystfmu.identify.estimate.objective import Linear
 from hystfmu.identify.estimate.runs import Runs
 from hystfmu.model import rows_of
 
-ROWS = 1000  # of the record that the runs take, at most
-EQUAL = 1e-9  # difference of two changes, relative to their size and to the output, that counts as none
+ROWS = 1000  # maximum number of rows of a simulation
+EQUAL = 1e-9  # relative difference up to which two changes of the output count as equal
 
 
 def linear_parts(graph: Graph, frees: Sequence[Free], data: Dataset, seed: int = 0) -> tuple[Linear, ...]:
-    """Return the parameters to eliminate. They are linear individually and together, and have no bounds other than 0.
+    """Return the parameters that linear least squares can compute, so that no search is needed for them.
 
-    The graph runs on the first rows of the data, with random values from `seed`.
+    They are jointly linear and have no bound except a lower bound of 0. `seed` is the seed of the random values.
     """
     able = [f for f in frees if _may(f)]
     if not able:
         return ()
     rng = np.random.default_rng(seed)
-    stride = max(1, data.train.stop // ROWS)  # the runs need turning points, not dynamics
+    stride = max(1, data.train.stop // ROWS)  # the test needs the turning points of the input, but not its dynamics
     rows = rows_of(graph, data).reshape(len(data.u), -1)[: data.train.stop : stride][:ROWS]
     runs = Runs(graph)
 
@@ -57,7 +57,7 @@ def linear_parts(graph: Graph, frees: Sequence[Free], data: Dataset, seed: int =
     steps = [rng.uniform(0.5, 1.5, len(size)) * size for size in sizes]
 
     def zeroed(chosen: Sequence[int]) -> bool:
-        """Return whether the core accepts the weight 0, which is needed to compute a column."""
+        """Return whether the core accepts the value 0 for these parameters, which is needed to compute a column."""
         values = dict(start)
         for i in chosen:
             values = moved(values, able[i], -values[able[i].place][list(able[i].elements)])

@@ -1,8 +1,8 @@
-"""Misfit of the free run of a graph as a function of the coordinates; linear parameters are eliminated.
+"""Residuals of the simulation of a graph as a function of the coordinates, with linear parameters eliminated.
 
-At every point of the search, linear least squares gives the linear parameters, with weights >= 0 for parameters that
-must not be negative (variable projection, Golub & Pereyra 1973). The Jacobian is computed for a run with these weights
-held, and is projected on the orthogonal complement of the columns (Kaufman 1975). This Jacobian neglects only a term of
+At each point of the search, linear least squares gives the linear parameters; parameters that must not be negative are
+constrained (variable projection, Golub & Pereyra 1973). The Jacobian is computed with fixed linear parameters, and is
+then projected on the orthogonal complement of their columns (Kaufman 1975). This Jacobian neglects only a term of
 second order in the residuals.
 """
 
@@ -24,15 +24,18 @@ from hystfmu.identify.estimate.runs import DIFFERENCE, Runs
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model import rows_of
 
-TURN = 1e-5  # step of the derivative of values by a coordinate, relative to its scale
-FARTHEST = 1e3  # size of a residual relative to the misfit of no output at all: a trial may diverge or be refused
-DEPENDENT = 1e-10  # singular value of the columns, each of length 1, that counts as 0
-MOST = 1e100  # largest output: squares of larger ones overflow
+TURN = 1e-5  # finite difference of a coordinate, relative to its scale
+FARTHEST = 1e3  # norm of the residuals that is assumed if a trial diverges or the core refuses its values
+DEPENDENT = 1e-10  # relative singular value of normalised columns below which a combination counts as dependent
+MOST = 1e100  # largest permitted output, because squares of larger values can overflow
 
 
 @dataclass(frozen=True)
 class Linear:
-    """A parameter ``node.parameter`` that enters the output linearly, with the indices of its eliminated elements."""
+    """A parameter ``node.parameter`` on which the output depends linearly, and the indices of its linear elements.
+
+    With `positive`, the elements must not be negative.
+    """
 
     name: str
     elements: tuple[int, ...] = (0,)
@@ -44,13 +47,14 @@ class OutOfTime(Exception):
 
 
 class Objective:
-    """Residuals of the free run at the counted rows.
+    """Residuals of the simulation of a graph on selected rows.
 
-    The graph has one output; its inputs are u and covariates of the data. A function returns the graph at a point of
-    the coordinates. It returns the same object for the same structure; a delay of another number of samples is another
-    structure. Residuals are divided by `size`, which includes the root of the number of rows; its default is computed
-    from the span of y. `rows` are the counted rows, by default the counted rows of the data. At the time `until`
-    (`time.monotonic`) a search ends with the best point so far.
+    The graph has one output, and its inputs are u and the covariates of the data. If the structure of the graph depends
+    on the point, `graph` is a function that returns the graph at a point. It must return the same object for the same
+    structure. For example, a delay with another number of samples is another structure. The residuals are divided by
+    `size`, by default the span of y times the square root of the number of rows. `rows` contains the selected rows, by
+    default the training rows without held-out rows. At the time `until` (`time.monotonic`), a search ends with the best
+    point so far.
     """
 
     def __init__(
@@ -81,7 +85,7 @@ class Objective:
 
     # ---- values -----------------------------------------------------------------------------------------------------
     def values(self, p: Array, weights: Array) -> dict[str, Array]:
-        """Return the values of all free parameters at a point with the weights of the linear ones."""
+        """Return the values of all free parameters at a point p, for given values `weights` of linear parameters."""
         found = {k: np.array(v, dtype=np.float64).reshape(-1) for k, v in self.coordinates.values(p).items()}
         at = 0
         for part in self.linear:
@@ -94,7 +98,7 @@ class Objective:
         return found
 
     def graph(self, p: Array) -> Graph:
-        """Return the graph with the values at a point."""
+        """Return the graph with the parameter values at a point p."""
         graph, values = self.structure(p), self.values(p, self.project(p)[1])
         for node in graph.nodes:
             own = {k.partition(".")[2]: v for k, v in values.items() if k.partition(".")[0] == node.name}
@@ -110,7 +114,7 @@ class Objective:
         changes: Sequence[Mapping[str, Array]],
         step: float = DIFFERENCE,
     ) -> tuple[Array, Array]:
-        """Run over the records; return the output (rows,) and its derivatives (rows, changes) at the counted rows."""
+        """Simulate all records; return the output (rows,) and its derivatives (rows, changes) on the selected rows."""
         if self.best[0] < np.inf and time.monotonic() > self.until:
             raise OutOfTime
         if graph not in self._runs:
@@ -124,7 +128,7 @@ class Objective:
         return y, dy
 
     def columns(self, p: Array) -> tuple[Array, Array]:
-        """Return the output without linear part, (rows,), and the output of each weight of 1, (rows, weights).
+        """Return the output (rows,) if linear parameters are 0, and its change (rows, weights) if one of them is 1.
 
         Values that the core refuses, or an output that is not finite, raise an InputError.
         """
@@ -135,10 +139,9 @@ class Objective:
         return base, found
 
     def project(self, p: Array) -> tuple[Array, Array, Array]:
-        """Return residuals (rows,), weights of the linear parameters, and an orthonormal basis of their columns.
+        """Return the residuals (rows,), the linear parameters, and an orthonormal basis of their columns.
 
-        The basis spans the columns whose weights can change: columns with free weights, and columns with positive
-        weights.
+        The basis does not include columns of constrained parameters with the value 0.
         """
         key = p.tobytes()
         if key != self._point[0]:
@@ -170,13 +173,13 @@ class Objective:
         return (columns @ x - left) / self.size, x / length, U
 
     def residuals(self, p: Array) -> Array:
-        """Return the residuals at a point, relative to `size`, shape (rows,)."""
+        """Return the residuals at a point p, divided by `size`, shape (rows,)."""
         return self.project(p)[0]
 
     def sensitivities(self, p: Array) -> Array:
-        """Return the derivatives of the output by the coordinates with the weights held, shape (rows, n).
+        """Return the derivatives (rows, n) of the output with respect to the coordinates, for fixed linear parameters.
 
-        A coordinate that can move in neither direction has a derivative of 0.
+        If a coordinate cannot be changed in any direction, its derivative is 0.
         """
         if self._slopes[0] != (key := p.tobytes()):
             weights, scale = self.project(p)[1], self.coordinates.scale
@@ -189,13 +192,16 @@ class Objective:
         return self._slopes[1]
 
     def weighed(self, values: Mapping[str, Array]) -> list[dict[str, Array]]:
-        """Return the derivatives of the values by each weight of a linear parameter."""
+        """Return the derivatives of the parameter values with respect to each linear parameter."""
         return [
             {part.name: np.eye(len(values[part.name]))[element]} for part in self.linear for element in part.elements
         ]
 
     def turns(self, p: Array, weights: Array) -> list[dict[str, Array]]:
-        """Return the derivatives of the values by each coordinate; steps keep the bounds and the structure of p."""
+        """Return the derivatives of the parameter values with respect to each coordinate, by finite differences.
+
+        A step must stay inside the bounds and must not change the structure of the graph.
+        """
         c, graph, here = self.coordinates, self.structure(p), self.values(p, weights)
         found: list[dict[str, Array]] = []
         for k, unit in enumerate(np.eye(len(p))):
@@ -209,10 +215,7 @@ class Objective:
         return found
 
     def jacobian(self, p: Array) -> Array:
-        """Return the derivatives of the residuals, with the linear parameters optimised at each point.
-
-        Shape (rows, n).
-        """
+        """Return the derivatives (rows, n) of the residuals, with the linear parameters optimised at each point."""
         residuals, _, basis = self.project(p)
         if residuals @ residuals >= FARTHEST**2 / 2:
             return np.zeros((len(self.y), len(p)))

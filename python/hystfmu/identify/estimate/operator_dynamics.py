@@ -1,14 +1,15 @@
 """Rate-independent operator followed by linear dynamics with delay: y = c + e^(-s tau) G0(s) sum_i k_i x_i.
 
-The x_i are outputs of the operator and of the scaling before the operator. Offset and gains enter linearly and are
-eliminated (variable projection, Golub & Pereyra 1973). The search varies f_n, zeta, tau and the shape of the operator.
+The x_i are outputs of the operator and of the scaling before the operator. Linear least squares gives the offset c and
+the gains k_i (variable projection, Golub & Pereyra 1973). f_n, zeta, tau and the shape parameters of the operator are
+searched in three stages.
 
-The search has three stages. The first stage varies only the dynamics: responses of a bank of fixed shapes are filtered
-by G0, delayed, and combined by least squares. The bank represents a loop of any shape to about one percent. So the
-dynamics do not compensate for an error in the shape of the loop. With a sum of plays they do: f_n is 3176 Hz instead of
-500 Hz. The second stage varies the shape with these dynamics. The third stage varies all parameters on all rows. A
-delay that the data do not support is omitted (Bayesian information criterion), because it would triple the standard
-error of f_n.
+The first stage searches only the dynamics. The operator is replaced by a bank of operators with fixed shapes. Their
+outputs are filtered by G0, delayed, and combined by least squares. The bank represents a loop of any shape with an
+error of about one percent, so the dynamics do not compensate for an error in the shape. With a sum of plays they would
+do so: in an example, f_n is 3176 Hz instead of 500 Hz. The second stage searches the shape for these dynamics. The
+third stage searches all parameters on all rows. If the data do not support the delay (Bayesian information criterion),
+it is omitted, because it would triple the standard error of f_n.
 """
 
 from __future__ import annotations
@@ -29,22 +30,22 @@ from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.search import best_of, correlation_time, determined, refined, standard_errors
 from hystfmu.identify.graphs import device, wired
 
-MOST_ROWS = 5000  # more rows are thinned evenly for the starts, after filtering at the full rate
-ENOUGH = 3e-3  # misfit, relative to the span, below which no other start is tried
+MOST_ROWS = 5000  # maximum number of rows in the first two stages; more rows are thinned evenly after the simulation
+ENOUGH = 3e-3  # RMS error, relative to the span, below which no further start value is tried
 DELAY = 2  # index of the delay among the parameters
 TOLERANCE = 1e-12  # relative change that ends the search of all parameters
-EVALUATIONS = (15, 60)  # limit on evaluations of residuals and Jacobian: per start, for all parameters together
+EVALUATIONS = (15, 60)  # maximum number of evaluations of residuals and Jacobian: per start value, in the third stage
 
 
 @dataclass(frozen=True)
 class Operator:
-    """A class of operators with a searched shape, a point (n,) with bounds `lo`, `hi` and `scale`.
+    """A class of operators whose shape is a point (n,), with the bounds `lo` and `hi` and the scales `scale`.
 
-    `nodes` are the blocks: ``input``, which scales u, then ``operator`` and further blocks. `wires` connect these
-    blocks. `shape` returns the values of these blocks at a point, by ``node.parameter``. `searched`
-    returns the parameters with their bounds at (p, lo, hi), for ``bounded`` of the fit. The weighted sum of the ports
-    `columns` enters the dynamics. `starts` are start points of the search, the likeliest first; `bank` contains the
-    points of the bank.
+    `nodes` contains the block ``input``, which scales u, the block ``operator``, and further blocks; `wires` connects
+    them. The function `shape` returns the parameter values at a point, by the names ``node.parameter``. The function
+    `searched` returns the parameters with their bounds for (p, lo, hi), which become ``bounded`` of the fit. The
+    weighted sum of the ports `columns` is the input of the dynamics. `starts` contains start points of the search, the
+    likeliest first. `bank` contains the points of the bank.
     """
 
     nodes: list[Node]
@@ -60,10 +61,10 @@ class Operator:
 
 
 def build(operator: Operator, data: Dataset, options: Options, progress: Progress) -> Built:
-    """Build the graph ``scaling -> operator -> sum -> transfer_function [-> delay] -> scaling``.
+    """Fit the graph ``scaling -> operator -> sum -> transfer_function [-> delay] -> scaling``.
 
-    The result is the graph, the number of its parameters, and f_n (Hz), zeta and delay (s), with a warning for each of
-    these three values that the data do not determine.
+    The function returns the graph, the number of its parameters, and further results: f_n (Hz), zeta and the delay (s),
+    with a warning for each of these three values that the data do not determine.
     """
     h, hold = data.h, options["hold"]
     rows = np.arange(len(data.u))[data.counted]
@@ -105,13 +106,13 @@ def build(operator: Operator, data: Dataset, options: Options, progress: Progres
             best, p, q, parameters = without, Coordinates.joined(prompt, p_0, again.p), again.p, parameters - 1
     g = Dynamics.at(p, h)
     limited = operator.searched(p[3:], operator.lo, operator.hi)
-    # the standard errors are those with the delay searched
+    # the standard errors are computed with the delay, even if it is omitted
     found_of = {**told(g, spread[:3], data, options), "bounded": limited, "free": determined(best, q).table}
     return chains.finished(best.graph(q)), parameters, found_of
 
 
 def _bank(operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) -> Callable[[Dynamics], Array]:
-    """Return a function of the dynamics: the residuals of the best sum of 1 and filtered responses of the bank."""
+    """Return a function that computes, for given dynamics, the residuals of the best combination of the bank."""
     found = []
     for point in operator.bank:
         given = [(*name.partition(".")[::2], value) for name, value in operator.shape(point).items()]
@@ -129,10 +130,10 @@ def _bank(operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) 
 
 
 class _Chains:
-    """Graphs by two keys: the whole samples of the delay, and whether the delay has a fractional rest.
+    """Graphs of the search, one for each number of whole samples of the delay, with and without a fraction of a sample.
 
-    In a search the delay block precedes the hysteresis, because delay and hysteresis commute. Then the initial output
-    of the delay block does not depend on the gains.
+    During the search, the block `delay` precedes the hysteresis, with which it commutes. Its initial output then does
+    not depend on the gains.
     """
 
     def __init__(self, operator: Operator, data: Dataset, hold: str) -> None:
@@ -140,16 +141,16 @@ class _Chains:
         self.made: dict[tuple[int, int], Graph] = {}
 
     def values(self, p: Array) -> dict[str, ArrayLike]:
-        """Return the values at p = (ln f_n, ln zeta, delay in samples, coordinates of the shape)."""
+        """Return the parameter values at the point p = (ln f_n, ln zeta, delay in samples, shape)."""
         g0, *late = Dynamics.at(p, self.data.h).nodes(self.data.h, self.hold)
         shape: dict[str, float] = self.operator.shape(p[3:])
-        if late and "input.offset" in shape:  # before its first input the delay gives the first row
+        if late and "input.offset" in shape:  # the initial output of the delay is the scaled first input
             gain = float(self.operator.nodes[0].value("gain")[0])
             shape["delay.y0"] = gain * float(self.data.u[0]) + shape["input.offset"]
         return {"g0.b": g0.value("b"), "g0.a": g0.value("a"), **shape}
 
     def at(self, p: Array) -> Graph:
-        """Return the graph of the structure at a point."""
+        """Return the graph whose structure belongs to the point p."""
         dynamics = Dynamics.at(p, self.data.h).nodes(self.data.h, self.hold)
         key = dynamics[0].dims["na"], dynamics[1].dims["n"] if len(dynamics) > 1 else 0
         if key not in self.made:
@@ -162,7 +163,7 @@ class _Chains:
         return self.made[key]
 
     def finished(self, graph: Graph) -> Graph:
-        """Return the graph with the delay after the dynamics; the delay starts with their steady output."""
+        """Return the graph with the delay after the dynamics; its initial output is their steady output."""
         delays = [n for n in graph.nodes if n.name == "delay"]
         scaling, *operator, total, g0, readout = (n for n in graph.nodes if n.name != "delay")
         if not delays:
@@ -181,7 +182,7 @@ class _Chains:
 
 
 def _run(operator: Operator, nodes: list[Node], u: Array) -> Array:
-    """Return the outputs of the operator that enter the sum, for rows of u, shape (n, columns)."""
+    """Return the outputs `columns` of the operator for an input u (n,), shape (n, columns)."""
     outputs = [Output(f"x{i}", column) for i, column in enumerate(operator.columns)]
     wires = [("input.y", "operator.u"), *operator.wires]
     return Graph(nodes, wires, [Input("u", ("input.u",))], outputs).run(u)

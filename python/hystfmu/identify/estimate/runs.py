@@ -1,4 +1,4 @@
-"""Runs of a graph: output for values of parameters by name, and derivatives by changes of these values."""
+"""Simulations of a graph for given parameter values: the output and its derivatives with respect to parameters."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hystfmu.core.executor import SEED, Executor
 from hystfmu.graph import Graph
 
 Values = Mapping[str, ArrayLike]
-"""Values of parameters by name, ``node.parameter``; each value is a number or an array with all elements."""
-DIFFERENCE = 1e-6  # of a change, by which blocks without a sensitivity are moved
+"""Parameter values by the names ``node.parameter``. A value is a number or an array with all elements."""
+DIFFERENCE = 1e-6  # finite difference for blocks without sensitivities, relative to the given change
 
 
 class Runs:
-    """A graph with one output, loaded into the core. Values that the core refuses raise an InputError."""
+    """A graph with one output, loaded into the C core. Values that the core refuses raise an InputError."""
 
     def __init__(self, graph: Graph) -> None:
         self._executor = Executor(graph.to_bytes())
@@ -32,7 +32,7 @@ class Runs:
         self._implicit = any(node.block.trial for node in graph.nodes)
 
     def put(self, values: Values) -> None:
-        """Set values."""
+        """Set parameter values."""
         for name, given in values.items():
             if np.array_equal(given, self._last.get(name, ())):
                 continue
@@ -43,7 +43,7 @@ class Runs:
             self._last[name] = np.array(given)
 
     def run(self, inputs: Array, h: float) -> Array:
-        """Run over the input rows (n, n_inputs), h (s) apart, from a fresh start; shape (n,)."""
+        """Return the output (n,) for the inputs (n, n_inputs) with the step h (s), from the initial state."""
         return self._executor.run(inputs, 1, h)[:, 0]
 
     def sensitivities(
@@ -54,12 +54,11 @@ class Runs:
         rows: NDArray[np.intp],
         step: float = DIFFERENCE,
     ) -> tuple[Array, Array]:
-        """Run with the derivatives of the output by changes of values.
+        """Return the output (k,) and its derivatives (k, changes) at the rising rows `rows` (k,).
 
-        For each derivative, `changes` contains the changes of the elements of parameters. `step` is the step of finite
-        differences, relative to a change, for blocks without a sensitivity; use 1 for linear parameters. The method
-        returns the output (k,) and the derivatives (k, changes) at `rows` (k,) in rising order. The derivative by an
-        empty change is 0.
+        Each element of `changes` is a direction: a change for each element of some parameters. An empty direction has
+        the derivative 0. Blocks without sensitivities use finite differences of the size `step`, relative to the
+        change; use 1 for linear parameters.
         """
         if self._implicit:
             return self._differences(inputs, h, changes, rows, step)
@@ -86,9 +85,9 @@ class Runs:
     def _differences(
         self, inputs: Array, h: float, changes: Sequence[Mapping[str, Array]], rows: NDArray[np.intp], step: float
     ) -> tuple[Array, Array]:
-        """Compute output and derivatives by finite differences of whole runs.
+        """Return the output and its derivatives by finite differences of whole simulations.
 
-        The core has no sensitivities for an implicit inverse.
+        This is needed for graphs with an implicit inverse, for which the core has no sensitivities.
         """
         y, before = self.run(inputs, h)[rows], dict(self._last)
         dy = np.zeros((len(y), len(changes)))

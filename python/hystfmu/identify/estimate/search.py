@@ -1,11 +1,11 @@
-"""Search of the coordinates from several starts, standard errors, and the parameters that a record does not determine.
+"""Search from several start points, standard errors, and parameters that a record does not determine.
 
-A short search runs from each start, and a full search continues from the best result. For residuals e of variance s^2
-and integrated correlation time T (in rows), the covariance of the parameters is about T s^2 (J' J)^-1 (Ljung, System
-Identification, 2nd ed. 1999, eq. 9.10 to 9.14). White noise gives T near 1. A model of the wrong class has slowly
-varying residuals, which increase its standard errors. The Jacobian of the output by all free parameters is scaled to
-columns of length 1 and decomposed by singular values. If a direction has no effect, the record determines only a
-combination of the parameters in this direction.
+A short search begins at each start point, and a full search continues from the best result. Let the residuals have the
+variance s^2 and the integrated correlation time T (in rows). Then the covariance of the parameters is about T s^2
+(J' J)^-1 (Ljung, System Identification, 2nd ed. 1999, eq. 9.10 to 9.14). T is near 1 for white noise. A model of the
+wrong class has slowly varying residuals, so its standard errors are larger. The Jacobian J with respect to all free
+parameters is scaled to columns of norm 1, and its singular values are computed. A direction with a singular value of
+almost 0 has no effect on the output. The record then determines only a combination of the parameters in this direction.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective, OutOfTime
 
-EVALUATIONS = (30, 200)  # limit on evaluations of residuals and Jacobian: per start, for the best start
-TOLERANCES = (1e-8, 1e-13)  # relative change of the cost and of the coordinates that ends a search
-ENOUGH = 1e-4  # misfit, relative to the size of the residuals, below which no further start is tried
-NULL = 1e-5  # singular value, relative to the largest, of a direction without effect: above the error of differences
-PART = 0.05  # of such a direction: from here on a parameter takes part in it
-DIFFERENCE = 1e-5  # step of a finite difference, relative to the scale of a coordinate
-WIDE = 0.25  # standard error, relative to the room between the bounds, of a parameter that is as good as unknown
+EVALUATIONS = (30, 200)  # maximum number of evaluations of residuals and Jacobian: per start point, for the best one
+TOLERANCES = (1e-8, 1e-13)  # relative change of cost and coordinates that ends a short search, and a full search
+ENOUGH = 1e-4  # RMS of the scaled residuals below which no further start point is tried
+NULL = 1e-5  # relative singular value of a direction without effect; it exceeds the error of finite differences
+PART = 0.05  # a parameter belongs to such a direction if its absolute component is larger
+DIFFERENCE = 1e-5  # finite difference, relative to the scale of a coordinate
+WIDE = 0.25  # standard error, relative to the distance of the bounds, above which a parameter counts as not determined
 
 
 @dataclass(frozen=True)
@@ -41,15 +41,15 @@ class Found:
 
     @property
     def misfit(self) -> float:
-        """RMS of the residuals, relative to the size of `Objective`."""
+        """RMS error, relative to the size of `Objective`."""
         return float(np.sqrt(2 * self.cost))
 
 
 class Differences:
-    """Objective of any residuals: a function of the coordinates p (n,), with its Jacobian by finite differences.
+    """Objective whose residuals are any function of the coordinates p (n,), with a Jacobian by finite differences.
 
-    The steps have the size `step` times the scale of a coordinate, and stay inside the bounds. A search asks for the
-    residuals of a point and then for their derivatives there, so the last residuals are kept.
+    A finite difference has the size `step` times the scale of the coordinate, and stays inside the bounds. The last
+    residuals are stored, because a search computes the derivatives at the same point.
     """
 
     def __init__(
@@ -64,13 +64,13 @@ class Differences:
         self._last: tuple[bytes, Array] = b"", np.zeros(0)
 
     def residuals(self, p: Array) -> Array:
-        """Return the residuals at a point."""
+        """Return the residuals (rows,) at a point p."""
         if self._last[0] != (key := p.tobytes()):
             self._last = key, self._of(p)
         return self._last[1]
 
     def jacobian(self, p: Array) -> Array:
-        """Return the derivatives of the residuals (rows, n)."""
+        """Return the derivatives (rows, n) of the residuals at a point p."""
         here, c = self.residuals(p), self.coordinates
         steps = self._step * c.scale
         steps = np.where(p + steps > c.hi, -steps, steps)
@@ -84,11 +84,11 @@ def refined(
     tolerance: float = TOLERANCES[1],
     by_jacobian: bool = False,
 ) -> Found:
-    """Minimise the misfit from a point p (n,) by trust-region steps.
+    """Minimise the sum of squared residuals from a point p (n,) by trust-region steps.
 
-    The steps end when the relative change of cost and coordinates is at most `tolerance`, or after the given number of
-    evaluations of residuals and Jacobian. With `by_jacobian`, the columns of the Jacobian define the scale of the
-    steps. Otherwise the scale of the coordinates defines it.
+    The search ends when the relative change of cost and coordinates is at most `tolerance`, or after `evaluations`
+    evaluations of residuals and Jacobian. With `by_jacobian`, the steps are scaled by the columns of the Jacobian,
+    otherwise by the scales of the coordinates.
     """
     c = objective.coordinates
     if not len(p):
@@ -110,7 +110,7 @@ def refined(
 def best_of(
     objective: Objective, starts: Iterable[Array], evaluations: int, progress: Progress = silent, enough: float = ENOUGH
 ) -> Found:
-    """Search briefly from each start, and return the best point; parameters as in `search`."""
+    """Return the best result of short searches from all start points; the parameters are those of `search`."""
     points, best = list(starts), None
     for i, point in enumerate(points):
         progress(i / len(points))
@@ -130,10 +130,11 @@ def search(
     evaluations: tuple[int, int] = EVALUATIONS,
     enough: float = ENOUGH,
 ) -> Found:
-    """Search briefly from each start (n,), the likeliest first, then search in full from the best result.
+    """Run a short search from each start point (n,), then a full search from the best result.
 
-    `evaluations` are two limits on the evaluations of residuals and Jacobian: for the search from each start, and for
-    the full search. Below the misfit `enough`, relative to the size of the residuals, no further start is tried.
+    `evaluations` contains the maximum numbers of evaluations of residuals and Jacobian, for each short search and for
+    the full search. If a short search reaches an RMS error below `enough`, no further start point is tried. Therefore
+    the likeliest start point should be the first.
     """
     share = len(starts) / (len(starts) + 1)
     try:
@@ -148,9 +149,9 @@ def search(
 
 
 def standard_errors(residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> Array:
-    """Compute the standard errors of parameters (n,) from residuals (m,) and their Jacobian (m, n).
+    """Return the standard errors (n,) of parameters from the residuals (m,) and their Jacobian (m, n).
 
-    A parameter at a bound has an error of 0. A parameter without effect on the residuals has an infinite error.
+    The error of a parameter that is not `free` (n,) is 0. The error of a parameter without effect is infinite.
     """
     found = np.zeros(jacobian.shape[1])
     j = jacobian[:, free]
@@ -165,7 +166,7 @@ def standard_errors(residuals: Array, jacobian: Array, free: NDArray[np.bool_]) 
 
 
 def correlation_time(residuals: Array) -> float:
-    """Return 1 + 2 times the sum of the autocorrelation up to its first zero, in rows; at least 1."""
+    """Return the correlation time (rows): 1 + 2 times the sum of the autocorrelation up to its first zero."""
     e = residuals - residuals.mean()
     power = float(e @ e)
     if power == 0:
@@ -179,12 +180,12 @@ def correlation_time(residuals: Array) -> float:
 
 @dataclass(frozen=True)
 class Determined:
-    """Values and standard errors of elements of the free parameters, in the order of their labels.
+    """Values and standard errors of the elements of free parameters, in the order of their names `labels`.
 
-    An error is infinite if the record does not determine the parameter, and 0 if the parameter is at a bound.
-    `condition` is the ratio of the largest to the smallest singular value of the scaled Jacobian, without parameters at
-    a bound. `together` contains groups of parameters of which the record determines only a combination. A group of one
-    parameter means that this parameter has no effect.
+    An error is infinite if the record does not determine the element, and 0 if the element is at a bound. `condition`
+    is the ratio of the largest to the smallest singular value of the scaled Jacobian, without elements at a bound. Each
+    group in `together` contains elements of which the record determines only a combination. If a group has one element,
+    the record does not determine this element.
     """
 
     labels: tuple[str, ...]
@@ -196,7 +197,7 @@ class Determined:
 
     @property
     def table(self) -> dict[str, dict[str, Any]]:
-        """Entries of ``Model.fit["free"]``: value with ``standard_error``, or ``known`` = "at a bound" or "no"."""
+        """Entries of ``Model.fit["free"]``: the value, and ``standard_error`` or ``known`` ("at a bound" or "no")."""
         found: dict[str, dict[str, Any]] = {}
         for label, value, error, bound in zip(self.labels, self.values, self.errors, self.bound, strict=True):
             known = {"known": "at a bound"} if bound else {"known": "no"} if not np.isfinite(error) else {}
@@ -205,7 +206,7 @@ class Determined:
 
     @property
     def warnings(self) -> list[str]:
-        """One warning for each group of parameters that the record does not determine."""
+        """Warnings, one for each group in `together`."""
         found = []
         for names in self.together:
             if len(names) == 1:
@@ -217,7 +218,7 @@ class Determined:
 
 
 def determined(objective: Objective, p: Array) -> Determined:
-    """Compute standard errors of all elements of parameters that depend on the coordinates p (n,) or the weights."""
+    """Return the values and standard errors of all elements of the free parameters at the point p (n,) of a search."""
     residuals, weights, _ = objective.project(p)
     n, c = len(p), objective.coordinates
     _, columns = objective.columns(p)
@@ -266,5 +267,5 @@ def determined(objective: Objective, p: Array) -> Determined:
 
 
 def _labels(values: Mapping[str, Array]) -> list[str]:
-    """Return names of elements: ``node.parameter``, or ``node.parameter[i]`` for an array."""
+    """Return the names of all elements: ``node.parameter``, or ``node.parameter[i]`` for an array."""
     return [name if len(v) == 1 else f"{name}[{k + 1}]" for name, v in values.items() for k in range(len(v))]

@@ -1,1 +1,1 @@
-"""Kinds of model, one per file: a line ``TEXT``, a table ``OPTIONS``, ``build(data, options, seed, progress)``."""
+"""Kinds of model. A module defines one kind by ``TEXT``, ``OPTIONS`` and ``build(data, options, seed, progress)``."""

@@ -1,20 +1,21 @@
-"""Structured actuator: plays, stops or relays, bend, creep, dynamics with delay; the parts that the data support.
+"""Actuator model: hysteresis, static nonlinearity, creep and linear dynamics with delay, as far as the data show them.
 
   x = scaled u,  v = w0 x + sum_i w_i p_i[x],  b = b(v),  c = b + sum_j k_j L_{T_j}[b],  y = e^(-s tau) G0(s) c + offset
 
-This is the chain of a piezo, magnetostrictive or polymer actuator: rate-independent hysteresis (Kuhnen 2003), a smooth
-readout, creep as a few lags with time constants one decade apart (Krejci & Kuhnen 2001), and the dynamics G0(s) of Yu &
-Alici 2005.  `bent_sum` fits weights, bend and creep for given dynamics; f_n, zeta and tau are searched outside
-(variable projection).
+This is the structure of a piezoelectric, magnetostrictive or polymer actuator. The first part is a rate-independent
+hysteresis (Kuhnen 2003) followed by a smooth static nonlinearity b, which is also called bend. The creep is a sum of a
+few lags, whose time constants are one decade apart (Krejci & Kuhnen 2001). G0(s) are the dynamics of Yu & Alici 2005.
+`bent_sum` fits the weights, the nonlinearity and the creep for given dynamics. An outer search determines f_n, zeta and
+tau (variable projection).
 
-A part is kept if it reduces the error on validation blocks inside the training rows by more than `BETTER`. Stops
-replace plays if the loop is clockwise. Relays with a smooth density (Preisach) replace plays if the shape of minor
-loops depends on their position. Bend, creep and dynamics follow any of these operators. A bend that is not monotone has
-no inverse, so it must reduce the error by `NEEDED`.
+A component is kept only if the ratio of the errors with and without it, on validation blocks inside the training rows,
+is below `BETTER`. Stops replace plays if the loop is clockwise. Relays with a smooth density (Preisach) replace plays
+if the shape of minor loops depends on their position. A nonlinearity that is not monotone has no inverse, so the ratio
+must be below `NEEDED`.
 
-The bend can depend on covariates such as temperature and load: by an offset, a gain, or all of its coefficients
-(`following`). The validation blocks decide this for each covariate. A covariate without effect is not an input of the
-model.
+The nonlinearity can depend on covariates such as temperature and load: by an offset, by a gain, or in all coefficients
+(see `bent_sum`). The validation blocks determine this dependence for each covariate. A covariate without effect is not
+an input of the model.
 """
 
 from __future__ import annotations
@@ -35,21 +36,21 @@ from hystfmu.identify.features.plays import u0_option
 TEXT = "plays, stops or relays, bend, creep, G0(s) with delay: the parts that validation blocks support"
 MEMORY = Memory(3500.0, "N")
 COVARIATES = True
-FIRST = 3  # the first search of the dynamics uses every third of these rows
-DEGREES = (1, 3, 5, 8)  # of the bend, tried in turn
-LAGS = 6  # at most, one decade apart
-CLEAR, ENOUGH, GAINED = 2.0, 5e-4, 0.7  # times the noise, of the span: errors that ask for relays; what these gain
+FIRST = 3  # the first search of the dynamics uses every third row
+DEGREES = (1, 3, 5, 8)  # degrees of the nonlinearity, tried one after the other
+LAGS = 6  # maximum number of lags
+# relays are tried if the error exceeds CLEAR times the noise and the share ENOUGH of the span; the ratio of the errors
+# must then be below GAINED
+CLEAR, ENOUGH, GAINED = 2.0, 5e-4, 0.7
 
 CANDIDATES = (Candidate(ANY, 0.6, 0.08),)
 OPTIONS = (
     Option("N", 40, 1, 10000, text="number of plays"),
-    Option(
-        "operator", None, choices=(PLAYS, STOPS, RELAYS), text="the hysteresis; default: chosen on validation blocks"
-    ),
-    Option("bend", None, 1, 20, text="degree of the bend, 1: none; default: chosen on validation blocks"),
-    Option("creep", None, choices=("yes", "no"), text="creep; default: chosen on validation blocks"),
-    Option("dynamics", None, choices=("yes", "no"), text="G0(s) with delay; default: chosen on validation blocks"),
-    Option("covariates", None, choices=LEVELS[1:], text="what follows the covariates; default: on validation blocks"),
+    Option("operator", None, choices=(PLAYS, STOPS, RELAYS), text="hysteresis operator; default: by validation blocks"),
+    Option("bend", None, 1, 20, text="degree of the static nonlinearity, 1 for none; default: by validation blocks"),
+    Option("creep", None, choices=("yes", "no"), text="whether there is creep; default: by validation blocks"),
+    Option("dynamics", None, choices=("yes", "no"), text="whether there is G0(s); default: by validation blocks"),
+    Option("covariates", None, choices=LEVELS[1:], text="what covariates change; default: by validation blocks"),
     Option("w0_min", 1e-3, 0.0, 1.0, text="least weight of the linear term, relative to the sum of all weights"),
     u0_option("every play rests"),
     *DYNAMICS_OPTIONS,
@@ -57,18 +58,18 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the chain of the equation above from the parts that the data support.
+    """Fit the model with the components that the data support; return graph, number of parameters, further results.
 
-    The result is the graph, the number of its parameters, the parts, and f_n (Hz), zeta and delay (s), with a warning
-    for each of these three values that the data do not determine.
+    The further results contain the components, and f_n (Hz), zeta and the delay (s), with a warning for each of these
+    three values that the data do not determine.
     """
     f = Fitting(data, options)
     best = _following(f, _operated(f, Parts(levels=(options["covariates"] or "gain",) * len(data.covariates.names))))
     progress(0.2)
     if options["dynamics"] != "no":
-        # a missing bend hides creep, and missing dynamics hide the bend
+        # creep can be identified only with the nonlinearity, and the nonlinearity only with the dynamics
         best = _bent(f, _moving(f, best, lambda done: progress(0.2 + 0.4 * done)))
-        best = _exchanged(f, best) if best.parts.g else best  # a mode or a delay hides which operator it is
+        best = _exchanged(f, best) if best.parts.g else best  # without the dynamics, the best operator is not visible
     if options["creep"] != "no":
         best = _creeping(f, best)
     best = _following(f, _bent(f, best))
@@ -95,10 +96,10 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 
 def _following(f: Fitting, trial: Trial) -> Trial:
-    """Choose the dependence on each covariate.
+    """Choose how the nonlinearity depends on each covariate.
 
-    The gain is the default. The whole bend is chosen if it is clearly better, and a lower level if it is not clearly
-    worse.
+    The default is the level ``gain``. The level ``bend`` is chosen if it is clearly better, and a lower level is chosen
+    if ``gain`` is not clearly better.
     """
     if f.options["covariates"] is not None:
         return trial
@@ -121,7 +122,7 @@ def _following(f: Fitting, trial: Trial) -> Trial:
 
 
 def _operated(f: Fitting, parts: Parts) -> Trial:
-    """Find the operator; each candidate has a bend. Plays have an exact inverse and are preferred."""
+    """Choose the operator, each with its own nonlinearity. Plays are preferred, because they have an exact inverse."""
     asked = f.options["operator"]
     if asked is not None:
         return _with_other_start(f, _bent(f, f.tried(replace(parts, operator=asked))))
@@ -131,9 +132,9 @@ def _operated(f: Fitting, parts: Parts) -> Trial:
 
 
 def _exchanged(f: Fitting, best: Trial) -> Trial:
-    """Try relays instead of plays, or plays instead of relays.
+    """Replace plays or stops by relays, or relays by plays, if this is better.
 
-    Relays have no exact inverse, so they need a larger improvement.
+    Relays have no exact inverse, so they must reduce the error more.
     """
     if f.options["operator"] is not None or best.error <= max(CLEAR * f.noise, ENOUGH * f.data.span):
         return best
@@ -145,9 +146,9 @@ def _exchanged(f: Fitting, best: Trial) -> Trial:
 
 
 def _with_other_start(f: Fitting, trial: Trial) -> Trial:
-    """Fit relays followed by a bend, also from equal weights.
+    """Repeat the fit of relays with a nonlinearity, starting from equal weights, and return the better result.
 
-    Weights from a fit without a bend may be far off for butterfly loops.
+    For butterfly loops, weights from a fit without nonlinearity can be a poor start.
     """
     if trial.parts.degree == 1 or trial.parts.operator != RELAYS:
         return trial
@@ -155,7 +156,7 @@ def _with_other_start(f: Fitting, trial: Trial) -> Trial:
 
 
 def _bent(f: Fitting, trial: Trial) -> Trial:
-    """Increase the degree of the bend while the validation error decreases."""
+    """Increase the degree of the nonlinearity while the validation error decreases."""
     if f.options["bend"] is not None:
         asked = int(f.options["bend"])
         return trial if trial.parts.degree == asked else f.tried(replace(trial.parts, degree=asked), trial.fit)
@@ -164,7 +165,7 @@ def _bent(f: Fitting, trial: Trial) -> Trial:
         parts = replace(trial.parts, degree=degree)
         best = best.or_better(f.tried(parts, best.fit))
         if best.parts.degree != degree:
-            # weights fitted to a straight line mislead where the output is even in v (butterfly loops)
+            # weights from a fit with a straight line are a poor start if the output is even in v (butterfly loops)
             best = best.or_better(f.tried(parts, replace(best.fit, w=np.ones_like(best.fit.w)), best.fit.rms))
         if best.parts.degree != degree:
             break
@@ -172,19 +173,22 @@ def _bent(f: Fitting, trial: Trial) -> Trial:
 
 
 def _moving(f: Fitting, trial: Trial, progress: Progress) -> Trial:
-    """Add dynamics after the chain."""
+    """Add linear dynamics if they are requested or reduce the validation error."""
     g = f.dynamics(trial, f.kept[::FIRST], progress)
     moved = f.tried(replace(trial.parts, g=g), trial.fit)
     return moved if f.options["dynamics"] == "yes" else trial.or_better(moved)
 
 
 def _creeping(f: Fitting, trial: Trial) -> Trial:
-    """Add lags, one decade apart, from ten samples to a third of the record."""
+    """Add creep if it is requested or reduces the validation error.
+
+    The time constants are one decade apart, from at least ten samples to a third of the record.
+    """
     h, n = f.data.h, f.data.train.stop
     longest = np.log10(max(n * h / 3, 20 * h))
     T = 10 ** np.arange(longest, np.log10(10 * h) - 1e-9, -1.0)[:LAGS][::-1]
     crept = f.tried(replace(trial.parts, T=tuple(float(t) for t in T)), trial.fit)
-    if crept.parts.g:  # found without creep, they stand in for a part of it
+    if crept.parts.g:  # dynamics that were fitted without creep represent a part of it
         g = f.dynamics(crept, f.kept[::FIRST], silent)
         crept = f.tried(replace(crept.parts, g=g), crept.fit)
     return crept if f.options["creep"] == "yes" else trial.or_better(crept)

@@ -1,9 +1,9 @@
-"""Bouc-Wen operator as a grey box, y = c + a u + b z(u; beta, gamma, n), for loops that no sum of plays represents.
+"""Bouc-Wen model, y = c + a u + b z(u; beta, gamma, n), for loops that a sum of plays cannot represent.
 
-A scale of (A, beta, gamma) and the weight of z have the same effect. A = 1 removes this redundancy, so that z starts
-with the slope of u. The nonlinear parameters are the bound z_max = (beta + gamma)^(-1/n), the ratio gamma / (beta +
-gamma) and the exponent n. For every trial, linear least squares gives offset, linear term and the weight of z (variable
-projection, Golub & Pereyra 1973). Sources: Wen 1976; Ikhouane & Rodellar 2007.
+A common scale factor of (A, beta, gamma) has the same effect as the weight of z. A = 1 removes this redundancy; z then
+has the initial slope 1. The nonlinear parameters are the bound z_max = (beta + gamma)^(-1/n), the ratio gamma / (beta +
+gamma), the exponent n, and the initial value of z. For each trial, linear least squares gives the offset, the linear
+term and the weight of z (variable projection, Golub & Pereyra 1973). Sources: Wen 1976; Ikhouane & Rodellar 2007.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from hystfmu.identify.graphs import device, scaled_input
 TEXT = "Bouc-Wen operator as a grey box, nonlinear least squares"
 CANDIDATES = (Candidate(OPENS, 0.2, 0.4, quick={"starts": 1}),)
 OPTIONS = (
-    Option("starts", 6, 1, 1000, text="starts of the search"),
+    Option("starts", 6, 1, 1000, text="start values of the search"),
     Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"),
     Option("z0", None, -1.0, 1.0, text="z at the first row, as a fraction of its bound; default: fitted"),
     DEAD_BAND,
@@ -31,7 +31,7 @@ OPTIONS = (
 
 
 def shape(p: Array, node: str = "operator") -> dict[str, float]:
-    """Return values of the block for p = (ln z_max, gamma share, n, z0 / z_max), with A = 1, alpha = 0 and k = 1."""
+    """Return the parameters of the block for p = (ln z_max, gamma / (beta + gamma), n, z0 / z_max) and A = 1."""
     z_max, share, n = float(np.exp(p[0])), float(p[1]), float(p[2])
     total = z_max**-n
     values = {"beta": (1 - share) * total, "gamma": share * total, "n": n, "z0": 0.999999 * float(p[3]) * z_max}
@@ -39,19 +39,19 @@ def shape(p: Array, node: str = "operator") -> dict[str, float]:
 
 
 def limits(n_max: float) -> tuple[Array, Array, Array]:
-    """Return least and largest value and the scale of the four coordinates of a shape."""
+    """Return the lower bounds, the upper bounds and the scales of the four search variables."""
     return np.array([np.log(1e-3), -1.0, 1.0, -1.0]), np.array([np.log(1e2), 1.0, n_max, 1.0]), np.full(4, 0.3)
 
 
 def nodes(data: Dataset) -> list[Node]:
-    """Return ``input``, which scales u to about [-1, 1], and ``operator``."""
+    """Return the blocks ``input``, which scales u to about [-1, 1], and ``operator``."""
     scaling, gain, offset = scaled_input(data.u[: data.train.stop])  # later rows do not affect the training rows
     first = gain * float(data.u[0]) + offset
     return [scaling, Node("operator", "bouc_wen", {}, {"A": 1.0, "alpha": 0.0, "k": 1.0, "u0": first})]
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph ``(scaling, bouc_wen) -> sum``; return it with its number of parameters and further results."""
+    """Fit the graph ``(scaling, bouc_wen) -> sum``; return graph, number of parameters, further results."""
     lo, hi, scale = limits(options["n_max"])
     if options["z0"] is not None:
         lo[3], hi[3] = options["z0"] - 1e-9, options["z0"] + 1e-9
@@ -66,7 +66,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 
 def searched(p: Array, lo: Array, hi: Array) -> dict[str, tuple[float, float, float]]:
-    """Return ln z_max, the gamma share and n with the bounds of their search; n = 1 is not reported as a bound."""
+    """Return ln z_max, gamma / (beta + gamma) and n with their bounds; n = 1 does not count as a bound."""
     limits = zip(("ln z_max", "gamma / (beta + gamma)", "n"), p, (lo[0], lo[1], 0.0), hi, strict=False)
     return {name: (float(value), float(least), float(most)) for name, value, least, most in limits}
 

@@ -1,15 +1,15 @@
-"""Oscillator with a Bouc-Wen force as a grey box: m, c, k, alpha and the loop shape from force and displacement.
+"""Oscillator with a Bouc-Wen force, fitted to a record of force u and displacement y.
 
   m_L y'' + c_L y' + k_L y + z = u,   z' = alpha y' - beta (gamma |y'| |z|^(nu-1) z + delta y' |z|^nu)
 
-(Noel & Schoukens 2016, eq. 1-2). beta only scales gamma and delta; |gamma| + |delta| = 1 removes the redundancy. First,
-a linear oscillator is fitted to the spectra of u and y (Sanathanan & Koerner 1963). It gives mass, damping and the sum
-of the stiffnesses of spring and hysteresis. Then the output error of the free run from rest is minimised, from several
-start shapes of the loop.
+(Noel & Schoukens 2016, eq. 1-2). beta only scales gamma and delta. The condition |gamma| + |delta| = 1 removes this
+redundancy. First, a linear oscillator is fitted to the spectra of u and y (Sanathanan & Koerner 1963). It gives the
+mass, the damping, and the sum of the stiffnesses of spring and hysteresis. Then the output error of a simulation from
+rest is minimised, with several start values for the shape of the loop.
 
-Trap: the block interpolates u linearly between rows. A force with power near the sample rate must be given at a finer
-step (band-limited interpolation). Linear interpolation causes an error of 7 % of the output with 5 rows per period of
-the fastest component, and of 0.03 % with 100 rows.
+Trap: the block interpolates u linearly between rows. If the force has high frequencies, it must be resampled to a finer
+step by band-limited interpolation. With 5 rows per period of the fastest component, linear interpolation causes an
+error of 7 % of the output. With 100 rows, the error is 0.03 %.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from hystfmu.identify.estimate.search import determined, search
 from hystfmu.identify.graphs import device
 
 TEXT = "oscillator with a Bouc-Wen force as a grey box, nonlinear least squares"
-EVALUATIONS = (8, 60)  # limit on evaluations of residuals and Jacobian: per start, for the best start
-SHARES, SHAPES = (0.3, 0.7), ((0.5, -0.5), (0.5, 0.5))  # alpha / (k_L + alpha); (gamma, delta)
+EVALUATIONS = (8, 60)  # maximum number of evaluations of residuals and Jacobian: per start value, for the best one
+SHARES, SHAPES = (0.3, 0.7), ((0.5, -0.5), (0.5, 0.5))  # start values: alpha / (k_L + alpha), and (gamma, delta)
 SCALES = np.array([0.1, 0.3, 0.1, 0.1, 0.5, 0.5])
 
 CANDIDATES = (Candidate(LAGS, 0.3, 0.3),)
@@ -43,9 +43,9 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph of one ``bouc_wen_oscillator``; return graph, number of parameters, and bounded parameters.
+    """Fit a graph with one block ``bouc_wen_oscillator``; return graph, number of parameters, further results.
 
-    Spectra that give a mass or stiffness that is not positive raise an InputError.
+    If the linear oscillator has a mass or a stiffness that is not positive, an InputError is raised.
     """
     rows = np.arange(len(data.u))[data.counted][:: options["stride"]]
     y = data.y[rows]
@@ -57,7 +57,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
             f"Got m_L = {m:g}, k = {k:g} instead."
         )
     c = max(c, 0.01 * np.sqrt(m * k))
-    force = k * float(np.sqrt(np.mean(y**2)))  # size of z, up to its share of the stiffness
+    force = k * float(np.sqrt(np.mean(y**2)))  # RMS of z if the hysteresis had the whole stiffness
 
     def values(p: Array) -> dict[str, float]:
         # gamma and delta times beta, relative to the rate at which a force of this size would saturate
@@ -83,13 +83,13 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 
 def linear_oscillator(u: Array, y: Array, h: float, rounds: int = 10) -> tuple[float, float, float]:
-    """Fit mass, damping and stiffness of (m s^2 + c s + k) Y = U at the excited lines of the spectra.
+    """Return the mass, damping and stiffness of (m s^2 + c s + k) Y = U, fitted at the excited frequencies.
 
-    Force u and displacement y (n,), h (s) apart, are whole periods, or long compared with the decay of the oscillator.
-    Each iteration weights the equation by 1/|m s^2 + c s + k| of the previous iteration, so that it minimises an output
-    error. The result is in the units of measure of u, y and s.
+    The force u and the displacement y (n,), with the step h (s), must contain whole periods, or must be long compared
+    with the decay of the oscillator. Each iteration weights the equation with 1/|m s^2 + c s + k| of the previous
+    iteration, so that an output error is minimised. The result is in the units of measure of u, y and s.
     """
-    U, Y = np.fft.rfft(u - u.mean()), np.fft.rfft(y)  # the mean of y is at a line that u does not excite
+    U, Y = np.fft.rfft(u - u.mean()), np.fft.rfft(y)  # frequency 0, with the mean of y, is then not excited
     lines = np.abs(U) > 0.1 * np.abs(U).max()
     s = 2j * np.pi * np.fft.rfftfreq(len(u), h)[lines]
     U, Y = U[lines], Y[lines]

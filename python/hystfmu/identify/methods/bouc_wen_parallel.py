@@ -1,12 +1,13 @@
-"""Bouc-Wen operator in parallel with a curve and lags of the input: a spring, a dashpot and creep, as in a damper.
+"""Bouc-Wen operator in parallel with a static curve and lags, which represent a spring, a dashpot and creep.
 
   y = c + f(x) + sum_l k_l L_{T_l}[x] + b z + sum_l m_l L_{T_l}[z],   z = z[x; beta, gamma, n],  x = scaled u
 
-f is a polynomial, and L_T is a first-order lag. For a short T the difference x - L_T[x] is the speed times T. The case
-n = 1, gamma = 0 is a relaxation state in parallel with a curve, such as the open-circuit voltage of a battery (Plett
-2004). The damper of Spencer et al. 1997 has a spring and a dashpot in parallel with z. All parameters except the four
-parameters of z are linear and are projected out (variable projection, Golub & Pereyra 1973). The error on validation
-blocks inside the training rows decides the degree of f and the lags.
+f is a polynomial, and L_T is a first-order lag. For a short T, the difference x - L_T[x] is the speed times T, as in a
+dashpot. The damper of Spencer et al. 1997 has a spring and a dashpot in parallel with z. With n = 1 and gamma = 0, z is
+a relaxation state; such a state in parallel with a curve describes the open-circuit voltage of a battery (Plett 2004).
+Four parameters of z are searched. All other parameters are linear and are computed by least squares for each trial
+(variable projection, Golub & Pereyra 1973). The degree of f and the use of lags are chosen by the error on validation
+blocks inside the training rows.
 """
 
 from __future__ import annotations
@@ -33,32 +34,32 @@ from hystfmu.model.accuracy import rms
 
 TEXT = "Bouc-Wen operator beside a curve and lags of the input: spring, dashpot, creep"
 MEMORY = Memory(1200.0)
-DEGREES = (1, 3, 5, 8, 12)  # of the curve
+DEGREES = (1, 3, 5, 8, 12)  # degrees of the curve that are tried
 LAGS = 6
-BETTER = 0.95  # ratio of validation errors below which a part is kept
-STARTS = ((0.5, 0.5, 1.5), (0.1, 0.2, 1.0), (2.0, 0.2, 1.0))  # z_max, gamma share, n
-EVALUATIONS = (20, 100)  # limit on evaluations of residuals and Jacobian: of a trial, of the last fit
+BETTER = 0.95  # ratio of validation errors below which a component is kept
+STARTS = ((0.5, 0.5, 1.5), (0.1, 0.2, 1.0), (2.0, 0.2, 1.0))  # start values of z_max, gamma / (beta + gamma), n
+EVALUATIONS = (20, 100)  # maximum number of evaluations of residuals and Jacobian: of a trial, of the last fit
 TOLERANCE = 1e-8  # relative change that ends a search
-SMALL = 1e-9  # relative size of directions of the columns that are left out
-MOST_ROWS = 6000  # more rows are thinned evenly, behind an operator that runs along all
+SMALL = 1e-9  # relative singular value below which a combination of columns is omitted
+MOST_ROWS = 6000  # maximum number of rows of a fit; the operator runs over all rows, which are then thinned evenly
 
 CANDIDATES = (Candidate(OPENS, 0.3, 0.6),)
 OPTIONS = (
     Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"),
     Option("degree", None, 1, 20, text="degree of the curve; default: chosen on validation blocks"),
-    Option("rate", None, choices=("yes", "no"), text="lags; default: chosen on validation blocks"),
+    Option("rate", None, choices=("yes", "no"), text="whether there are lags; default: chosen on validation blocks"),
 )
 
 
 def operator(u: Array, p: Array) -> tuple[dict[str, float], Array]:
-    """Return the values of the block and z (rows,) for p = (ln z_max, gamma share, n, z0 / z_max)."""
+    """Return the parameters of the block and z (rows,) for p = (ln z_max, gamma / (beta + gamma), n, z0 / z_max)."""
     values = {"A": 1.0, "u0": float(u[0]), **{k.partition(".")[2]: v for k, v in shape(p).items()}}
     return values, Graph.single(Node("z", "bouc_wen", {}, {**values, "alpha": 0.0, "k": 1.0})).run(u)[:, 1]
 
 
 @dataclass(frozen=True)
 class Parts:
-    """Degree of the curve, time constants of the lags (s), and a point of the search of z."""
+    """Structure and shape of a model: degree of the curve, time constants of the lags (s), search variables p of z."""
 
     degree: int
     T: tuple[float, ...]
@@ -66,31 +67,31 @@ class Parts:
 
 
 class _Fitting:
-    """Columns and rows of a fit."""
+    """Regressors and rows of a data set, and methods that fit a structure to them."""
 
     def __init__(self, data: Dataset, options: Options) -> None:
-        # a curve of high degree knows nothing beyond the rows that it is fitted to
+        # a polynomial of high degree is not valid outside the range of the rows to which it is fitted
         self.scaling, gain, offset = scaled_input(data.u[data.counted])
         self.data, self.x = data, gain * data.u[: data.train.stop] + offset
         self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
         self.lo, self.hi, self.scale = limits(options["n_max"])
 
     def columns(self, parts: Parts) -> Array:
-        """Return the columns of a structure: curve, lags of x, z, lags of z."""
+        """Return the regressors of a structure: polynomials of x, lags of x, z, and lags of z."""
         z = operator(self.x, parts.p)[1]
         curve = legendre.legvander(np.clip(self.x, -1, 1), parts.degree)
         lags = [lagged(v[:, None], -np.expm1(-self.data.h / T)) for v in (self.x, z) for T in parts.T]
         return np.column_stack([curve, *lags[: len(parts.T)], z, *lags[len(parts.T) :]])
 
     def project(self, parts: Parts, rows: Rows) -> tuple[Array, Array]:
-        """Return the residuals on some rows, and the coefficients of the columns."""
+        """Return the residuals on `rows`, and the coefficients of the regressors by linear least squares."""
         columns = self.columns(parts)[rows]
         size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         c = np.linalg.lstsq(columns / size, self.data.y[rows], rcond=SMALL)[0] / size
         return np.asarray(columns @ c - self.data.y[rows]), c
 
     def fit(self, parts: Parts, rows: Rows, evaluations: int) -> Parts:
-        """Search z on some rows."""
+        """Search the parameters of z that minimise the error on `rows`."""
 
         def misfit(p: Array) -> Array:
             e = self.project(replace(parts, p=p), rows)[0]
@@ -100,24 +101,24 @@ class _Fitting:
         return replace(parts, p=found.p)
 
     def tried(self, parts: Parts) -> tuple[float, Parts]:
-        """Fit a structure outside the validation blocks; return its error in them."""
+        """Fit a structure outside the validation blocks; return the RMS error on them, and the structure."""
         found = self.fit(parts, self.kept, EVALUATIONS[0])
         c = self.project(found, self.kept)[1]
         return rms(self.columns(found)[self.held] @ c - self.data.y[self.held]), found
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph of the equation above; return graph, number of parameters, and bounded parameters."""
+    """Fit the model of the module docstring; return graph, number of parameters, further results."""
     f = _Fitting(data, options)
     longest = max((data.train.stop - data.train.start) * data.h / 3, 10 * data.h)
     every = tuple(float(T) for T in np.geomspace(2 * data.h, longest, LAGS))
     T = every if options["rate"] == "yes" else ()
     starts = [np.array([np.log(z_max), share, n, 0.0]) for z_max, share, n in STARTS]
-    # what a poor curve leaves misleads the search of z, up to an end of its range: it starts with a rich one
+    # with a curve of too low degree, the search of z can end at a bound: it begins with a high degree
     first = int(options["degree"] or DEGREES[-2])
     best = min((f.tried(Parts(first, T, p)) for p in starts), key=lambda t: t[0])
     progress(0.4)
-    if options["rate"] is None and _several_durations(data):  # else lags and loop explain each other
+    if options["rate"] is None and _several_durations(data):  # with one duration, lags and loop cannot be separated
         more = min((f.tried(Parts(first, every, p)) for p in (best[1].p, starts[0])), key=lambda t: t[0])
         best = more if more[0] < BETTER * best[0] else best
     if options["degree"] is None:
@@ -136,9 +137,9 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 
 def _several_durations(data: Dataset) -> bool:
-    """Return whether durations of half cycles differ by a factor of 2.
+    """Return whether the durations of the half cycles differ by more than a factor of 2 (90th and 10th percentile).
 
-    Speeds are no test, because a decaying sine has many speeds and one frequency.
+    The speeds are not a suitable test, because a decaying sine has many speeds but only one frequency.
     """
     lasting = np.diff(reversals(data.longest().u[data.longest().train]))
     long, short = np.percentile(lasting, [90, 10]) if len(lasting) else (1.0, 1.0)

@@ -1,18 +1,19 @@
-"""Shen & Ma 2017: a 2-5-1 network on the expanded input space (x, h); h is the constraint-factor operator of x.
+"""Network of Shen & Ma 2017 (2-5-1) with two inputs: x, and the output h of the constraint-factor operator of x.
 
-The operator is fitted first, then the network. ``branch = literal`` and ``memory = last`` follow the paper literally.
-``sweep`` tries 1, 2, .. hidden neurons. It keeps the number with the least error on the validation split, which is the
-last 30 % of the training rows.
+The operator is fitted first, and then the network. The options ``branch = literal`` and ``memory = last`` give the
+method of the paper. The option ``sweep`` compares networks with 1, 2, ... hidden neurons, and uses the number with the
+smallest error on a validation split, which is the last 30 % of the training rows.
 
-The branch is g(d) = (1 - e^-d)(a_0 + sum_j a_j d^(2j-1)). The start of each branch and the distance d from this start
-depend on the input alone. So the operator is linear in the coefficients: h = sum_j a_j H_j, where H_j is the operator
-with the branch b_j(d) = (1 - e^-d) d^(2j-1). The columns H_j are orthogonalised (SVD). The slope g' is kept positive on
-a grid, which gives a least-distance problem (Lawson & Hanson 1974, ch. 23). A small penalty on the third derivative
-keeps g smooth where the data do not determine g, and beyond the longest branch.
+Each branch of the operator has the shape g(d) = (1 - e^-d)(a_0 + sum_j a_j d^(2j-1)). The start of a branch and the
+distance d from this start depend only on the input. Therefore the operator is linear in the coefficients: h = sum_j a_j
+H_j, where H_j is the operator with the branch b_j(d) = (1 - e^-d) d^(2j-1) (b_0 = 1 - e^-d). The columns H_j are
+orthogonalised by a singular value decomposition. The slope g' must be positive on a grid, which is a least-distance
+problem (Lawson & Hanson 1974, ch. 23). A small penalty on the third derivative keeps g smooth where the data do not
+determine it.
 
-Shen & Ma 2017, eq. 1-10, fit increments from the last extremum by normal equations (`literal_branch`). Normal equations
-square an already large condition number. No constraint keeps the branch increasing: the printed a_0 = g'(0) is
-negative.
+Shen & Ma 2017, eq. 1-10, fit the increments from the last extremum by normal equations (`literal_branch`). Normal
+equations square the condition number, which is already large. The paper has no constraint that keeps the branch
+increasing: the printed a_0 = g'(0) is negative.
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ from hystfmu.identify.network.readout import Features, fit_readout, hidden_sweep
 
 TEXT = "constraint-factor operator and a network on (x, h)"
 COVARIATES = True
-LEAST_SLOPE = 1e-3  # of the mean slope: keeps the branch increasing between the grid points too
+LEAST_SLOPE = 1e-3  # smallest slope on the grid, relative to the mean slope; g then also increases between grid points
 GRID = 400
-DEPENDENT = 1e-9  # singular value, relative to the largest, of a direction that the columns do not determine
-SHARE = 0.7  # of the training rows: fitted in a sweep; the rest is the validation split
+DEPENDENT = 1e-9  # relative singular value below which a combination of columns is not determined
+SHARE = 0.7  # share of the training rows to which a sweep fits; the other rows are the validation split
 
 CANDIDATES = (Candidate(CLOSES, 0.3, 0.1, quick={"starts": 1, "iterations": 30}),)
 OPTIONS = (
-    Option("m", 9, 1, 20, text="odd powers in the polynomial"),
+    Option("m", 9, 1, 20, text="number of odd powers in the polynomial of the branch"),
     Option(
         "branch",
         "increasing",
@@ -52,7 +53,7 @@ OPTIONS = (
     Option("roughness", 1e-4, 0.0, 1e3, text="penalty on the third derivative of the branch"),
     BEND,
     Option("range", 1.0, 1e-6, 10.0, text="range that the input is scaled to before the operator"),
-    Option("sweep", 0, 0, 1000, text="try 1 .. sweep hidden neurons; 0: use `hidden`"),
+    Option("sweep", 0, 0, 1000, text="largest number of hidden neurons that is tried; with 0, `hidden` is used"),
     u0_option("the operator rests"),
     *network_options(hidden=5, starts=3, iterations=230),
 )
@@ -60,10 +61,11 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Branch:
-    """A fitted branch function.
+    """A fitted branch function g.
 
-    Fields: the coefficients a_0 of the constant and a_1 .. a_m of d, d^3, .., d^(2m-1); the longest branch of the data;
-    and the condition number of the least-squares system with columns of length 1, or of the normal equations.
+    ``a`` contains the coefficients a_0, a_1, ..., a_m. ``d_max`` is the length of the longest branch in the data.
+    ``condition`` is the condition number of the least-squares system with columns of norm 1, or of the normal
+    equations.
     """
 
     a: Array
@@ -85,7 +87,10 @@ class Branch:
 
 
 def basis(d: Array, m: int, d_max: float = np.inf) -> Array:
-    """Return b_0 = 1 - e^-d, b_j = (1 - e^-d) d^(2j-1), j = 1..m, linear beyond d_max; shape (len(d), m + 1)."""
+    """Return b_0 = 1 - e^-d and b_j = (1 - e^-d) d^(2j-1), j = 1..m, at d (n,), shape (n, m + 1).
+
+    Above d_max, the functions continue as straight lines.
+    """
     near = np.minimum(d, d_max)
     b = -np.expm1(-near)[:, None] * _powers(near, m)
     far = d > d_max
@@ -107,7 +112,7 @@ def _powers(d: Array, m: int) -> Array:
 
 @dataclass(frozen=True)
 class StackCoordinates:
-    """Position of every input row (n,) on its branch: h[k] = h[start[k]] + weight[k] g(d[k]).
+    """Position of each row (n,) on its branch; the operator output is h[k] = h[start[k]] + weight[k] g(d[k]).
 
     `start` is the row of the extremum at which the branch starts; -1 is the origin, where h = 0. `weight` is the sign
     of the branch, and d is the distance from the extremum. On the virgin branch the weight is halved and d is doubled
@@ -119,7 +124,7 @@ class StackCoordinates:
     d: Array
 
     def columns(self, m: int, d_max: float) -> Array:
-        """Return H_j, j = 0..m, the operator with basis function j as its branch; shape (n, m + 1)."""
+        """Return the outputs H_j (j = 0..m) of the operator with basis function j as its branch, shape (n, m + 1)."""
         steps = self.weight[:, None] * basis(self.d, m, d_max)
         H = np.zeros((len(steps) + 1, m + 1))  # the last row is the origin
         for k, p in enumerate(self.start):
@@ -128,7 +133,10 @@ class StackCoordinates:
 
 
 def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoordinates:
-    """Find the branches of an input x (n,) from rest at x0; `memory` is "dominant" (return-point) or "last"."""
+    """Return the branch positions of an input x (n,) from rest at x0.
+
+    With the `memory` "dominant", the operator has return-point memory. With "last", it remembers the last extremum.
+    """
     n = len(x)
     start, weight, d = np.full(n, -1), np.zeros(n), np.zeros(n)
     extrema: list[int] = []
@@ -158,11 +166,11 @@ def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoo
 
 
 def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: Rows, m: int, roughness: float) -> Branch:
-    """Fit the increasing branch whose operator plus a combination of `free` is nearest to y over `rows`.
+    """Fit an increasing branch so that the operator plus a combination of the columns `free` approximates y on `rows`.
 
-    `where` contains the branch positions of all rows. y (n,) is the target on the counted rows. `free` (n, q) contains
-    columns with free weights, among them the constant. m is the number of odd powers. `roughness` is the weight of the
-    RMS third derivative of g, with d relative to the longest branch, against the RMS error.
+    `where` contains the branch positions of all rows. y (n,) is the target on the n rows `rows`. `free` (n, q) contains
+    columns with free weights, including a constant column. m is the number of odd powers. `roughness` is the weight of
+    the RMS third derivative of g relative to the RMS error.
     """
     d_max = float(where.d[rows].max())
     H = where.columns(m, d_max)[rows]
@@ -180,7 +188,7 @@ def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: Rows
 
 
 def _nearest(f: Array, E: Array, least: Array) -> Array:
-    """Minimise |z - f| over E z >= least; the dual is a non-negative least-squares problem (Lawson & Hanson, LDP)."""
+    """Return z that minimises |z - f| with E z >= least (least-distance programming, Lawson & Hanson 1974, ch. 23)."""
     if (E @ f >= least).all():
         return f
     size = np.linalg.norm(E, axis=1)
@@ -196,7 +204,7 @@ def _nearest(f: Array, E: Array, least: Array) -> Array:
 
 
 def literal_branch(where: StackCoordinates, y: Array, rows: Rows, m: int) -> Branch:
-    """Fit increments of y (n,) along branches as in Shen & Ma 2017, eq. 8-10: A = X^-1 Y with the normal matrix X."""
+    """Fit the branch to increments of y (n,) by normal equations, as in Shen & Ma 2017, eq. 8-10."""
     every = np.arange(len(where.start))[rows]
     used = every[where.start[every] >= 0]
     v = np.sign(where.weight[used]) * (y[used] - y[where.start[used]])
@@ -206,7 +214,7 @@ def literal_branch(where: StackCoordinates, y: Array, rows: Rows, m: int) -> Bra
 
 
 def fit_operator(data: Dataset, options: Options) -> tuple[Features, Branch]:
-    """Fit ``scaling -> constraint_factor``; the features are the scaled input x and the operator h."""
+    """Fit ``scaling -> constraint_factor``; return the features, which are x and h, and the fitted branch."""
     u, y, rows = data.u, data.y, data.counted
     u0 = u0_of(data, options)
     scaling, gain, offset = scaled_input(u[data.train], options["range"])
@@ -224,7 +232,7 @@ def fit_operator(data: Dataset, options: Options) -> tuple[Features, Branch]:
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``scaling -> constraint_factor -> scaling -> mlp -> scaling``; return graph and number of parameters."""
+    """Fit ``scaling -> constraint_factor -> scaling -> mlp -> scaling``; return graph and number of parameters."""
     front, branch = fit_operator(data, options)
     chosen, began = dict(options), 0.0
     if options["sweep"]:

@@ -1,12 +1,14 @@
-"""Duhem model for static loops without return-point memory: the slope depends on input, output and direction.
+"""Duhem model for static loops without return-point memory.
 
-  y = c + k u + w, dw/du = sum_{i<=m} u^i (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))), per direction of u.
+The slope of the output is a function of input, output and direction. Each direction of u has its own coefficients:
 
-For given k and c, w is known at every row. Then linear least squares of the increments of w gives the coefficients. The
-increments extend over single rows, or over pieces of the path if u is noisy. k and c minimise the residual (variable
-projection, Golub & Pereyra 1973). From this start, all parameters and w at the first row are refined on the free run.
-This search uses the orthonormal basis of the increments, because the powers are nearly dependent. Source: Oh &
-Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645.
+  y = c + k u + w, dw/du = sum_{i<=m} u^i (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))).
+
+For given k and c, w is known at every row, and linear least squares of the increments of w gives the coefficients. The
+increments are taken between neighbouring rows, or over longer pieces of the path if u is noisy. k and c minimise the
+residual (variable projection, Golub & Pereyra 1973). Then all parameters and the first value of w are refined, so that
+the output error of a simulation is minimised. This search uses an orthonormal basis of the terms, because powers are
+nearly linearly dependent. Source: Oh & Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645.
 """
 
 from __future__ import annotations
@@ -27,17 +29,17 @@ from hystfmu.identify.graphs import device, scaled_input, wired
 
 TEXT = "polynomial slopes for rising and falling input, least squares, refined on the free run"
 MEMORY = Memory(1700.0, "q")
-EVALUATIONS = (60, 30)  # limit on evaluations of residuals and Jacobian: for k and c, on the free run
-STARTS = (0.0, 0.5, 1.0)  # of k, relative to the slope of the straight line
+EVALUATIONS = (60, 30)  # maximum number of evaluations of residuals and Jacobian: for k and c, for all parameters
+STARTS = (0.0, 0.5, 1.0)  # start values of k, relative to the slope of the regression line
 TOLERANCE, STEP = 1e-8, 1e-7  # relative change that ends a search; step of a finite difference
-PIECE = 5.0  # length of a piece of the path in dead bands: the noise at its ends is an eighth of it
-CLOSE = 0.05  # RMS error, relative to half the span, from which on no other start is refined
-ROOM = 3.0  # bound of |w|, relative to the largest in the data
+PIECE = 5.0  # length of a piece of the path, in dead bands; the noise at its ends is then an eighth of its length
+CLOSE = 0.05  # RMS error, relative to half the span, below which no further start value is refined
+ROOM = 3.0  # bound of |w|, relative to the largest |w| in the data
 
 CANDIDATES = (Candidate(OPENS, 0.2, 0.5),)
 OPTIONS = (
-    Option("m", 0, 0, 6, text="degree of the slope in the input"),
-    Option("q", 5, 1, 10, text="degree of the slope in the output"),
+    Option("m", 0, 0, 6, text="degree of the slope dw/du as a polynomial of the input"),
+    Option("q", 5, 1, 10, text="degree of the slope dw/du as a polynomial of the output"),
     DEAD_BAND,
 )
 
@@ -45,9 +47,9 @@ Rows = NDArray[np.intp]
 
 
 def basis(u: Array, w: Array, m: int, q: int) -> Array:
-    """Return the terms of dw/du at (u, w), each (rows,), for every u^i: 1, w^j, |w| w^(j-1).
+    """Return the terms of dw/du at u and w (rows,), shape (rows, (m + 1) (2 q + 1)).
 
-    The shape is (rows, (m + 1) (2 q + 1)).
+    The terms are the products of u^i, i = 0..m, with 1, w^j and |w| w^(j-1), j = 1..q.
     """
     powers = w[:, None] ** np.arange(q)
     of_w = np.column_stack([np.ones(len(w)), w[:, None] * powers, np.abs(w)[:, None] * powers])
@@ -56,9 +58,10 @@ def basis(u: Array, w: Array, m: int, q: int) -> Array:
 
 
 def segments(u: Array, least: float) -> tuple[Rows, Rows]:
-    """Return first and last rows of monotone pieces of a path u (n,), at least `least` long or up to a reversal.
+    """Return the first and the last rows of monotone pieces of u (n,).
 
-    The increment between two rows is mostly noise. The increment over a longer piece is mostly signal.
+    The input changes by at least `least` over a piece, unless a reversal ends the piece. If u is noisy, increments over
+    longer pieces have less relative noise than increments between neighbouring rows.
     """
     first, last, direction = [0], [], 0.0
     for k in range(1, len(u)):
@@ -72,7 +75,7 @@ def segments(u: Array, least: float) -> tuple[Rows, Rows]:
 
 
 class _Slopes:
-    """Linear least-squares problem for each direction: increments of w over pieces of the path, sums of terms."""
+    """Linear least-squares problem of each direction: increments of w as weighted sums of the terms of dw/du."""
 
     def __init__(self, u: Array, y: Array, kept: NDArray[np.bool_], m: int, q: int, least: float) -> None:
         self.u, self.y, self.m, self.q = u, y, m, q
@@ -80,14 +83,14 @@ class _Slopes:
         self.first, self.last = segments(u, least)
         way = u[self.last] - u[self.first]
         out = np.concatenate([[0], np.cumsum(~kept)])
-        way[out[self.last + 1] > out[self.first]] = 0.0  # no piece with a row whose output does not count
+        way[out[self.last + 1] > out[self.first]] = 0.0  # a piece that contains a held-out row is not used
         self.parts = [np.flatnonzero(s * way > 0) for s in (1, -1)]
 
     def solve(self, k: float, c: float) -> tuple[list[Array], list[Array], Array]:
-        """Solve for both directions, rising and falling.
+        """Return the coefficients (p,) for rising and falling input, for given k and c.
 
-        The result is the coefficients (p,), the factors (p, p) that make the terms orthonormal, and the residuals of
-        the increments.
+        The method also returns the matrices (p, p) that make the terms of each direction orthonormal, and the residuals
+        of all increments.
         """
         u, w = self.u, self.y - k * self.u - c
         theta, factors, left = [], [], []
@@ -98,7 +101,7 @@ class _Slopes:
             factor = Vt.T / np.maximum(s, 1e-10 * s[0])
             dw = w[self.last[pieces]] - w[self.first[pieces]]
             x = U.T @ dw
-            x[s <= 1e-10 * s[0]] = 0  # terms that the data do not distinguish share their weight
+            x[s <= 1e-10 * s[0]] = 0  # for linearly dependent terms, the smallest weights are used
             theta.append(factor @ x)
             factors.append(factor)
             left.append(dw - U @ x)
@@ -114,7 +117,7 @@ def _node(theta: list[Array], k: float, w0: float, u0: float, w_max: float, m: i
 
 
 class _Start:
-    """Slopes from the increments, given k and c, and the errors of the free run around them."""
+    """Start of the second search: the coefficients for given k and c, and the output error for changes of them."""
 
     def __init__(self, slopes: _Slopes, x: Array, u: Array, y: Array, rows: slice, kept: NDArray[np.bool_]) -> None:
         self.k, self.c = x
@@ -126,14 +129,14 @@ class _Start:
         self.cost = float(np.sum(self.error(np.zeros(3 + 2 * slopes.terms)) ** 2))
 
     def parts(self, x: Array) -> tuple[list[Array], float, float, float]:
-        """Return slopes, k, c and the first w for changes x of k, c, w and the slopes."""
+        """Return the coefficients, k, c and the first w after the changes x of k, c, w and the coefficients."""
         p = self.slopes.terms
         pairs = enumerate(zip(self.theta, self.factors, strict=True))
         changed = [t + f @ x[3 + d * p : 3 + (d + 1) * p] for d, (t, f) in pairs]
         return changed, self.k + x[0], self.c + x[1], self.first + x[2]
 
     def error(self, x: Array) -> Array:
-        """Return the errors of the free run at the counted rows."""
+        """Return the scaled output errors of the simulation on the training rows without held-out rows."""
         now, slope, offset, w0 = self.parts(x)
         node = _node(now, slope, w0, float(self.u[0]), self.w_max, self.slopes.m, self.slopes.q)
         run = Graph.single(node).run(self.u)
@@ -142,9 +145,9 @@ class _Start:
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build the graph ``scaling -> duhem -> scaling``; return graph and number of parameters.
+    """Fit the graph ``scaling -> duhem -> scaling``; return graph and number of parameters.
 
-    If the rows of rising or of falling input are fewer than the coefficients, an InputError is raised.
+    If one direction has fewer increments than coefficients, an InputError is raised.
     """
     rows, counted, m, q = data.train, data.counted, options["m"], options["q"]
     scaling, gain, shift = scaled_input(data.u[: rows.stop])  # later rows do not affect the training rows
@@ -168,7 +171,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     for i, share in enumerate(STARTS):
         progress(0.3 * i / len(STARTS))
         tries.append(refined(increments, np.array([share * line[0], 0.0]), EVALUATIONS[0], TOLERANCE))
-    # the increments may be followed best by slopes whose free run leaves the data: the free run decides
+    # coefficients with the smallest error of the increments can have a large output error, so this error is compared
     starts = sorted((_Start(slopes, r.p, u, y, rows, kept) for r in tries), key=lambda s: s.cost)
     results = []
     for i, start in enumerate(starts):

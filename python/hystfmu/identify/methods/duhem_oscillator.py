@@ -1,17 +1,17 @@
-"""Oscillator with a Duhem force of free shape, fitted to force and displacement, without the Bouc-Wen equation.
+"""Oscillator with a Duhem force whose shape is a free function, fitted to a record of force u and displacement y.
 
   m_L y'' + c_L y' + k_L y + z = u,   dz/dy = f(s z), s = sgn(y')
 
-f is piecewise linear on equally spaced knots. The directions of motion have the same f (odd symmetry of the loop). The
-linear oscillator gives the first estimates. Then the output error of the free run from rest is minimised, first on the
-first quarter of the training rows, then on all training rows. Further knots between the knots are added while the data
-support them (Bayesian information criterion).
+f is piecewise linear with equally spaced knots. It is the same for both directions of motion, so the loop has odd
+symmetry. A linear oscillator gives the first estimates. Then the output error of a simulation from rest is minimised,
+first on the first quarter of the training rows, and then on all training rows. The number of knots is increased while
+the data support this (Bayesian information criterion).
 
-Guard: for knots at -x and x, the stiffness at -x is at least the stiffness at x, and at least `SOFTEST`. Then every
-loop of z over y dissipates energy, so that a free run of the equation decays for any data.
+Constraint: for knots at -x and x, the stiffness at -x is at least the stiffness at x, and at least `SOFTEST`. Then
+every loop of z over y dissipates energy, so the free motion of the model decays.
 
-Trap: the block interpolates u linearly between rows, and makes one step per row. A force with power near the sample
-rate must be given at a finer step (band-limited interpolation, option ``stride``).
+Trap: the block interpolates u linearly between rows and makes one step per row. If the force has high frequencies, it
+must be resampled to a finer step by band-limited interpolation (option ``stride``).
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from hystfmu.identify.graphs import device
 from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
 
 TEXT = "oscillator with a Duhem force of free shape, least squares on the free run"
-KNOTS = (5, 9, 17)  # of f; the finer ones hold the coarser, and all hold 0, where f must be positive
+KNOTS = (5, 9, 17)  # numbers of knots of f; a finer grid contains the knots of the coarser grid, and 0 is a knot
 EVALUATIONS, TOLERANCE = 30, 1e-6  # limits of a search
-SOFTEST = 1e-3  # of the first estimates: least mass, damping, stiffness
-ROOM = 1.1  # z_max over the largest spring force: z is a part of that force, but keeps it after reversals
-SHARES = (0.5, 0.25, 0.125)  # of this z_max: other starts, for a force that yields early
+SOFTEST = 1e-3  # smallest mass, damping and stiffness, relative to the first estimates
+ROOM = 1.1  # z_max relative to the largest spring force of the linear oscillator
+SHARES = (0.5, 0.25, 0.125)  # further start values of z_max, relative to the first one
 
 OPTIONS = (
     Option(
@@ -48,7 +48,7 @@ CANDIDATES = (Candidate(LAGS, 0.5, 3.0),)
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph of one ``duhem_oscillator``; return graph, number of parameters and further results.
+    """Fit a graph with one block ``duhem_oscillator``; return graph, number of parameters, further results.
 
     An InputError is raised if the spectra give a mass or stiffness that is not positive, if the natural frequency is
     above pi/h, or if the oscillator does not represent the data.
@@ -68,7 +68,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     size = float(np.sqrt(np.mean(y**2)))
 
     def objective(z_max: float, count: int, knots: int) -> Objective:
-        """Return the objective on the first rows, relative to the output."""
+        """Return the objective of the search on the first `count` rows, for a force with `knots` knots."""
 
         def values(p: Array) -> dict[str, ArrayLike]:
             q = physical(p)
@@ -88,7 +88,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     first = np.concatenate([[1.0, 1.0, 0.5], np.linspace(0.8, 0.2, KNOTS[0])])
     quarter = len(y) // 4
     off = min(float(np.linalg.norm(objective(s * widest, quarter, KNOTS[0]).residuals(first))) for s in (1.0, *SHARES))
-    if off >= 1:  # a search from there wanders among stiff oscillators for minutes
+    if off >= 1:  # from such a start, a search takes minutes and ends at stiff oscillators
         raise InputError(
             f"{data.path or data.name}: The linear oscillator of the data, from rest, must come closer to them than no "
             f"output at all. Got {off:.3g} times its RMS error: take another kind."
@@ -110,7 +110,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 @dataclass(frozen=True)
 class Trial:
-    """Result of a search: parameters, range of the knots, half the sum of squares over `count` rows."""
+    """Result of a search: parameters p, range z_max of the knots, and half the sum of squares over `count` rows."""
 
     p: Array
     z_max: float
@@ -118,13 +118,13 @@ class Trial:
     count: int
 
     def beats(self, other: Trial) -> bool:
-        """Return whether the data support this result rather than the other (Bayesian information criterion)."""
+        """Return whether this result is better than the other by the Bayesian information criterion."""
         more = max(len(self.p) - len(other.p), 1) * np.log(self.count)
         return bool(self.count * np.log(other.cost / max(self.cost, 1e-300)) > more)
 
 
 def physical(p: Array) -> Array:
-    """Return parameters (3 + n,) of an oscillator with a dissipative force, relative to the first estimates."""
+    """Return parameters (3 + n,) that satisfy the constraint, made from p, relative to the first estimates."""
     f = p[3:]
     left = np.maximum(np.maximum(f, f[::-1]), SOFTEST)
     right = np.minimum(f, f[::-1])

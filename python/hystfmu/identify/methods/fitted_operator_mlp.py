@@ -1,8 +1,8 @@
-"""Network on the expanded input space (x, z); z is the output of a Prandtl-Ishlinskii model fitted to the data.
+"""Network with two inputs: u, and the output of a Prandtl-Ishlinskii model that is fitted to the data.
 
-Zhao & Tan 2008 and Shen & Ma 2017 use the input and an operator of a given shape. A sum of plays may replace this
-operator, because only the shape of the branches differs. Non-negative least squares gives the sum of plays that is
-closest to the data. The network adds the static nonlinearity.
+Zhao & Tan 2008 and Shen & Ma 2017 use an operator of a given shape. Here a sum of plays replaces this operator; only
+the shape of the branches differs. Non-negative least squares fits the sum of plays to the data. The network represents
+the static nonlinearity.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``(u, prandtl_ishlinskii) -> scaling -> mlp -> scaling``; return graph and number of parameters."""
+    """Fit ``(u, prandtl_ishlinskii) -> scaling -> mlp -> scaling``; return graph and number of parameters."""
     u, rows = data.u, data.counted
     u0 = u0_of(data, options)
     r = thresholds(u[data.train], options["N"])
@@ -49,16 +49,16 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 
 
 def straightened(x: Array, y: Array, degree: int, covariates: Array) -> tuple[Array, Array]:
-    """Return the target of an operator that rises with x, up to a combination of free columns.
+    """Return the target and the free columns of a linear fit of an operator that precedes a static nonlinearity.
 
-    An operator h followed by a network satisfies y = f(x, h), and f is mostly a static nonlinearity of h. If q = f^-1
-    is near a polynomial, h = y + q_2 P_2(y) + q_3 P_3(y) + .. is linear in the weights of h and in the q. Then one
-    least-squares problem gives the weights and the q, so that a nonlinear readout does not distort the operator. With
-    covariates (n, m) the q are linear functions of the covariates.
+    The output is nearly y = f(h), where h is the operator and f is a static nonlinearity. If the inverse of f is nearly
+    a polynomial, then h = y + q_2 P_2(y) + q_3 P_3(y) + ... It is linear in the weights of h and in the q, so
+    one least-squares problem determines both. Without this, the nonlinearity would distort the weights of h. With
+    covariates (n, m), the q are linear functions of the covariates.
 
-    For input x and output y (n,) the target is y scaled to [-1, 1]; its sign is changed if y falls as x rises. The free
-    columns (n, degree + m (degree + 1)) are the Legendre polynomials 1, P_2, .., P_degree of the target, and the
-    products of all Legendre polynomials with each covariate.
+    The target is y (n,) scaled to [-1, 1]. Its sign is changed if y decreases with the input x (n,). The free columns
+    (n, degree + m (degree + 1)) are the Legendre polynomials 1, P_2, ..., P_degree of the target, and the products of
+    all Legendre polynomials with each covariate.
     """
     v = (2 * y - y.max() - y.min()) / np.ptp(y)
     v = np.asarray(v * np.copysign(1.0, float(np.dot(x - x.mean(), v))))

@@ -1,7 +1,7 @@
 """Bouc-Wen hysteresis followed by linear dynamics with delay: y = c + e^(-s tau) G0(s) (a u + b z(u; beta, gamma, n)).
 
-Operator and scale are the same as in `bouc_wen` (A = 1). The dynamics are the same as in `g0_prandtl_ishlinskii`.
-`operator_dynamics` is the search.
+The operator is that of the kind `bouc_wen` (A = 1), and the dynamics are those of `g0_prandtl_ishlinskii`. The module
+`operator_dynamics` contains the search.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from hystfmu.identify.methods import bouc_wen
 TEXT = "Bouc-Wen hysteresis, then G0(s) with delay, variable projection"
 MEMORY = Memory(1000.0)
 BANK = tuple((z_max, share, n) for z_max in (0.1, 0.3, 1.0, 3.0) for share in (0.0, 0.5) for n in (1.0, 2.0))
-STARTS = ((0.5, 0.5, 1.5), (0.15, 0.2, 1.2), (2.0, 0.5, 1.5))  # z_max, gamma share, n
+STARTS = ((0.5, 0.5, 1.5), (0.15, 0.2, 1.2), (2.0, 0.5, 1.5))  # start values of z_max, gamma / (beta + gamma), n
 
 CANDIDATES = (Candidate(LATE, 0.5, 0.4),)
 OPTIONS = (Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"), *DYNAMICS_OPTIONS)
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph; the result has the form of `operator_dynamics.build`."""
+    """Fit the model; the result is that of `operator_dynamics.build`."""
     operator = operator_dynamics.Operator(
         bouc_wen.nodes(data),
         bouc_wen.shape,

@@ -1,12 +1,12 @@
-"""Jiles-Atherton hysteresis followed by linear dynamics with delay: a magnetostrictive or magnetic device.
+"""Jiles-Atherton hysteresis followed by linear dynamics with delay, for magnetostrictive and magnetic devices.
 
   y = c + e^(-s tau) G0(s) (b_1 x + b_2 M + b_3 M^2),   M = M[x; a, k, c, alpha],   x = (u - bias) / scale
 
-M is the magnetisation for Ms = 1 (Jiles & Atherton 1986); the factors b contain its scale. M starts from the
-demagnetised state. The part with M^2 describes the strain of a magnetostrictive rod (option `strain`; Jiles 1995, J.
-Phys. D 28, 1537). A fit keeps this part if it lowers the error on validation blocks. Loops are symmetric about the
-bias. The bias is a field that a magnet or a mean current adds to the field of u. Eddy currents delay M like a
-first-order lag, which is G0 with a large damping ratio.
+M is the magnetisation, relative to the saturation magnetisation (Ms = 1; Jiles & Atherton 1986). Its scale is contained
+in the factors b. M starts from the demagnetised state. The term with M^2 describes the strain of a magnetostrictive rod
+(Jiles 1995, J. Phys. D 28, 1537). If the option `strain` is not given, the term is used if it reduces the error on
+validation blocks. The loops are symmetric about the bias, a field that a magnet or a mean current adds to the field of
+u. Eddy currents delay M like a first-order lag, which G0 represents with a large damping ratio.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from hystfmu.model.accuracy import rms
 
 TEXT = "Jiles-Atherton hysteresis about a bias, then G0(s) with delay, variable projection"
 MEMORY = Memory(1000.0)
-NAMES = ("ln a", "ln k", "c", "alpha Ms / (3 a)", "bias")  # of a point, in units of the half range of u
+NAMES = ("ln a", "ln k", "c", "alpha Ms / (3 a)", "bias")  # search variables, for u relative to half of its range
 LO, HI = np.array([-4.0, -5.0, 0.0, -0.5, -2.0]), np.array([1.0, 1.0, 0.95, 0.95, 2.0])
 SCALE = np.array([0.2, 0.2, 0.1, 0.1, 0.05])
-STARTS = ((0.25, 0.2, 0.2, 0.2), (0.1, 0.05, 0.2, 0.2), (0.7, 0.5, 0.2, 0.2))  # a, k, c, share of alpha
+STARTS = ((0.25, 0.2, 0.2, 0.2), (0.1, 0.05, 0.2, 0.2), (0.7, 0.5, 0.2, 0.2))  # a, k, c, alpha Ms / (3 a)
 BANK = tuple((a, k, 0.1, 0.2) for a in (0.1, 0.3, 0.9) for k in (0.03, 0.12, 0.5))
 
-BETTER = 0.9  # ratio of validation errors below which the part with M^2 is kept
+BETTER = 0.9  # ratio of validation errors below which the term with M^2 is kept
 
 CANDIDATES = (
     Candidate(LATE, 0.5, 1.0, options={"strain": "no"}),
@@ -50,7 +50,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph of the equation above; the result has the form of `operator_dynamics.build`."""
+    """Fit the model; the result is that of `operator_dynamics.build`, and the list ``parts`` of the terms."""
     strain = options["strain"]
     if strain is None:
         strain = "yes" if _squares(data, options) else "no"
@@ -59,7 +59,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 
 def _squares(data: Dataset, options: Options) -> bool:
-    """Return whether a part with M^2 lowers the error on validation blocks."""
+    """Return whether the term with M^2 reduces the error on validation blocks."""
     tested = fitted_and_held(data, len(data.u))[2]
     held = np.zeros(len(data.u), dtype=bool) if data.held is None else data.held.copy()
     held[tested] = True
@@ -70,7 +70,7 @@ def _squares(data: Dataset, options: Options) -> bool:
 
 
 def _operator(data: Dataset, strain: bool) -> operator_dynamics.Operator:
-    """Return the class of operators, with a part M^2 for strain."""
+    """Return the operator class for the search, with a term M^2 if `strain` is True."""
     scaling, _, offset = scaled_input(data.u[: data.train.stop])  # later rows do not affect the training rows
 
     square = [Node("square", "product", {"n": 2, "m": 0})] if strain else []
@@ -81,7 +81,7 @@ def _operator(data: Dataset, strain: bool) -> operator_dynamics.Operator:
         return {"input.offset": offset - float(p[4]), **{f"operator.{name}": value for name, value in values.items()}}
 
     def point(a: float, k: float, c: float, share: float) -> Array:
-        # the search starts with loops about the middle of u where u hardly changes its sign, else about u = 0
+        # the start value of the bias is the middle of u if u has mostly one sign, otherwise 0
         return np.array([np.log(a), np.log(k), c, share, 0.0 if abs(offset) > 0.5 else offset])
 
     return operator_dynamics.Operator(

@@ -1,19 +1,19 @@
 """Hysteresis followed by linear dynamics with delay: y = c + e^(-s tau) G0(s) PI[u] (Yu & Alici 2005, fig. 1).
 
-G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1). The weights of the plays enter linearly. For every trial of (f_n,
-zeta, tau) the plays are filtered by G0 and delayed; they are the columns of a non-negative least-squares problem. Only
-three parameters are searched (variable projection, Golub & Pereyra 1973).
+G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1). Only f_n, zeta and tau are searched. For each trial, the outputs of
+the plays are filtered by G0 and delayed, and non-negative least squares gives their weights (variable projection, Golub
+& Pereyra 1973).
 
-Trap: wrong thresholds distort every loop, and the dynamics compensate for this error. With 40 equally spaced thresholds
-f_n can be wrong by 5 %. So the first search uses N equally spaced thresholds. Then the method fits FINER N thresholds
-and keeps the thresholds with a positive weight (non-negative least squares selects few). With these it searches the
-dynamics again.
+Trap: wrong thresholds distort every loop, and the fitted dynamics compensate for this error. With 40 equally spaced
+thresholds, f_n can be wrong by 5 %. Therefore the dynamics are first searched with N equally spaced thresholds. Then
+FINER * N thresholds are fitted with these dynamics. Non-negative least squares gives only a few of them a positive
+weight. The dynamics are searched again with these thresholds.
 
-Trap: ramps between the samples of a sine reduce its amplitude by (omega h)^2/12, and the dynamics compensate for this
-reduction, too. With f_n 400 Hz, zeta 0.7 and cycles down to 10 ms, the error of f_n is 1.7 % for 50 samples in the
-shortest cycle; use 100 samples.
+Trap: linear interpolation between the samples of a sine reduces its amplitude by the fraction (omega h)^2/12, and the
+fitted dynamics compensate for this, too. For f_n = 400 Hz, zeta = 0.7 and cycles down to 10 ms, the error of f_n is
+1.7 % with 50 samples in the shortest cycle. Use 100 samples.
 
-A rate-independent operator commutes with a delay, so the place of the delay does not matter.
+A rate-independent operator commutes with a delay, so the delay can be before or after the hysteresis.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "weighted plays, then G0(s) with delay, variable projection"
 MEMORY = Memory(5200.0, "N")
-MOST_ROWS = 5000  # more rows are thinned evenly, after filtering at the full rate
-FINER, ROUNDS = 8, 2  # thresholds are selected from FINER N even ones, in ROUNDS rounds
+MOST_ROWS = 5000  # maximum number of rows of a fit; more rows are thinned evenly after they are filtered
+FINER, ROUNDS = 8, 2  # the thresholds are selected from FINER * N equally spaced thresholds, in ROUNDS rounds
 
 CANDIDATES = (Candidate(LAGS, 1.0, 1.0),)
 OPTIONS = (
@@ -44,10 +44,10 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Build the graph ``scaling -> prandtl_ishlinskii -> transfer_function [-> delay] -> scaling``.
+    """Fit the graph ``scaling -> prandtl_ishlinskii -> transfer_function [-> delay] -> scaling``.
 
-    The result is the graph, the number of its parameters, and f_n (Hz), zeta and delay (s), with a warning for each of
-    these three values that the data do not determine.
+    The function returns the graph, the number of its parameters, and further results: f_n (Hz), zeta and the delay (s),
+    with a warning for each of these three values that the data do not determine.
     """
     rows, h = data.counted, data.h
     u0 = u0_of(data, options)
@@ -59,7 +59,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     hold, least = options["hold"], options["w0_min"] / gain
 
     def project(g: Dynamics, columns: Array) -> tuple[Array, Array, float]:
-        """Return residuals, weights and offset."""
+        """Return the residuals, the weights of the plays, and the offset, for given dynamics."""
         filtered = g.filter(columns, h, hold)[rows][::stride]
         w, (offset,) = nonnegative(filtered, y - least * filtered[:, 0], ones)
         w[0] += least

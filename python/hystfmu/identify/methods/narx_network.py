@@ -1,10 +1,11 @@
-"""NARX network: a network of lagged inputs and outputs, trained in simulation; a black box for any dynamics.
+"""NARX network, a black-box model for any dynamics: a network whose inputs are previous inputs and outputs.
 
   y(k) = a'x(k) + W2 tanh(W1 x(k) + b1) + b2,   x(k) = (u(k), .., u(k-L), y(k-1), .., y(k-L))
 
-The first stage is a one-step-ahead regression on measured lags; the noise of these lags biases its result. The second
-stage uses the lags of a free run of the model. The derivatives of the free run obey s(k) = dy/dp + sum_j dy/dy(k-j)
-s(k-j) (real-time recurrent learning, Williams & Zipser 1989). They form the Jacobian of Levenberg-Marquardt.
+The first stage of the training predicts one step ahead from measured outputs. Noise of the measured outputs biases its
+result. The second stage minimises the output error of a simulation, in which y(k-1), ... are outputs of the model. The
+derivatives s(k) of the simulated output satisfy s(k) = dy/dp + sum_j dy/dy(k-j) s(k-j) (real-time recurrent learning,
+Williams & Zipser 1989). They are the Jacobian for the Levenberg-Marquardt method.
 """
 
 from __future__ import annotations
@@ -24,27 +25,27 @@ from hystfmu.identify.solvers.trainers import levenberg_marquardt
 
 TEXT = "network of lagged inputs and outputs, trained in simulation"
 MEMORY = Memory(2000.0)
-RIDGE = 1e-5  # on the parameters, relative to the scaled output
-LIMIT = 10.0  # of the scaled output in a free run
-STARTS = 3  # at most, of the initial weights
-CLOSE = 0.1  # error relative to the output, from which on no other start is made
-SKIPPED = 20  # lags: rows of the free run that do not count, because it starts from measured outputs
+RIDGE = 1e-5  # ridge on the parameters, relative to the scaled output
+LIMIT = 10.0  # limit of the scaled output in a simulation
+STARTS = 3  # maximum number of random start weights
+CLOSE = 0.1  # error relative to the output below which no further start is tried
+SKIPPED = 20  # the first SKIPPED * lags rows of a simulation are not used, because it starts from measured outputs
 
 SMALL = {"lags": 4, "hidden": 6, "one_step": 30, "iterations": 15}  # the full size takes minutes
 CANDIDATES = (Candidate(LAGS, 1.0, 1.5, SMALL, {**SMALL, "one_step": 15, "iterations": 4}),)
 OPTIONS = (
-    Option("lags", 10, 1, 1000, text="lags of input and output"),
+    Option("lags", 10, 1, 1000, text="number of previous inputs and outputs"),
     Option("hidden", 15, 1, 10000, text="hidden neurons"),
-    Option("one_step", 40, 1, 100000, text="iterations of the regression one step ahead"),
-    Option("iterations", 40, 1, 100000, text="iterations in simulation"),
-    Option("y0", None, -1e300, 1e300, text="output before the first row; default: that of the first row"),
+    Option("one_step", 40, 1, 100000, text="number of iterations of the one-step-ahead training"),
+    Option("iterations", 40, 1, 100000, text="number of iterations of the training in simulation"),
+    Option("y0", None, -1e300, 1e300, text="output before the first row; default: the output of the first row"),
 )
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``scaling -> narx_network -> scaling``; return graph and number of weights.
+    """Fit ``scaling -> narx_network -> scaling``; return graph and number of weights.
 
-    Too few rows for the lags, or a model that is unstable in a free run, raise an InputError.
+    Too few rows for the lags, or a model that is unstable in simulation, raise an InputError.
     """
     lags, hidden = options["lags"], options["hidden"]
     u, y = data.u[data.train], np.full(data.train.stop, np.nan)
@@ -60,7 +61,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     def part(k: int, done: float) -> None:
         progress((k + done) / STARTS)
 
-    for k in range(STARTS):  # simulated errors have poor local minima, such as a second rest position
+    for k in range(STARTS):  # the simulation error has poor local minima, such as a second rest position
         tries.append(trained(u * gain_u, y * gain_y, lags, hidden, iterations, seed + k, partial(part, k)))
         if tries[-1][1] < CLOSE:
             break
@@ -77,11 +78,11 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 def trained(
     u: Array, y: Array, lags: int, hidden: int, iterations: tuple[int, int], seed: int, progress: Progress
 ) -> tuple[Array, float]:
-    """Train on scaled input u and output y (n,), evenly sampled, within [-1, 1].
+    """Train a network on the input u (n,) and the output y (n,), both scaled to [-1, 1].
 
-    After the first lags, outputs outside the counted rows are NaN. `iterations` states the iterations of
-    Levenberg-Marquardt one step ahead and in simulation. The result is the parameters (a, W1 row by row, b1, W2, b2)
-    with the oldest lag first, and the RMS error in simulation, relative to the output.
+    Held-out outputs are NaN. `iterations` contains the number of Levenberg-Marquardt iterations of the two stages. The
+    result is the vector of parameters (a, W1 row by row, b1, W2, b2), with the oldest lag first, and the RMS error of
+    the simulation, relative to the RMS output.
     """
     n = len(u) - lags
     skip = SKIPPED * lags
@@ -111,7 +112,10 @@ def trained(
 
 
 def assemble(p: Array, lags: int, hidden: int, gains: tuple[float, float], y0: float, data: Dataset) -> Graph:
-    """Build the graph of the parameters for gains of input and output; the block takes the newest lag first."""
+    """Return the graph with the parameters p (oldest lag first); the parameters of the block begin with the newest lag.
+
+    `gains` contains the scaling gains of input and output.
+    """
     gain_u, gain_y = gains
     a, W1, b1, W2, b2 = _split(p, lags, hidden)
     newest = np.r_[lags:-1:-1, 2 * lags : lags : -1]
@@ -135,10 +139,11 @@ def _split(p: Array, lags: int, hidden: int) -> tuple[Array, Array, Array, Array
 def simulate(
     p: Array, u: Array, before: Array, lags: int, hidden: int, derivatives: bool = False
 ) -> tuple[Array, Array]:
-    """Run the network free; return output (n,) and its derivatives by p (n, m), which are empty unless requested.
+    """Simulate the network; return the output (n,) and its derivatives (n, m) with respect to p.
 
-    u (n,) is the scaled input; before row 0 it has the value of row 0. `before` (lags,) contains the scaled outputs
-    before row 0, the oldest first. A run that leaves [-10, 10] stays at this limit.
+    The derivatives are empty unless `derivatives` is True. u (n,) is the scaled input; before row 0 it has the value of
+    row 0. `before` (lags,) contains the scaled outputs before row 0, the oldest first. If the output leaves [-10, 10],
+    it stays at this limit.
     """
     a, W1, b1, W2, b2 = _split(p, lags, hidden)
     n = len(u)

@@ -1,9 +1,9 @@
-"""Bank of plays and a network on (u, plays): the states of the plays contain the whole return-point memory.
+"""Network whose inputs are u and the outputs of a bank of plays, which represent the whole return-point memory.
 
-Two features (x, h) do not determine the output (the one-to-one theorem of Zhao & Tan 2008 has counterexamples). The
-states of a bank of plays determine the output up to the resolution of the bank. A linear readout represents most of the
-output. The network learns the rest, which is small and has kinks. So its least weight decay is larger than in other
-networks.
+The two inputs (x, h) of other kinds do not determine the output: the one-to-one theorem of Zhao & Tan 2008 has
+counterexamples. The outputs of a bank of plays determine the output up to the resolution of the bank. A linear readout
+represents most of the output. The network is trained on the remaining part, which is small and has kinks. Therefore its
+smallest weight decay is larger than in other kinds.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``(u, play_bank) -> scaling -> mlp -> scaling`` plus a linear readout; return graph and parameter count."""
+    """Fit ``(u, play_bank) -> scaling -> mlp -> scaling`` and a linear readout; return graph, number of parameters."""
     u0 = u0_of(data, options)
     r = thresholds(data.u[data.train], options["N"])
     nodes = [

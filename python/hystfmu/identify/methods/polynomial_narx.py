@@ -1,16 +1,16 @@
-"""Basis-function network of the IPMC paper: a polynomial of lagged input, auxiliary function and output.
+"""Basis-function network of the IPMC paper: a polynomial of previous inputs, auxiliary functions and outputs.
 
-y(k) = theta' h(k). h contains all monomials up to order q of u(k-1..k-n_u), f(k-1..k-n_f) and y(k-1..k-n_y). f is the
-auxiliary function in its correct form, the Zhao-Tan operator. The model is linear in theta. So theta is the solution of
-one least-squares problem, by QR of all rows or sample by sample. Neighbouring lags are nearly equal. A ridge on the
-scaled weights avoids large weights that cancel each other, because such weights amplify noise and frequencies outside
-the training data.
+The output is y(k) = theta' h(k). h contains all monomials up to order q of u(k-1..k-n_u), f(k-1..k-n_f) and
+y(k-1..k-n_y). f is the auxiliary function in its correct form, the Zhao-Tan operator. The weights theta are the
+solution of one linear least-squares problem, which is solved for all rows together or recursively. Neighbouring lags
+are nearly equal, so large weights could cancel each other. Such weights amplify noise and frequencies outside the
+training data. A ridge on the scaled weights prevents them.
 
-Covariates are further regressors: y(k) = (theta_0 + sum_j c_j(k) theta_j)' h(k), with c_j scaled to [-1, 1]. This is
-also one least-squares problem. The graph has one network for each covariate, and the covariate weights its output. With
-covariates h has no lags of y.
+With covariates c_j, scaled to [-1, 1], the weights are linear functions of the covariates: y(k) = (theta_0 + sum_j
+c_j(k) theta_j)' h(k). This is also one least-squares problem. The graph then has one further network for each
+covariate, whose output is multiplied by the covariate. With covariates, h contains no previous outputs.
 
-As in `zhao_tan_mlp`, the range to which the input is scaled is a parameter. The training error decides its value.
+As in `zhao_tan_mlp`, the range to which the input is scaled is a parameter, which is chosen by the training error.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ from hystfmu.identify.solvers.ridge import least_squares, recursive
 TEXT = "polynomial of the lagged input and Zhao-Tan operator, least squares"
 MEMORY = Memory(4600.0)
 COVARIATES = True
-RANGES = (1.0, 2.0, 4.0)  # trial ranges of x in the operator
-QUICK_LAGS = 3  # lags in the trials
+RANGES = (1.0, 2.0, 4.0)  # ranges of the scaled input that are tried
+QUICK_LAGS = 3  # maximum number of lags in these trials
 MOST_PARAMETERS = 5000
 ROOM = 1.2  # default dead zone, relative to the largest error of the batch solution
 
 CANDIDATES = (Candidate(ANY, 0.05, 0.02),)
 OPTIONS = (
-    Option("n_u", 9, 1, 1000, text="lags of the input"),
-    Option("n_f", 9, 0, 1000, text="lags of the auxiliary function; 0 omits it"),
-    Option("n_y", 0, 0, 1000, text="lags of the output"),
+    Option("n_u", 9, 1, 1000, text="number of lags of the input"),
+    Option("n_f", 9, 0, 1000, text="number of lags of the auxiliary function; 0 omits this function"),
+    Option("n_y", 0, 0, 1000, text="number of lags of the output"),
     Option("n_k", 1, 0, 1, text="first lag of input and auxiliary function; 0 includes the present values"),
     Option("q", 2, 1, 10, text="highest order of a monomial"),
     Option(
@@ -72,10 +72,10 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Signals:
-    """Signals of the polynomial for every row: scaled input x, auxiliary function f, scaled output y, covariates.
+    """Signals of which the polynomial is computed, for all rows.
 
-    The blocks ``input`` and ``operator`` give x and f; y is (measured - middle) / half; covariates (rows, m) are
-    scaled to [-1, 1].
+    The scaled input x and the auxiliary function f are the outputs of the blocks ``input`` and ``operator``. The scaled
+    output is y = (measured - middle) / half. `beside` (rows, m) contains the covariates, scaled to [-1, 1].
     """
 
     nodes: tuple[Node, ...]
@@ -94,14 +94,14 @@ class Signals:
         return np.hstack([own, *(own * c[:, None] for c in self.beside[rows].T)])
 
     def lags(self, n_u: int, n_f: int, n_y: int, n_k: int) -> tuple[Array, Array]:
-        """Return z(k) of every row, (rows, n_u + n_f + n_y), and the gain that maps each variable to about [-1, 1]."""
+        """Return the lagged signals z(k), (rows, n_u + n_f + n_y), and gains that scale them to about [-1, 1]."""
         z = np.column_stack([lagged(self.x, n_u, n_k), lagged(self.f, n_f, n_k), lagged(self.y, n_y)])
         most = [(np.abs(v).max(), n) for v, n in ((self.x, n_u), (self.f, n_f), (self.y, n_y))]
         return z, np.concatenate([np.full(n, 1 / m if m > 0 else 1.0) for m, n in most])
 
 
 def signals(data: Dataset, span: float, memory: str, u0: float, margin: float) -> Signals:
-    """Run the front end of the model, ``scaling -> zhao_tan``, over the data."""
+    """Return the signals of the polynomial for the data, computed by the blocks ``scaling -> zhao_tan``."""
     u, y = data.u[data.train], data.y[data.counted]
     (scaling, gain, offset), room = scaled_input(u, span), margin * float(np.ptp(u))
     nodes = (
@@ -117,7 +117,7 @@ def signals(data: Dataset, span: float, memory: str, u0: float, margin: float) -
 
 
 def _scaling(data: Dataset, margin: float) -> dict[str, Array]:
-    """Return the scaling of the covariates to [-1, 1] in the training rows, with limits beyond them."""
+    """Return parameters of a block that scales covariates to [-1, 1] on the training rows, and limits them outside."""
     c = data.covariates.values[data.train]
     lo, hi, wide = c.min(axis=0), c.max(axis=0), np.ptp(c, axis=0)
     limits = {"lo": lo - margin * wide, "hi": hi + margin * wide}
@@ -125,10 +125,10 @@ def _scaling(data: Dataset, margin: float) -> dict[str, Array]:
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``scaling -> zhao_tan -> polynomial_narx -> scaling``; return graph and number of weights.
+    """Fit ``scaling -> zhao_tan -> polynomial_narx -> scaling``; return graph and number of weights.
 
-    An InputError is raised for too many weights for the rows, and for a dead zone without the training ``dead_zone``.
-    It is also raised for covariates with lags of y, or with another training than ``batch``.
+    An InputError is raised if there are too many weights, and if the option ``dead_zone`` is used without the
+    training ``dead_zone``. With covariates, it is also raised for lags of y and for a training other than ``batch``.
     """
     n_u, n_f, n_y, n_k, q = (options[name] for name in ("n_u", "n_f", "n_y", "n_k", "q"))
     if data.covariates and (n_y or options["training"] != "batch"):
@@ -172,14 +172,14 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 
 
 def solve(seen: Signals, rows: Rows, lags: list[int], q: int, ridge: float) -> tuple[Array, float, Array]:
-    """Solve by batch least squares: weights of the scaled monomials, RMS error of y, gains of the variables."""
+    """Return the least-squares weights of the scaled monomials, the RMS error of y, and the gains of the signals."""
     z, gains = seen.lags(*lags)
     theta, rms = least_squares(seen.regressors(z * gains, q, rows), seen.y[rows], ridge)
     return theta, rms * seen.half, gains
 
 
 def _recursive(seen: Signals, rows: Rows, lags: list[int], options: Options, batch: Array, gains: Array) -> Array:
-    """Return the weights after one pass over the training rows, starting from 0."""
+    """Return the weights after one pass of recursive least squares over the training rows, from 0."""
     z, _ = seen.lags(*lags)
     z, y, q = z[rows] * gains, seen.y[rows], options["q"]
     r = options["dead_zone"]
@@ -189,7 +189,7 @@ def _recursive(seen: Signals, rows: Rows, lags: list[int], options: Options, bat
 
 
 def _weighted(graph: Graph, data: Dataset, scaling: Mapping[str, Array], theta: Array) -> Graph:
-    """Add a network for each covariate, weighted by it, to the graph of `assemble`."""
+    """Add one network for each covariate, whose output is multiplied by the covariate, to the graph of `assemble`."""
     names, first = data.covariates.names, graph.node("network")
     n = len(names)
     parts = theta.reshape(n + 1, -1)
@@ -209,7 +209,7 @@ def _weighted(graph: Graph, data: Dataset, scaling: Mapping[str, Array], theta: 
 
 
 def assemble(data: Dataset, seen: Signals, lags: Mapping[str, int], q: int, theta: Array) -> Graph:
-    """Build the graph, input `u`, output `y`, for weights of the monomials of x, f and scaled y."""
+    """Return the graph with the weights theta of the monomials, without the networks of covariates."""
     size = count(lags["n_u"] + lags["n_f"] + lags["n_y"], q)
     nodes = [
         *seen.nodes,
@@ -227,7 +227,7 @@ def count(p: int, q: int) -> int:
 
 @functools.lru_cache(maxsize=64)
 def _factors(p: int, q: int) -> tuple[NDArray[np.intp], ...]:
-    """Return, per degree 1..q, the variables of each monomial; shape (monomials of that degree, degree)."""
+    """Return for each degree 1..q the indices of the variables of each monomial, shape (monomials, degree)."""
     return tuple(
         np.array(list(combinations_with_replacement(range(p), d)), np.intp).reshape(-1, d) for d in range(1, q + 1)
     )

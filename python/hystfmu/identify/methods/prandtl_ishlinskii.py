@@ -1,7 +1,7 @@
-"""Prandtl-Ishlinskii model: non-negative least squares for a linear term and N plays, and an offset.
+"""Prandtl-Ishlinskii model: y = c + w0 u + sum_i w_i p_{r_i}[u] with weights w >= 0 and a free offset c.
 
-The model is y = c + w0 u + sum_i w_i p_{r_i}[u] with w >= 0 and a free offset c (Krejci & Kuhnen 2001, eq. 5-9). Shen &
-Ma 2017 fit the same model with a general optimiser in 20 h.
+The model consists of a linear term, N plays and an offset (Krejci & Kuhnen 2001, eq. 5-9). Non-negative least squares
+gives the weights. Shen & Ma 2017 fit the same model in 20 hours with a general optimiser.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build the graph ``prandtl_ishlinskii -> scaling`` (offset); return graph and number of parameters."""
+    """Fit the graph ``prandtl_ishlinskii -> scaling``; return graph and number of parameters."""
     u0 = u0_of(data, options)
     rows = data.counted
     r = thresholds(data.u[data.train], options["N"])
@@ -45,7 +45,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 
 
 def graph(w0: float, r: Any, w: Any, u0: float, offset: float, data: Dataset) -> Graph:
-    """Build the graph of a Prandtl-Ishlinskii model with an offset, input `u`, output `y`."""
+    """Return the graph of a Prandtl-Ishlinskii model with an offset."""
     nodes = [
         Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": w0, "r": r, "w": w, "u0": u0}),
         Node("readout", "scaling", {"n": 1}, {"offset": offset}),

@@ -3,14 +3,16 @@
   y = c + integral over alpha >= beta of mu(alpha, beta) relay_{alpha, beta}[u]
         [ + sum_l k_l q_l + sum_j x_j S(q_b - m, s_j) ],   T_l q_l' = u - q_l,  T_b q_b' = u - q_b
 
-mu is a smooth function of few parameters (`smooth_density`). Unlike in a sum of plays, the shape of minor loops depends
-on their position. Wiping-out and congruence hold (Mayergoyz, Mathematical Models of Hysteresis, 1991, ch. 1). The terms
-in brackets are creep (Krejci & Kuhnen 2001) and dead zones S of a lagged input, which widen the loop at higher rates.
+mu is a smooth function with few parameters (`smooth_density`). Unlike in a sum of plays, the shape of minor loops
+depends on their position. The model has the wiping-out and congruence properties (Mayergoyz, Mathematical Models of
+Hysteresis, 1991, ch. 1). The terms in brackets are creep (Krejci & Kuhnen 2001) and dead zones S of a lagged input,
+which widen the loop at higher rates.
 
-The weights x >= 0 and v enter the model linearly; they minimise |y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 + sum_i
-s_i^2 |P_i x|^2. The penalties make the density smooth. Tenfold cross-validation over consecutive training rows decides
-the strengths of the penalties, and whether the model has the rate-dependent terms. Each chunk of consecutive rows is
-reduced to the triangle of its QR factors. So other strengths or chunks need no further pass over the rows.
+The model is linear in the weights x >= 0 of the density and in the free weights v of the rate-dependent terms. The
+weights minimise |y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 + sum_i s_i^2 |P_i x|^2. The penalties keep the density
+smooth. Tenfold cross-validation determines the strengths s of the penalties, and whether the model has rate-dependent
+terms. Each of the ten chunks of consecutive training rows is replaced by its triangular QR factor. Therefore the fits
+with other strengths need no further pass over the rows.
 """
 
 from __future__ import annotations
@@ -35,23 +37,24 @@ Strengths = tuple[float, ...]
 TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the Everett function"
 MEMORY = Memory(9800.0, "n", 2)
 RECORDS = True
-LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))  # of ridge, penalty over the mean, over the width
+# strengths that are tried: of the ridge, and of the smoothness penalties over the mean and over the half-difference
+LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))
 LAGS, DEAD_ZONES = 6, 6
-BETTER = 0.6  # ratio of errors below which rate dependence is kept: on one slow record it mimics a memory
+BETTER = 0.6  # ratio of errors below which rate-dependent terms are kept; in a slow record they can imitate a memory
 CANDIDATES = (Candidate(ANY, 0.5, 0.42, quick={"n": 20, "widths": 12, "means": 4}),)
 OPTIONS = (
-    Option("n", 40, 1, 100, text="steps of the grid of the Everett function"),
-    Option("widths", 32, 2, 100, text="hat functions of the half-difference of the thresholds"),
-    Option("means", 8, 1, 50, text="B-splines of their mean"),
+    Option("n", 40, 1, 100, text="number of grid steps of the Everett function"),
+    Option("widths", 32, 2, 100, text="number of hat functions of the half-difference of the two thresholds"),
+    Option("means", 8, 1, 50, text="number of B-splines of the mean of the two thresholds"),
     Option("rate", None, choices=("yes", "no"), text="creep and rate dependence; default: by cross-validation"),
     Option("start", "demagnetised", choices=("demagnetised", "low", "high"), text="memory before the first row"),
 )
 
 
 class Penalised:
-    """A regression problem: columns A (n, p) with non-negative weights, F (n, q) with free ones, target y (n,).
+    """Penalised least-squares problem with non-negative weights of `bounded` (n, p) and free weights of `free` (n, q).
 
-    The penalties are matrices P_i (m, p), for columns of median size.
+    The target is y (n,). The penalties are matrices P_i (m, p), which are scaled for columns of median norm.
     """
 
     def __init__(self, bounded: Array, free: Array, y: Array, penalties: Sequence[Array]) -> None:
@@ -73,13 +76,13 @@ class Penalised:
         self._without = [_triangle(np.vstack(parts[:i] + parts[i + 1 :])) for i in range(len(parts))]
 
     def solve(self, strengths: Strengths) -> tuple[Array, Array, float]:
-        """Return x (p,), v (q,) and c for these strengths; the first strength belongs to the ridge."""
+        """Return the weights x (p,) and v (q,) and the offset c; the first strength is that of the ridge."""
         z = self._solved(self._whole, strengths)
         w = z[:-1] / self.size
         return w[: self.n], w[self.n :], float(self.mean + z[-1] - self.middle @ w)
 
     def error(self, strengths: Strengths) -> float:
-        """Return the RMS error over `FOLDS` chunks of consecutive rows; fits to all other chunks predict each."""
+        """Return the RMS error of cross-validation: a fit to all other chunks predicts each chunk."""
         squares = [
             float(np.sum((chunk[:, :-1] @ self._solved(triangle, strengths) - chunk[:, -1]) ** 2))
             for chunk, triangle in zip(self._chunks, self._without, strict=True)
@@ -87,7 +90,7 @@ class Penalised:
         return float(np.sqrt(np.sum(squares) / len(self._rows)))
 
     def _solved(self, triangle: Array, strengths: Strengths) -> Array:
-        """Return the scaled weights and the constant."""
+        """Return the scaled weights and the constant for a triangular QR factor of the rows."""
         held = np.vstack([s * p for s, p in zip(strengths, self._penalties, strict=True)])
         A = np.vstack([triangle[:, : self.m], held])
         rest = np.zeros(len(held))
@@ -101,10 +104,10 @@ def _triangle(rows: Array) -> Array:
 
 
 def best_strengths(problem: Penalised, levels: Sequence[Strengths], progress: Progress) -> tuple[Strengths, float]:
-    """Choose the strengths with the least error of cross-validation, one by one until no strength changes.
+    """Return the strengths with the smallest cross-validation error, and this error.
 
-    The levels of each strength are tried from weak to strong; the search starts in the middle.  It returns the
-    strengths and the error.
+    The search begins with the middle level of each strength. It changes one strength after the other until no change
+    reduces the error.
     """
     at = [len(some) // 2 for some in levels]
     known: dict[tuple[int, ...], float] = {}
@@ -126,7 +129,7 @@ def best_strengths(problem: Penalised, levels: Sequence[Strengths], progress: Pr
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build the graph of the equation above; return graph and number of weights."""
+    """Fit the model of the module docstring; return graph and number of weights."""
     rows = data.counted
     u, y = data.u[rows], data.y[rows]
     density = smooth_density(data.u[data.train], options["n"], options["widths"], options["means"], options["start"])
@@ -148,7 +151,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 
 
 class _Rate:
-    """Columns of the rate-dependent terms, and their blocks."""
+    """Regressors and blocks of the rate-dependent terms."""
 
     def __init__(self, data: Dataset) -> None:
         rows, h = data.counted, data.h
@@ -161,7 +164,7 @@ class _Rate:
         self.columns = np.column_stack([*crept, dead_zones(bent - self.middle, self.s)])
 
     def behind(self, hysteresis: Node, v: Array, data: Dataset) -> Graph:
-        """Return the graph of the hysteresis and the terms with weights v, in the order of the columns."""
+        """Return the graph of the hysteresis in parallel with the rate-dependent terms, whose weights are v."""
         nodes = [
             hysteresis,
             Node("creep", "creep", {}, {"w": v[:LAGS], "T": self.T, "start": "steady"}),
@@ -176,18 +179,24 @@ class _Rate:
 
 
 def knots(u: Array, n: int) -> Array:
-    """Return thresholds (n,) of dead zones, evenly inside the range of u, without 0, where a dead zone is the input."""
+    """Return n equally spaced thresholds of dead zones inside the range of u.
+
+    A threshold near 0 is replaced by a small value, because a dead zone with the threshold 0 returns its input.
+    """
     s = u.min() + np.ptp(u) * np.arange(1, n + 1) / (n + 1)
     least = 1e-6 * np.ptp(u)
     return np.where(np.abs(s) < least, least, s)
 
 
 def dead_zones(u: Array, s: Array) -> Array:
-    """Return one-sided dead zones of u (n,), shape (n, m); the sign of a threshold in s (m,) is its side."""
+    """Return the outputs (n, m) of one-sided dead zones of u (n,) with the thresholds s (m,).
+
+    A dead zone with a positive threshold acts on larger inputs, and one with a negative threshold on smaller inputs.
+    """
     d = u[:, None] - s
     return np.where(s > 0, np.maximum(d, 0), np.minimum(d, 0))
 
 
 def lag(u: Array, h: float, T: float) -> Array:
-    """Run a first-order lag of u (n,) from its steady state; step h (s), time constant T (s)."""
+    """Return u (n,) filtered by a first-order lag from its steady state, with step h (s) and time constant T (s)."""
     return lagged(u[:, None], -np.expm1(-h / T))[:, 0]

@@ -1,12 +1,12 @@
-"""Yu & Alici 2005: network on the input and its rate, (u, du/dt), by default with memory as well.
+"""Network of Yu & Alici 2005 with the inputs u and du/dt, by default with further inputs that represent the memory.
 
-The rate is not a memory: two descending branches can have the same (u, du/dt). So the literal network (``memory =
-"none"``) only fits signals with a single tone. With ``memory = "plays"`` the network has further inputs: a bank of
-plays, and the first and second derivative of v, a Prandtl-Ishlinskii fit of the output. The reason is that the dynamics
-after the hysteresis depend on the rate of the output of the hysteresis, v - (2 zeta/omega_n) v' + ..., and not on the
-rate of u.
+The rate du/dt does not represent the memory: two descending branches can have the same u and du/dt. Therefore the
+network of the paper (``memory = "none"``) can represent only signals with a single frequency. With ``memory =
+"plays"``, the network has further inputs. These are the outputs of a bank of plays, and the first and second
+derivatives of v, the output of a fitted Prandtl-Ishlinskii model. The derivatives of v are needed because the dynamics
+after the hysteresis depend on its output, v - (2 zeta/omega_n) v' + ..., and not on the rate of u.
 
-A derivative is a difference over the last step with a first-order filter of time constant tau.
+A derivative is the difference over the last step, filtered by a first-order lag with the time constant tau.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from hystfmu.identify.solvers.nonnegative import nonnegative
 TEXT = "network on the input, its rate and a bank of plays"
 MEMORY = Memory(1000.0, "N")
 COVARIATES = True
-SAMPLES = {"none": 0, "plays": 5}  # tau in samples; with fewer, the second derivative is noise
-FINER = 3  # plays in the differentiated fit, relative to those in the bank
+SAMPLES = {"none": 0, "plays": 5}  # default of tau in samples; with a smaller tau, the second derivative is noise
+FINER = 3  # number of plays in the Prandtl-Ishlinskii model, relative to the number in the bank
 
 CANDIDATES = (Candidate(LAGS, 2.0, 0.05, quick={"starts": 1, "iterations": 30}),)
 OPTIONS = (
@@ -38,7 +38,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``(u, rate[, bank, rates of the fit]) -> scaling -> mlp -> scaling``; return graph, number of weights."""
+    """Fit ``(u, rate[, bank, rates of v]) -> scaling -> mlp -> scaling``; return graph and number of weights."""
     memory = options["memory"]
     tau = SAMPLES[memory] * data.h if options["tau"] is None else options["tau"]
     nodes = [Node("input", "scaling", {"n": 1}), Node("rate", "differentiator", {}, {"tau": tau})]

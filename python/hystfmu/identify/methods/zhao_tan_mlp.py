@@ -1,8 +1,9 @@
-"""Zhao & Tan 2008: a 2-12-1 network on the expanded input space (x, h); h is the hysteretic operator of x.
+"""Network of Zhao & Tan 2008 (2-12-1) with two inputs: x, and the output h of the hysteretic operator of x.
 
-The branch g(d) = (1 - e^-d) d depends on the scale, so the range to which the input is scaled is a parameter. By
-default the training error decides among several ranges. With an inverse operator, and with input and output of the data
-exchanged, this kind gives the inverse model of the paper (section III).
+The shape of the branch g(d) = (1 - e^-d) d depends on the scale of x. Therefore the range to which the input is scaled
+is a parameter. By default, several ranges are tried, and the range with the smallest training error is used. With an
+inverse operator, and with exchanged input and output of the data, this kind gives the inverse model of the paper
+(section III).
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from hystfmu.identify.network.readout import Features, fit_readout, network_opti
 
 TEXT = "Zhao-Tan operator and a network on (x, h)"
 COVARIATES = True
-RANGES = (0.5, 1.0, 2.0)  # trial ranges of x: g is convex up to d = 2, which loops of this class need
-QUICK_ROWS = 500  # rows in the trials
-OPERATORS = {  # block -> its input and output
+RANGES = (0.5, 1.0, 2.0)  # ranges of x that are tried; g is convex up to d = 2, as loops of this class require
+QUICK_ROWS = 500  # number of rows in these trials
+OPERATORS = {  # input and output of each block
     "zhao_tan": ("x", "h"),
     "zhao_tan_inverse": ("h", "x"),
     "zhao_tan_inverse_reconstructed": ("h", "x"),
@@ -41,7 +42,7 @@ OPTIONS = (
 
 
 def features(data: Dataset, span: float, memory: str, u0: float, operator: str = "zhao_tan") -> Features:
-    """Build ``scaling -> zhao_tan`` or ``scaling -> inverse``; the features are the scaled input and the output."""
+    """Return the features of the network: the scaled input, and the output of the operator or the inverse operator."""
     scaling, gain, offset = scaled_input(data.u[data.train], span)
     if operator == "zhao_tan":
         values: dict[str, Value] = {"memory": memory, "x0": gain * u0 + offset}
@@ -57,7 +58,7 @@ def features(data: Dataset, span: float, memory: str, u0: float, operator: str =
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
-    """Build ``scaling -> zhao_tan -> scaling -> mlp -> scaling``; return graph and number of weights and biases."""
+    """Fit ``scaling -> zhao_tan -> scaling -> mlp -> scaling``; return graph and number of weights and biases."""
     u0 = u0_of(data, options)
     span = options["range"]
     if span is None:

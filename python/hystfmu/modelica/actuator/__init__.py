@@ -1,4 +1,4 @@
-"""An identified static model in the slot of a piezo actuator of the Modelica library, in SI units."""
+"""Export of an identified static model as the hysteresis of an actuator of the Modelica library, in SI units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Slots of operators in series or in parallel with curves, lags and dynamics."""
+"""Slots of models with one operator in series or in parallel with static nonlinearities, lags and linear dynamics."""
 
 from __future__ import annotations
 
@@ -19,7 +19,11 @@ BEND, CREEP = ("m", "b0", "knots", "b"), ("lags", "creep", "T")
 
 
 def chain(graph: Graph) -> Slot | None:
-    """Return the slot of a chain: blocks in this order, each at most once; only the operator is required."""
+    """Return the slot of a series connection of blocks; None if the graph is not such a series connection.
+
+    The order is scaling, operator (`OPERATORS`), and the types in `BEHIND`. Each block occurs at most once. Only the
+    operator is required.
+    """
     nodes = list(graph.nodes)
     first = nodes.pop(0) if nodes[0].type == "scaling" else None
     types = [n.type for n in nodes]
@@ -64,7 +68,10 @@ def chain(graph: Graph) -> Slot | None:
 
 
 def _operator(node: Node) -> tuple[str, dict[str, str], float, float]:
-    """Return the class, its values, the scaled voltage at which the memory is at rest, and the offset."""
+    """Return class name, parameters, rest voltage and offset of an operator.
+
+    The rest voltage is the scaled voltage at which the memory is at rest.
+    """
     values = {"n": str(node.dims["n"])}
     if node.type == "prandtl_ishlinskii":
         values |= {"w0": number(value(node, "w0")), **numbers(node, "r", "w")}
@@ -73,7 +80,7 @@ def _operator(node: Node) -> tuple[str, dict[str, str], float, float]:
 
 
 def relays(node: Node) -> dict[str, str]:
-    """Return limits, Everett function and start of a Preisach operator."""
+    """Return the limits, the Everett function and the initial state of a Preisach operator as Modelica parameters."""
     return limits(node) | numbers(node, "E") | classes.choices(node)
 
 
@@ -87,12 +94,15 @@ CHANGE = ("gm", "gb0", "gknots", "gb")
 
 
 def temperatures(graph: Graph) -> bool:
-    """Return whether there is one input, or one input and a temperature."""
+    """Return whether a graph has one input, or one input and a temperature as the second input."""
     return all(si(p.unit)[0] == "K" for p in graph.inputs[1:]) and 1 <= len(graph.inputs) <= 2
 
 
 def warm(graph: Graph) -> Slot | None:
-    """Return the slot of a chain whose bend depends on its second input, a temperature."""
+    """Return the slot of a series connection whose static nonlinearity depends on the second input, a temperature.
+
+    The result is None if the graph has another structure.
+    """
     if len(graph.inputs) != 2 or not temperatures(graph):
         return None
     T = graph.inputs[1]
@@ -126,8 +136,8 @@ def _follows(node: Node, name: str) -> bool:
 
 
 CURVE, OF_X = ("m_x", "c0", "knots_x", "curve"), ("lags_x", "creep_x", "T_x")
-FASTEST = 1  # step: time constant of a lag that does not act at once
-INSIDE = 0.999999  # of the bound of z: the class refuses a start beyond it
+FASTEST = 1  # time constant, in steps, below which a lag is replaced by a direct weight
+INSIDE = 0.999999  # largest initial z over the bound of z: the class refuses an initial value beyond the bound
 PREISACH = {
     "hysteresis": "preisach",
     "creep": "creep",
@@ -139,7 +149,10 @@ PREISACH = {
 
 
 def preisach(graph: Graph, h: float) -> Slot | None:
-    """Return the slot of a Preisach operator in parallel with creep and a nonlinear lag of the input."""
+    """Return the slot of a Preisach operator in parallel with creep and a nonlinear lag of the input.
+
+    `h` is the step (s) of the model. The result is None if the graph has another structure.
+    """
     if {n.name: n.type for n in graph.nodes} != PREISACH:
         return None
     operator, creep, lag, middle, bend, readout = (graph.node(n) for n in PREISACH)
@@ -160,7 +173,11 @@ def preisach(graph: Graph, h: float) -> Slot | None:
 
 
 def bouc_wen(graph: Graph, h: float) -> Slot | None:
-    """Return the slot of a Bouc-Wen operator in parallel with its input or a curve and lags, then dynamics."""
+    """Return the slot of a Bouc-Wen operator in parallel with its input, or with a static nonlinearity and lags.
+
+    Linear dynamics may follow in series. `h` is the step (s) of the model. The result is None if the graph has another
+    structure.
+    """
     nodes = {n.name: n for n in graph.nodes}
     operators = [n for n in graph.nodes if n.type == "bouc_wen"]
     if len(operators) != 1 or graph.nodes[0].type != "scaling" or len(graph.outputs) != 1:
@@ -205,7 +222,11 @@ def bouc_wen(graph: Graph, h: float) -> Slot | None:
 def _beside(
     graph: Graph, nodes: dict[str, Node], total: Node, ends: tuple[str, str], fastest: float
 ) -> tuple[float, float, dict[str, str], float, float] | None:
-    """Return weights of input and z, values of the parallel terms, their value at 0, and the curve's least slope."""
+    """Return what the terms of the sum `total` contribute to the slot of a Bouc-Wen operator; None for an unknown term.
+
+    The results are the weights of the input x and of the hysteretic variable z, the parameters of the parallel terms,
+    the value of these terms at 0, and the smallest slope of the static nonlinearity.
+    """
     source = {to: origin for origin, to in graph.wires}
     weights = {source.get(f"{total.name}.u[{i + 1}]", ""): float(k) for i, k in enumerate(total.value("k"))}
     (x, z), at_0, least, late = ends, 0.0, 0.0, None
@@ -226,7 +247,7 @@ def _beside(
         else:
             return None
         values |= more
-    if late is not None:  # the creep of the class follows w0 x + w z: x goes into the curve
+    if late is not None:  # in the class, creep acts on w0 x + w z; so w0 x moves into the static nonlinearity
         if not w:
             return None
         values |= lags(late[0], CREEP, late[1] / w, fastest)[0]
@@ -236,7 +257,7 @@ def _beside(
 
 
 def _least_slope(node: Node, k: float) -> float:
-    """Return k times the least slope of a sum of dead zones."""
+    """Return the smallest slope of a sum of dead zones, multiplied by `k`."""
     w0, r, w = value(node, "w0"), node.value("r"), node.value("w")
     ends = [0.0, *np.nextafter(r, np.where(r > 0, np.inf, -np.inf))]
     return min(k * float(w0 + w[((r > 0) & (x > r)) | ((r < 0) & (x < r))].sum()) for x in ends)

@@ -1,4 +1,4 @@
-"""An identified model converted to the slot of an actuator, with its mechanics, in SI units."""
+"""Conversion of an identified model to an actuator: class of the slot, mechanical parameters, SI units."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from hystfmu.modelica.actuator.slot import Slot
 from hystfmu.modelica.measures import si
 from hystfmu.modelica.record import span
 
-LINEAR = ("transfer_function", "delay")  # what the mechanics stand for
+LINEAR = ("transfer_function", "delay")  # blocks that the mechanics of the actuator replace
 
 
 def fold(graph: Graph, h: float) -> Slot | None:
-    """Return the slot of a model, or None if the library has no class for the model.
+    """Return the slot of a model; None if the library has no class for the model.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def fold(graph: Graph, h: float) -> Slot | None:
 
 
 def why_not(graph: Graph) -> str:
-    """Return the reason why a graph has no slot, as the end of a sentence."""
+    """Return the reason why no class of the slot represents a graph, as the end of a sentence."""
     for n in graph.nodes:
         if n.block.family != "operators" and n.type not in LINEAR and n.block.of("state"):
             return f"the slot takes only static models, but the block {n.type} has dynamics"
@@ -44,16 +44,17 @@ def why_not(graph: Graph) -> str:
     return "HystFMU.Actuators.Hysteresis has no class for these blocks: " + ", ".join(n.type for n in graph.nodes)
 
 
-ROWS, HELD = 400, 100  # of the ramp that shows the stroke; rows that each end is held
-SMALL = 1e-3  # amplitude of a small vibration, of the range
+ROWS, HELD = 400, 100  # rows of the ramp that gives the stroke, and rows with constant input at each end
+SMALL = 1e-3  # amplitude of a small vibration, relative to the range of the input
 FOREVER = 1e9
 
 
 @dataclass(frozen=True)
 class Made:
-    """An actuator in SI units: form, slot, mechanics, and range of voltage or current of the data.
+    """An actuator in SI units.
 
-    `unit` and `metre` are the units of the data in SI units.
+    `low` and `high` are the range of the voltage or current in the data. `unit` and `metre` are the factors that
+    convert input and output of the data to SI units.
     """
 
     form: Form
@@ -95,7 +96,7 @@ def refusal(model: Model) -> str:
 
 
 def made(model: Model, sheet: Sheet) -> Made:
-    """Convert a model to SI units for the slot; `refusal` must accept it."""
+    """Return the actuator of a model. The caller ensures that `refusal` returns "" for the model."""
     found = fold(model.graph, model.step or 1.0)
     assert found is not None
     (name, unit), metre = si(model.graph.inputs[0].unit), si(model.graph.outputs[0].unit)[1]
@@ -114,12 +115,12 @@ def made(model: Model, sheet: Sheet) -> Made:
 
 
 def _beside(model: Model, u: Array) -> Array:
-    """Return the rows of the inputs; the temperature keeps its start value."""
+    """Return the inputs of a model, one column each. The first column is `u`; a temperature keeps its start value."""
     return np.column_stack([u, *(np.full(len(u), p.start) for p in model.graph.inputs[1:])])
 
 
 def _held(graph: Graph) -> Graph:
-    """Return the graph with constant lags, because a vibration is too fast for creep."""
+    """Return the graph with frozen creep, because creep does not follow a fast vibration."""
     for n in graph.nodes:
         if n.type == "creep":
             graph = graph.replace(n.with_values(T=n.value("T") * FOREVER))
@@ -131,7 +132,10 @@ def _dynamics(graph: Graph) -> list[Node]:
 
 
 def _static(graph: Graph) -> Graph:
-    """Return the graph without linear dynamics and delay, which the mechanics of an actuator replace."""
+    """Return the graph with static gains instead of linear dynamics and delay.
+
+    The mechanics of the actuator replace these dynamics.
+    """
     for n in _dynamics(graph):
         gain = float(n.value("b")[-1] / n.value("a")[-1]) if n.type == "transfer_function" else 1.0
         graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))

@@ -26,7 +26,7 @@ from hystfmu.base.errors import InputError
 
 @dataclass(frozen=True)
 class Sheet:
-    """Values of a data sheet in SI units; None if a value is not stated.
+    """Values of a data sheet in SI units. A value that the data sheet does not state is None.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Sheet:
     resistance : float or None
         Resistance (ohm) of this coil.
     resonance : float or None
-        Resonance (Hz) without load, one end held.
+        Resonance (Hz) without load, with one end fixed.
     damping : float or None
         Damping ratio at this resonance.
     """
@@ -61,7 +61,7 @@ class Sheet:
 
     @classmethod
     def of(cls, values: Mapping[str, object]) -> Sheet:
-        """Return the sheet with these values, given by name.
+        """Return a data sheet from values by name.
 
         Raises
         ------
@@ -83,7 +83,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Form:
-    """Names of a form in the library, and default values if no data sheet states them.
+    """One form of actuator: its names in the library, and the defaults of values that no data sheet states.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class Form:
     warmed: str
 
 
-# Square of the coupling factor where no sheet says it, of both forms.  d33^2/(s33 eps33), IEEE Std 176-1987, of the
+# Square of the coupling factor of both forms if no data sheet gives it.  d33^2/(s33 eps33), IEEE Std 176-1987, of the
 # soft ceramic PIC255 (PI Ceramic, Piezo Material Data: 400e-12 m/V, 20.7e-12 m2/N, 1750 eps0; its measured k33 of 0.69
 # gives 0.48); k33 of Terfenol-D is 0.7 (Engdahl, Handbook of Giant Magnetostrictive Materials, 2000).
 COUPLING = 0.5
@@ -167,21 +167,21 @@ ROD = Form(
 FORMS = {f.unit: f for f in (PIEZO, ROD)}
 
 
-DAMPING = 0.02  # where no sheet says it
-KNOWN = 0.1  # greatest relative standard error of a frequency or damping ratio that counts
+DAMPING = 0.02  # damping ratio if no data sheet states it
+KNOWN = 0.1  # frequencies and damping ratios with a larger relative standard error count as unknown
 SETTLING = 1e4  # Hz: without a mass, the damping of the ceramic settles within some 0.1 ms
 
 
 @dataclass(frozen=True)
 class Mode:
-    """Data on the mode of a model.
+    """Natural frequency and damping ratio of the mechanical mode of a model.
 
     Attributes
     ----------
     f_n, zeta : float or None
         Natural frequency (Hz) and damping ratio; None if they are not known.
     why : str
-        Text about the known values, or the reason why they are not known.
+        Source and accuracy of the values, or the reason why they are not known.
     """
 
     f_n: float | None
@@ -190,7 +190,7 @@ class Mode:
 
     @classmethod
     def of(cls, found: Mapping[str, Any]) -> Mode:
-        """Return the mode in `Model.fit`."""
+        """Return the mode that `Model.fit` states."""
         if "f_n" not in found:
             return cls(None, None, "the model has no mode")
         f_n, zeta = float(found["f_n"]), float(found["zeta"])
@@ -205,7 +205,7 @@ class Mode:
 
     @property
     def lag(self) -> float | None:
-        """Time constant (s) of the slower of two real poles; None if the poles are complex or not known."""
+        """Time constant (s) of the slower of two real poles; None if the poles are complex or unknown."""
         if self.f_n is None or self.zeta is None or self.zeta < 1:
             return None
         return (self.zeta + math.sqrt(self.zeta**2 - 1)) / (2 * math.pi * self.f_n)
@@ -213,7 +213,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class Mechanics:
-    """Parameters of the base class of a form, in SI units, with the origin of each.
+    """Parameters of the base class of an actuator in SI units, and a text about the source of each parameter.
 
     `most` is the range of voltage or current. `C` is the capacitance or inductance. `m` and `f_n` are None without a
     moving mass. `lowest` (Hz) is the resonance if the material responds to the force with the slope over the whole
@@ -264,7 +264,7 @@ def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float
     else:
         k_held = sheet.blocking_force / sheet.stroke
         told.append(f"stiffness from the data sheet, {k_held:.3g} N/m {form.size.split(',')[0]}")
-    work = stroke**2 * k_held / most**2  # F or H; a coupling of 1 if it were the capacitance or inductance
+    work = stroke**2 * k_held / most**2  # F or H; with this capacitance or inductance, the coupling factor would be 1
     given = sheet.inductance
     if sheet.capacitance is not None:
         given = sheet.capacitance * sheet.capacitance_ratio
@@ -315,7 +315,11 @@ def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float
 
 @dataclass(frozen=True)
 class _Small:
-    """An element with small vibrations: stiffness k (N/m), slope (m/V), stroke d (m/C) per charge, circuit."""
+    """Linear model of an actuator for small vibrations.
+
+    `k` is the stiffness (N/m), `slope` the slope of the operator (m/V), and `d` the stroke per charge (m/C).
+    `resistance`, `tau` and `c0` describe the circuit.
+    """
 
     k: float
     slope: float
@@ -325,15 +329,18 @@ class _Small:
     c0: float
 
     def stiffness(self, s: complex, speed: float) -> complex:
-        """Return the force per position at the complex frequency s (1/s); the circuit is `speed` times faster."""
+        """Return the dynamic stiffness (N/m) at the complex frequency `s` (1/s).
+
+        The circuit is `speed` times faster than its default.
+        """
         resistance = self.resistance / speed
         leads = resistance * self.slope * s / (self.d * (1 + s * resistance * self.c0))
         return self.k / (1 + self.k * self.slope * self.d / (1 + s * self.tau / speed + leads))
 
     def mass(self, f_n: float, zeta: float) -> tuple[float, float, float]:
-        """Return mass, damping, and the factor by which the circuit must be faster than its default.
+        """Return mass (kg), damping constant (N s/m), and the factor by which the circuit is faster than its default.
 
-        The factor is doubled until a damping of the element can give the damping ratio of the mode.
+        The factor is doubled until a positive damping constant can give the damping ratio of the mode.
         """
         w = 2 * math.pi * f_n
         root = cmath.sqrt(zeta**2 - 1)

@@ -1,4 +1,4 @@
-"""Slots of one operator: alone, with its magnetisation squared, or in front of a network."""
+"""Slots of models with one operator that stands alone, drives a quadratic magnetisation law, or feeds a network."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hystfmu.modelica.actuator.slot import Slot, left_out, limits, numbers, valu
 from hystfmu.modelica.literals import array, number
 
 DUHEM = ["scaling", "duhem", "scaling"]
-REACH = 1.0  # greatest scaled input of a fit
-BRANCH_POINTS, INSIDE = 1001, 11  # points of a branch of the loop, and across it
+REACH = 1.0  # largest scaled input in the fits
+BRANCH_POINTS, INSIDE = 1001, 11  # number of points along a branch of the loop, and between the two branches
 
 
 def operator(graph: Graph) -> Slot | None:
-    """Return the slot of a single operator."""
+    """Return the slot of a Krasnosel'skii-Pokrovskii or Duhem operator; None for other graphs."""
     types = [n.type for n in graph.nodes]
     if types == ["krasnoselskii_pokrovskii"]:
         (node,) = graph.nodes
@@ -36,7 +36,10 @@ def operator(graph: Graph) -> Slot | None:
 
 
 def _slopes(node: Node) -> tuple[float, float]:
-    """Return the slope of a rising output at the start, and the least slope of both directions in the largest loop."""
+    """Return two slopes of a Duhem operator: for a rising input at the start, and the smallest in the largest loop.
+
+    The smallest slope is the minimum over both directions of the input and over all points inside the loop.
+    """
     k, u0, up = value(node, "k"), value(node, "u0"), np.linspace(-REACH, REACH, BRANCH_POINTS)
     way = np.concatenate([up[up >= u0], up[::-1], up, up[::-1], up])
     w = (Graph.single(node).run(way).reshape(-1) - k * way)[-2 * BRANCH_POINTS :].reshape(2, BRANCH_POINTS)
@@ -46,19 +49,23 @@ def _slopes(node: Node) -> tuple[float, float]:
 
 
 def _slope(node: Node, x: Array, w: Array, way: str) -> Array:
-    """Return dw/dx of a Duhem operator in one direction, in the shape of x and w."""
+    """Return dw/dx of a Duhem operator for a rising or falling input. `x`, `w` and the result have the same shape."""
     a = node.value(f"a_{way}")
     b, c = (np.reshape(node.value(f"{key}_{way}"), (len(a), -1)) for key in "bc")
     val = np.polynomial.polynomial.polyval2d
     return np.polynomial.polynomial.polyval(x, a) + w * val(x, w, b) + np.abs(w) * val(x, w, c)
 
 
-MOST_FIELD = 3.0  # greatest scaled field of a fit: the half range, and a bias of twice that
+MOST_FIELD = 3.0  # largest scaled field in the fits: half of the range is 1, and the bias is at most 2
 BEHIND = ("transfer_function", "delay", "scaling")
 
 
 def magnetic(graph: Graph) -> Slot | None:
-    """Return the slot of a scaling, a Jiles-Atherton operator, and a sum of field, magnetisation and its square."""
+    """Return the slot of a Jiles-Atherton operator; None for other graphs.
+
+    A scaling precedes the operator. The output is a weighted sum of the field, the magnetisation, and the square of the
+    magnetisation.
+    """
     nodes = {n.name: n for n in graph.nodes}
     if [n.type for n in graph.nodes][:2] != ["scaling", "jiles_atherton"]:
         return None
@@ -107,14 +114,18 @@ def _langevin_slope(h: float) -> float:
     return 1 / h**2 - 1 / math.sinh(min(h, 300.0)) ** 2
 
 
-PLAYS = 24  # that stand for the branch of an operator: a polygon
-CURVE_POINTS = 2001  # points of its loading curve
+PLAYS = 24  # number of plays that approximate an operator; their loading curve is a polygon
+CURVE_POINTS = 2001  # number of points of the loading curve
 BLOCKS = {"input": "scaling", "features": "scaling", "network": "mlp", "readout": "scaling"}
 
 
 @dataclass(frozen=True)
 class _Plays:
-    """Inputs of a network: `matrix` (m, n + 1) times (x, plays of half-widths r) + `at_0` (m,); all start at `rest`."""
+    """Plays whose outputs give the inputs of a network.
+
+    The inputs (m,) are `matrix` (m, n + 1) times the vector (x, outputs of n plays) plus `at_0` (m,). The half-widths
+    of the plays are `r` (n,). All plays start at `rest`.
+    """
 
     r: Array
     matrix: Array
@@ -123,7 +134,11 @@ class _Plays:
 
 
 def network(graph: Graph) -> Slot | None:
-    """Return the slot of a network on scaled input and plays or one operator, with or without linear readout."""
+    """Return the slot of a network; None for other graphs.
+
+    The inputs of the network are the scaled input and the outputs of plays or of one operator. A linear term of these
+    signals may be added to the output of the network.
+    """
     nodes = {n.name: n for n in graph.nodes}
     operators = [n for n in graph.nodes if n.name in ("bank", "operator")]
     types = {n: node.type for n, node in nodes.items() if n not in ("linear", "total", "bank", "operator")}
@@ -154,14 +169,17 @@ def network(graph: Graph) -> Slot | None:
 
 
 def _reach(graph: Graph, first: Node) -> tuple[float, float]:
-    """Return the range of the scaled input for which the features were scaled."""
+    """Return the smallest and the largest scaled input for which the inputs of the network were scaled to -1...1."""
     features = graph.node("features")
     middle, half = -features.value("offset")[0] / features.value("gain")[0], 1 / abs(features.value("gain")[0])
     return float(middle - half), float(middle + half)
 
 
 def _plays(node: Node, reach: tuple[float, float]) -> _Plays | None:
-    """Return plays, a sum of plays, or the plays that replace an operator with return-point memory."""
+    """Return the plays of a block, or plays that approximate an operator with return-point memory.
+
+    The result is None for other blocks.
+    """
     match node.type:
         case "play_bank":
             n = node.dims["n"] + 1
@@ -182,8 +200,8 @@ def _plays(node: Node, reach: tuple[float, float]) -> _Plays | None:
 def _polygon(node: Node, x0: float, longest: float) -> tuple[Array, Array]:
     """Return half-widths and weights of plays, each (n,), that approximate the loading curve of an operator.
 
-    The loading curve of the plays is a polygon. Its corners are denser where the curve bends, so that the largest
-    distance is about the same in every segment.
+    The curve starts at the input `x0` and has the length `longest`. The loading curve of the plays is a polygon. The
+    vertices are denser where the curvature is larger, so that the largest error is about the same in every segment.
     """
     q = np.linspace(0, longest, CURVE_POINTS)
     phi = Graph.single(node).run(x0 + q).reshape(CURVE_POINTS, -1)[:, 0]

@@ -1,4 +1,4 @@
-"""A class for the slot of an actuator, and the computation of its values from the blocks of a graph."""
+"""Class and parameters of the replaceable component ``hysteresis`` (slot) of an actuator."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from hystfmu.base.arrays import Array
 from hystfmu.graph import Node
 from hystfmu.modelica.literals import array, number
 
-KNOTS = 24  # of the bend: each takes time at every step
+KNOTS = 24  # of the static nonlinearity; every knot costs computing time at every step
 
 
 @dataclass(frozen=True)
 class Slot:
-    """A class of `HystFMU.Actuators.Hysteresis` with values that have no units of measure yet.
+    """A class of `HystFMU.Actuators.Hysteresis` with its parameters, before the conversion to SI units.
 
     Attributes
     ----------
@@ -24,14 +24,15 @@ class Slot:
     values : dict of (str, str)
         Modelica literals of the parameters of the class.
     gain, shift, scale, offset : float
-        Scaled voltage is gain times the input plus shift; the output is scale times the scaled output plus offset.
+        The scaled voltage is gain times the input plus shift. The output is scale times the scaled output plus offset.
     rest : float
-        Scaled voltage at which the memory is at rest at the start.
+        Initial scaled voltage, at which the memory is at rest.
     left_out : list of str
-        Parts of the model that the actuator omits.
+        Descriptions of the parts of the model that the actuator does not contain.
     first_slope, least_slope : float
-        Slope of the output at the start, and the least slope of all branches if it may be negative. A stack whose
-        charge decreases while its voltage rises has no stable circuit.
+        Slope of the output at the start, and the smallest slope of all branches. The smallest slope is computed only
+        for operators whose slope can be negative. A stack whose charge decreases while its voltage rises has no stable
+        circuit.
     """
 
     name: str
@@ -47,27 +48,31 @@ class Slot:
 
 
 def value(node: Node, key: str) -> float:
-    """Return a scalar parameter."""
+    """Return the scalar parameter `key` of a block."""
     return float(node.value(key)[0])
 
 
 def numbers(node: Node, *keys: str) -> dict[str, str]:
-    """Return parameters as Modelica arrays."""
+    """Return the parameters `keys` of a block as Modelica array literals, by name."""
     return {k: array(np.asarray(node.value(k))) for k in keys}
 
 
 def limits(node: Node) -> dict[str, str]:
-    """Return the ends of a grid."""
+    """Return the lower and upper limit of the grid of a block as Modelica literals, by name."""
     return {k: number(value(node, k)) for k in ("lo", "hi")}
 
 
 def left_out(delay: Node) -> str:
-    """Return the name of a delay that the actuator omits."""
+    """Return the description of a delay block that the actuator does not contain."""
     return f"the delay of {delay.dims['n']} samples"
 
 
 def zones(node: Node, names: tuple[str, str, str, str], gain: float = 1.0) -> tuple[dict[str, str], float]:
-    """Return number, slope at 0, thresholds and weights of a sum of dead zones by name, and its value at 0."""
+    """Return the Modelica parameters of a sum of dead zones, and the value of this sum at 0.
+
+    `names` are the names of four parameters: number of dead zones, slope at 0, thresholds, weights. All outputs are
+    multiplied by `gain`.
+    """
     at_0, slope, r, w = thinned(value(node, "w0"), node.value("r"), node.value("w"))
     given = (str(len(r)), number(gain * slope), array(r), array(gain * w))
     return dict(zip(names, given, strict=True)), gain * at_0
@@ -76,10 +81,11 @@ def zones(node: Node, names: tuple[str, str, str, str], gain: float = 1.0) -> tu
 def lags(
     node: Node, names: tuple[str, str, str], gain: float = 1.0, fastest: float = 0.0
 ) -> tuple[dict[str, str], float]:
-    """Return number, weights and time constants of the lags of a creep block by name, and the direct weight.
+    """Return the Modelica parameters of the lags of a creep block, and its direct weight.
 
-    The direct weight includes lags faster than `fastest` (s), because the samples of a record do not resolve these
-    lags.
+    `names` are the names of three parameters: number, weights and time constants of the lags. All weights are
+    multiplied by `gain`. Lags with a time constant below `fastest` (s) are added to the direct weight, because the
+    samples of a record do not resolve them.
     """
     w, T = gain * node.value("w"), node.value("T")
     slow = fastest <= T
@@ -114,6 +120,6 @@ def thinned(w0: float, r: Array, w: Array) -> tuple[float, float, Array, Array]:
     side = np.where(r > 0, np.maximum(x[:, None] - r, 0.0), np.minimum(x[:, None] - r, 0.0))
     y = w0 * x + side @ w
     slopes = np.diff(y) / np.diff(x)
-    middle = int(np.searchsorted(x, 0.0)) - 1  # the piece that 0 lies in
+    middle = int(np.searchsorted(x, 0.0)) - 1  # the linear segment that contains 0
     bends = np.diff(slopes)
     return float(y[middle] - slopes[middle] * x[middle]), float(slopes[middle]), left, np.where(left > 0, bends, -bends)

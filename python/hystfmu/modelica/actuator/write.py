@@ -1,4 +1,4 @@
-"""Files of an actuator: the class with all values, and its example."""
+"""Files of an exported actuator: the class with its parameters, and an example that uses the class."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ ACTUATOR = ("Actuator", "ActuatorExample")  # classes in a package
 
 
 def actuator_files(model: Model, within: str, told: str, values: Mapping[str, float] | None) -> dict[str, str]:
-    """Return the files of the actuator by class; empty if the model is not an actuator and has no data sheet.
+    """Return the files of the actuator by class name.
+
+    The result is empty if the model is not an actuator and has no data sheet.
 
     Parameters
     ----------
@@ -45,7 +47,10 @@ def actuator_files(model: Model, within: str, told: str, values: Mapping[str, fl
 
 
 def actuator_told(model: Model, values: Mapping[str, float] | None) -> list[str]:
-    """Return the sources of mass, stiffness and capacitance of the actuator, or the reason for none; one line each."""
+    """Return the sources of mass, stiffness and capacitance of the actuator, one line each.
+
+    If the model is not an actuator, the only line states the reason.
+    """
     if why := refusal(model):
         return [f"no actuator: {why}"]
     return list(made(model, Sheet.of(values or {})).mechanics.told)
@@ -113,13 +118,13 @@ def _documentation(model: Model, a: Made, within: str, history: str) -> str:
     )
 
 
-RESONANCE = 3000.0  # Hz, about, of the load on an actuator without a mass
-BANDWIDTH, MARGIN = 1e4, 4.0  # of a current drive: rad/s; its voltage over that of the command
+RESONANCE = 3000.0  # Hz, approximate resonance of the load on an actuator without a mass
+BANDWIDTH, MARGIN = 1e4, 4.0  # bandwidth (rad/s) of a current drive; ratio of its largest to its needed voltage
 FREQUENCY = 50.0  # Hz of the command, at most a tenth of the resonance
 
 
 def actuator_example(a: Made, name: str, within: str, of: str) -> str:
-    """Return the file of an example: drive, actuator, mass and spring, over the range of the data.
+    """Return the file of an example. A drive moves the actuator with a mass and a spring over the range of the data.
 
     Parameters
     ----------
@@ -161,9 +166,10 @@ def actuator_example(a: Made, name: str, within: str, of: str) -> str:
 
 
 def _drive(a: Made, frequency: float) -> str:
-    """Return class, name and values of the drive.
+    """Return the declaration of the drive: class, component name and parameters.
 
-    A voltage drive has the range of the data. A current drive is fast and strong enough for this range.
+    A voltage drive has the voltage range of the data. A current drive has enough bandwidth and voltage for the current
+    range of the data.
     """
     p = a.mechanics
     if a.form.unit == "V":

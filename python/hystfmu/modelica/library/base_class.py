@@ -1,4 +1,4 @@
-"""Classes generated from the C tables: a partial block for each block, and the enumerations of its choices."""
+"""Modelica classes from the C tables: a partial block for each block of the C core, and enumerations."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hystfmu.modelica.library.declarations import dim, equation, information, li
 from hystfmu.modelica.library.shelf import Shelf, mark
 from hystfmu.modelica.literals import sentence
 
-# a slot of a loop takes the blocks of a package that have its inputs and its output: partial classes of Interfaces
+# partial class of Interfaces for replaceable blocks of a loop, its inputs and its output, by package of the blocks
 _SLOTS = {
     "Control": ("Controller", {"y_d", "y", "u_ff"}, "u"),
 }
@@ -19,13 +19,13 @@ _SLOTS = {
 
 @dataclass(frozen=True)
 class BaseClass:
-    """Parts of one class of the library that follow from the C table.
+    """Base class of a block of the C core: the parts of its Modelica class that follow from the C table.
 
     Attributes
     ----------
     block : BlockType
     name : str
-        Name of the class: name of the block, or of a shape of ``reference``.
+        Name of the class, from the name of the block or of a shape of ``reference``.
     """
 
     block: BlockType
@@ -33,7 +33,7 @@ class BaseClass:
 
     @property
     def package(self) -> str:
-        """Package that contains the class, or its realisations."""
+        """Package below HystFMU that contains the class or its realisations."""
         return package_of(self.block).removesuffix(".Sampled")
 
     @property
@@ -43,16 +43,16 @@ class BaseClass:
 
     @property
     def equations(self) -> str:
-        """Name below HystFMU of the class that the author of a block writes."""
+        """Name below HystFMU of the class with the equations, which the author of a block writes."""
         return f"{package_of(self.block)}.{self.name}"
 
     @property
     def wanted(self) -> str:
-        """File of the class that the author of a block writes."""
+        """Path of the file with the equations, which the author of a block writes."""
         return f"modelica/HystFMU/{self.equations.replace('.', '/')}.mo"
 
     def text(self, shelf: Shelf) -> str:
-        """Return the file of the base class."""
+        """Return the text of the file of the base class."""
         block = self.block
         left_out = lacks(block, self.name)
         slot, inherited = self._slot
@@ -78,12 +78,12 @@ class BaseClass:
 
     @property
     def source(self) -> str:
-        """C file of the table."""
+        """Path of the C file that contains the table."""
         return f"fmu_build/core/blocks/{self.block.family}/{self.block.name}.c"
 
     @property
     def _slot(self) -> tuple[str, frozenset[str]]:
-        """Slot of a loop for the block, or "", and the ports that the slot defines."""
+        """Partial class of Interfaces that the base class extends, or "", and the ports of this partial class."""
         slot, inputs, output = _SLOTS.get(self.package, ("", set(), ""))
         fits = {v.name for v in self.block.of("input")} == inputs
         return (slot, frozenset({*inputs, output})) if slot and fits else ("", frozenset())
@@ -118,7 +118,7 @@ def base_classes() -> list[BaseClass]:
 
 
 def package(name: str) -> str:
-    """Return the file package.mo of the BaseClasses of a package."""
+    """Return the text of package.mo of the package BaseClasses inside the package `name`."""
     what = {"Operators": "operators", "Inverse": "inverses"}.get(name, "blocks")
     info = information(
         "What a class has from the C table, and what its realisations have in common, for replaceable "
@@ -135,7 +135,10 @@ _PACKAGE = "Choices"
 
 
 def enumerations() -> dict[str, str]:
-    """Return all generated enumerations by name below HystFMU, and the package; empty if Types has them all."""
+    """Return the generated enumerations and their package Choices, by name below HystFMU.
+
+    The result is empty if the hand-written package Types contains all enumerations.
+    """
     found = {}
     for base in base_classes():
         for v in base.block.parameters:

@@ -1,4 +1,4 @@
-"""Page UsersGuide.Checks: rules of the lint, sorted by sections of the language specification."""
+"""Page UsersGuide.Checks of the library. It lists the lint rules by section of the language specification."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ _APART = {
 
 
 def page(root: Path) -> dict[str, str]:
-    """Return the page by its name below HystFMU; `root` is the folder of the library, next to the table of rules."""
+    """Return the page by its name below HystFMU.
+
+    `root` is the folder of the library. The table of rules, ``rules.toml``, is next to this folder.
+    """
     table = tomllib.loads((root.parent / "rules.toml").read_text("utf-8"))
     rows = sorted(table.items(), key=lambda row: _key(row[1]["section"]))
     lines = "\n".join(

@@ -1,4 +1,4 @@
-"""Rows of a C table in Modelica: declarations of parameters and ports, and equations as HTML."""
+"""Modelica text from rows of a C table: declarations of parameters and ports, and equations as HTML."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ _MONOMIALS = re.compile(r"monomials\((.+), (\w+)\)\Z")
 
 
 def size(v: Var) -> str:
-    """Return a number of elements in Modelica: ``n*(n + 1) / 2`` becomes ``div(n*(n + 1), 2)``.
+    """Return the number of elements of a variable as a Modelica expression.
 
-    A product of two sizes is a matrix; its number of rows is the first size.
+    For example, ``n*(n + 1) / 2`` becomes ``div(n*(n + 1), 2)``. If the number is a product of two sizes, the
+    variable is a matrix with the first size as number of rows.
 
     Raises
     ------
     InputError
-        The expression calls a C function that has no form here.
+        The expression calls a C function that this module cannot translate.
     """
     text = re.sub(r"\s*\*\s*", "*", v.size)
     if m := _MONOMIALS.match(text):
@@ -44,19 +45,22 @@ def size(v: Var) -> str:
 
 
 def _monomials(p: str, q: str) -> str:
-    """Return the number of monomials up to degree q <= 3 in p variables, because rumoca 0.10.2 takes no function."""
+    """Return the number of monomials up to degree q <= 3 in p variables as an expression.
+
+    The expression calls no function, because rumoca 0.10.2 does not accept a function call in a size.
+    """
     one, two, three = (f"({p} + {k})" for k in (1, 2, 3))
     return f"if {q} == 1 then {p} + 1 elseif {q} == 2 then div({one}*{two}, 2) else div({one}*{two}*{three}, 6)"
 
 
 def number(x: float) -> str:
-    """Return a literal that reads back as the same double; a whole number has no point."""
+    """Return a literal that represents exactly the double `x`. A whole number has no decimal point."""
     short = f"{x:g}"
     return (short if float(short) == x else repr(x)).replace("e+", "e")
 
 
 def dim(d: Dim) -> str:
-    """Return the declaration of a size."""
+    """Return the declaration of a size parameter."""
     place = "Memory" if d.name == "depth" else "Sizes"
     start = min(d.start, DEPTH) if d.name == "depth" else d.start
     return f"parameter Integer {d.name}(min = {d.lo}) = {start} {sentence(d.text)}{_dialog(place)};"
@@ -69,7 +73,7 @@ def parameter(block: BlockType, v: Var, shelf: Shelf) -> str:
         kind = enumeration(block, v)
         return f"parameter {kind} {v.name} = {kind}.{v.choices[int(v.start)]} {sentence(v.text)}{_dialog(place)};"
     many = v.size != "1"
-    positive = v.lo == sys.float_info.min  # the least of all doubles above 0: min includes its value
+    positive = v.lo == sys.float_info.min  # this limit means v > 0; the attribute min includes its value
     kind, attributes = _kind(v, shelf)
     bound = (lambda x: str(int(x))) if v.type == "int" else number
     limits = (("min", 0.0 if positive else v.lo), ("max", v.hi))
@@ -84,7 +88,7 @@ def parameter(block: BlockType, v: Var, shelf: Shelf) -> str:
 
 
 def _kind(v: Var, shelf: Shelf) -> tuple[str, list[str]]:
-    """Return the type of a parameter, and its unit if no type has this unit."""
+    """Return the type of a parameter, and the attribute for its unit if the library has no type with this unit."""
     if v.type == "int":
         return "Integer", []
     if v.unit == "1":
@@ -99,7 +103,10 @@ def _dialog(place: str) -> str:
 
 
 def ports(block: BlockType, kind: str, lacks: frozenset[str], inherited: frozenset[str]) -> list[str]:
-    """Return the declarations of inputs or outputs. `inherited` ports are not declared but have a position."""
+    """Return the declarations of the inputs or the outputs (`kind`) of a block, without the ports `lacks`.
+
+    `inherited` ports are not declared, but they take a position at the edge of the icon.
+    """
     rows = [v for v in block.of(kind) if v.name not in lacks]
     found = []
     for i, v in enumerate(rows):
@@ -114,7 +121,7 @@ def ports(block: BlockType, kind: str, lacks: frozenset[str], inherited: frozens
 
 
 def rate_port(v: Var) -> str:
-    """Return the conditional input for the rate of an input, and the constant in its condition."""
+    """Return the declaration of the conditional input for the time derivative of the input `v`."""
     text = sentence(f"rate of {v.name}; Sampled has no such input")
     where = f"annotation ({placed(-110, -70)})"
     return f'Interfaces.RealInput d{v.name}(unit = "1/s") if usesRate {text} {where};'
@@ -128,7 +135,7 @@ _POWER = re.compile(r"\^(?:\(([^()]*)\)|([+-]?\w+))")
 
 
 def equation(text: str) -> str:
-    """Return an equation of a C table for a paragraph of a documentation."""
+    """Return an equation of a C table as HTML. Powers become superscripts."""
     return _POWER.sub(lambda m: f"<sup>{m[1] or m[2]}</sup>", escape(text, quote=False))
 
 
@@ -138,6 +145,6 @@ def link(name: str) -> str:
 
 
 def information(*paragraphs: str) -> str:
-    """Return the value of ``Documentation(info = ...)``."""
+    """Return paragraphs of HTML as the string literal of ``Documentation(info = ...)``."""
     body = "\n".join(f"<p>{p}</p>" for p in paragraphs).replace('"', '\\"')
     return f'"<html>\n{body}\n</html>"'

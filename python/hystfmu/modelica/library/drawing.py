@@ -1,4 +1,4 @@
-"""Graphics of the library: lines of connections in the diagrams, and the pictures of the guide."""
+"""Graphics of the library: lines of connections in the diagrams, and pictures of the user's guide."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _COLORS = {"Pin": "{0, 0, 255}", "Flange": "{0, 127, 0}"}
 
 
 def nested(texts: Mapping[str, str]) -> dict[str, str]:
-    """Return the files by name, with the classes within files of one package, such as ``Interfaces.Sampled``."""
+    """Return the text of all classes by name, including classes inside a file, such as ``Interfaces.Sampled``."""
     found = dict(texts)
     for name, text in texts.items():
         for m in re.finditer(r"^  (?:partial )?(?:block|model) (\w+) .*?^  end \1;", text, re.M | re.S):
@@ -28,7 +28,7 @@ def nested(texts: Mapping[str, str]) -> dict[str, str]:
 
 
 def drawn(text: str, name: str, texts: Mapping[str, str]) -> str:
-    """Return the file `text` of the class `name` with a line for each connection whose ends have positions.
+    """Return the text of a class with an added line for each connection whose two ends have positions.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def drawn(text: str, name: str, texts: Mapping[str, str]) -> str:
 
 
 def _place(text: str, name: str, end: str, texts: Mapping[str, str]) -> tuple[Point, str] | None:
-    """Return the position of an end of a connection in the diagram of a class, and the class of the connector."""
+    """Return the position in the diagram and the connector class of one end of a connection; None if unknown."""
     head, _, port = re.sub(r"\[[^\]]*\]", "", end).partition(".")
     found = _component(text, name, head, texts)
     if found is None:
@@ -67,7 +67,10 @@ def _place(text: str, name: str, end: str, texts: Mapping[str, str]) -> tuple[Po
 def _component(
     text: str, name: str, component: str, texts: Mapping[str, str]
 ) -> tuple[str, tuple[float, float, float, float], str] | None:
-    """Return type and extent of a component of a class or its base classes, and the declaring class."""
+    """Return type and extent of a component, and the class that declares it.
+
+    The component is searched in the class and its base classes. The result is None if there is no such component.
+    """
     for piece in text.split(";\n"):
         m = re.search(rf"^ *{_PREFIX}([A-Z][\w.]*) {component}\b", piece, re.M)
         extent = re.search(_EXTENT, piece.rpartition("transformation(")[2])
@@ -82,7 +85,7 @@ def _component(
 
 
 def _resolved(kind: str, name: str, texts: Mapping[str, str]) -> str | None:
-    """Return the file of a class from its name in the text of the class `name`."""
+    """Return the full name of the class that the text of the class `name` calls `kind`; None if unknown."""
     packages = name.split(".")[:-1]
     kind = kind.removeprefix("HystFMU.")
     for k in range(len(packages), -1, -1):
@@ -96,11 +99,11 @@ _FOLDER = PurePath("Resources", "Images")
 _WIDTH, _HEIGHT, _EDGE = 480, 320, 40
 _PART = re.compile(rf"^  (?:replaceable )?([A-Z][\w.]*) (\w+)\b[^\n]*?Placement\(transformation\({_EXTENT}", re.M)
 _WIRE = re.compile(r"Line\(points = \{(.*?)\}, color = \{(\d+), (\d+), (\d+)\}\)")
-_SHOWN = ("Examples.StackMovesMass", "Loops.Tracking")  # whose diagrams the guide has
+_SHOWN = ("Examples.StackMovesMass", "Loops.Tracking")  # classes whose diagrams are shown in the guide
 
 
 def pictures(texts: Mapping[str, str]) -> dict[PurePath, str]:
-    """Return every picture by its path relative to the folder of the library.
+    """Return the SVG text of every picture, by its path relative to the folder of the library.
 
     Parameters
     ----------
@@ -113,7 +116,7 @@ def pictures(texts: Mapping[str, str]) -> dict[PurePath, str]:
 
 
 def _plays(u: Array) -> Array:
-    """Run the operator of Examples.MinorLoops on an input (n,)."""
+    """Return the output (n,) of the operator of Examples.MinorLoops for an input (n,)."""
     r, w = np.linspace(0.05, 0.5, 10), np.full(10, 0.1)
     plays = Node("plays", "prandtl_ishlinskii", {"n": 10}, {"w0": 0.3, "r": r, "w": w})
     return Graph.single(plays).run(u).ravel()
@@ -139,7 +142,7 @@ def _realisations() -> str:
 
 
 def _plot(below: str, beside: str, curves: list[tuple[Array, Array, str]]) -> str:
-    """Draw curves in a frame, each with its colour."""
+    """Return an SVG plot of curves, each given by x values, y values and colour, with labels for both axes."""
     x = np.concatenate([c[0] for c in curves])
     y = np.concatenate([c[1] for c in curves])
     across = (_WIDTH - 2 * _EDGE) / np.ptp(x)
@@ -158,7 +161,7 @@ def _plot(below: str, beside: str, curves: list[tuple[Array, Array, str]]) -> st
 
 
 def _diagram(text: str) -> str:
-    """Draw components and lines of a class in the style of a Modelica tool."""
+    """Return an SVG diagram with the components and lines of a class, in the style of a Modelica tool."""
     lines = []
     for m in _WIRE.finditer(text):
         points = " ".join(f"{x},{-float(y):g}" for x, y in re.findall(r"\{(-?[\d.]+), (-?[\d.]+)\}", m[1] + "}"))

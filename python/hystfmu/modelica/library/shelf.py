@@ -1,4 +1,4 @@
-"""Content of the folder of the library: its classes by name, its types by unit of measure."""
+"""Hand-written files of the library, indexed by class name, and its types, indexed by unit of measure."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def is_generated(text: str) -> bool:
 
 
 class Shelf:
-    """Hand-written files of a library.
+    """Index of the hand-written files of a library.
 
     Parameters
     ----------
     root : Path
-        Folder HystFMU.
+        Folder HystFMU of the library.
     """
 
     def __init__(self, root: Path) -> None:
@@ -36,7 +36,7 @@ class Shelf:
 
     @functools.cached_property
     def texts(self) -> dict[str, str]:
-        """Hand-written files by the name of their class below HystFMU, e.g. ``Operators.Sampled.PlayBank``."""
+        """Text of each hand-written file by its class name below HystFMU, such as ``Operators.Sampled.PlayBank``."""
         found = {}
         for file in sorted(self.root.rglob("*.mo")):
             text = file.read_text("utf-8")
@@ -46,17 +46,17 @@ class Shelf:
 
     @functools.cached_property
     def types(self) -> dict[str, str]:
-        """Name of the type of a unit of measure, e.g. ``Types.Time`` for ``s``."""
+        """Name of the Modelica type for each unit of measure, for example ``Types.Time`` for ``s``."""
         return {unit: f"Types.{name}" for name, unit in _UNIT.findall(self.texts["Types"])}
 
     def classes(self, name: str) -> list[str]:
-        """Return the blocks and models of this name: one, or one for each realisation."""
+        """Return the full names of the classes `name`: one name, or one name for each realisation."""
         single = [n for n in self.texts if re.fullmatch(rf"(?!Validation|Examples|Functions)\w+\.{name}", n)]
         realised = [f"{package}.{r}.{name}" for package in ("Operators", "Inverse") for r in REALISATIONS]
         return single + [n for n in realised if n in self.texts]
 
     def examples(self, classes: list[str]) -> Iterator[str]:
-        """Return the Examples that use one of these classes."""
+        """Return the names of the Examples that use at least one of these classes."""
         for name, text in self.texts.items():
             if name.startswith("Examples.") and any(re.search(rf"\b{re.escape(c)}\b", text) for c in classes):
                 yield name

@@ -1,4 +1,4 @@
-"""Generated files of a library, among them package.order and scripts, and the search for stale files on disk."""
+"""Generation of all generated files of a library, and comparison with the files on disk."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hystfmu.modelica.library.declarations import number
 from hystfmu.modelica.library.drawing import drawn, nested, pictures
 from hystfmu.modelica.library.shelf import REALISATIONS, Shelf, is_generated
 
-# packages, and pages of the guide, whose order means something
+# packages and pages of the guide in reading order
 _FIRST = (
     *(
         "UsersGuide",
@@ -48,7 +48,11 @@ _FIRST = (
 
 
 def orders(files: Iterable[PurePath], first: Collection[PurePath] = ()) -> dict[PurePath, str]:
-    """Return every package.order for the .mo files of a library, relative to its folder; `first` files come first."""
+    """Return the text of every package.order of a library, by its path relative to the folder of the library.
+
+    `files` are the .mo files. In each package, the `first` files come first, then packages in reading order, then all
+    other classes by name.
+    """
     inside: dict[PurePath, set[str]] = {}
     for file in files:
         folder = file.parent
@@ -78,7 +82,10 @@ _LOAD = 'loadFile("HystFMU/package.mo"); getErrorString();'
 
 
 def scripts(texts: Mapping[str, str]) -> dict[PurePath, str]:
-    """Return every script by its path relative to the folder of a library, for classes by names below HystFMU."""
+    """Return the text of every OpenModelica script, by its path relative to the folder of a library.
+
+    `texts` contains the text of each class by its name below HystFMU.
+    """
     operators = [m for r in REALISATIONS for m in sorted(texts) if m.startswith(f"Validation.{r}.")]
     examples = [m for m in sorted(texts) if m.startswith("Examples.")]
     return {
@@ -95,7 +102,10 @@ def _simulations(models: list[str], texts: Mapping[str, str]) -> list[str]:
 
 
 def _settings(text: str) -> str:
-    """Return the experiment of a model with its number of intervals, because OpenModelica truncates the quotient."""
+    """Return the arguments of ``simulate`` for the experiment of a model.
+
+    The number of intervals is rounded here, because OpenModelica truncates the quotient of stop time and interval.
+    """
     found = re.search(r"experiment\(StopTime = ([^,]+), Interval = ([^,]+), Tolerance = ([^)]+)\)", text)
     assert found is not None
     stop, interval, tolerance = map(float, found.groups())
@@ -107,11 +117,14 @@ def _script(what: str, calls: list[str]) -> str:
     return "\n".join([f"// {what}: {_WHERE}", _LOAD, *(f"{c}; getErrorString();" for c in calls), ""])
 
 
-_PHYSICAL = re.compile(r"connect\(\w+\.(?:pin|flange)")  # a model with physical ports
+_PHYSICAL = re.compile(r"connect\(\w+\.(?:pin|flange)")  # connection of a model with physical ports
 
 
 def generated(root: Path) -> dict[PurePath, str]:
-    """Return the generated files, relative to the folder HystFMU `root`, and hand-written files with added lines."""
+    """Return the text of each generated file, by its path relative to the folder HystFMU, `root`.
+
+    The result also contains hand-written files to which lines of connections are added.
+    """
     shelf = Shelf(root)
     classes = {b.path: b.text(shelf) for b in base_classes()}
     classes |= {f"{b.package}.BaseClasses.package": package(b.package) for b in base_classes()}
@@ -137,7 +150,7 @@ def _file(name: str) -> PurePath:
 
 
 def _on_disk(root: Path) -> dict[PurePath, str]:
-    """Return the files with the mark of generated files, and every package.order and script."""
+    """Return the text of each file on disk that is marked as generated, a package.order, a script or a picture."""
     found = {}
     for pattern in ("*.mo", "package.order", "*.mos", "Resources/Images/*.svg"):
         for file in root.rglob(pattern):
@@ -148,7 +161,7 @@ def _on_disk(root: Path) -> dict[PurePath, str]:
 
 
 def missing(root: Path) -> list[str]:
-    """Return a message for each block whose file with equations is missing."""
+    """Return one message for each block whose hand-written file with equations is missing."""
     shelf = Shelf(root)
     return [
         f"write {b.wanted}: the equations of the block {b.block.name}, which extend BaseClasses.{b.name}"
@@ -158,13 +171,13 @@ def missing(root: Path) -> list[str]:
 
 
 def stale(root: Path) -> list[PurePath]:
-    """Return the generated files that are missing, differ or are obsolete."""
+    """Return the paths of generated files that are missing on disk, differ from the new text, or are obsolete."""
     made, there = generated(root), _on_disk(root)
     return sorted(f for f in {*made, *there} if made.get(f) != there.get(f))
 
 
 def write(root: Path) -> None:
-    """Write the generated files, and remove obsolete ones."""
+    """Write all generated files, and remove obsolete generated files."""
     made = generated(root)
     for file in _on_disk(root):
         if file not in made:

@@ -1,4 +1,4 @@
-"""Validation models: one component `tested`, driven by the test signal or by inputs of its own."""
+"""Validation models of the library. Each model drives one component `tested` by the test signal or by other inputs."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from hystfmu.modelica.library.declarations import information, link, number
 from hystfmu.modelica.library.shelf import REALISATIONS, Shelf, mark
 from hystfmu.modelica.literals import array, sentence
 
-_OMEGAS = (7, 5, 11, 13)  # of the inputs of a block that has no table
+_OMEGAS = (7, 5, 11, 13)  # rad/s, of the inputs of a block that has no table in validation.toml
 
 
 @dataclass(frozen=True)
 class Case:
-    """A table of the file of test values."""
+    """Test values of one Validation model, such as a table of ``modelica/validation.toml``."""
 
     name: str
     text: str
@@ -42,7 +42,10 @@ class Case:
 
 
 def cases(shelf: Shelf) -> list[Case]:
-    """Return the tables of ``modelica/validation.toml``, and a table for each further class of a block."""
+    """Return the test values of all Validation models.
+
+    They are the tables of ``modelica/validation.toml``, and the first test vector of each class without a table.
+    """
     tables = tomllib.loads((shelf.root.parent / "validation.toml").read_text("utf-8"))
     found = [_case(name, table) for name, table in tables.items()]
     by_hand = {n.rsplit(".", 1)[-1] for n in shelf.texts if n.startswith("Validation.") and "BaseClasses" not in n}
@@ -59,12 +62,12 @@ def _case(name: str, table: dict[str, Any]) -> Case:
 
 
 def _from_vectors(base: BaseClass, vectors: Path) -> Case:
-    """Return the values of the first vector of a block; a test checks that the C core agrees with the vector.
+    """Return test values from the first test vector of a block. Another test compares the C core with this vector.
 
     Raises
     ------
     InputError
-        The block has no vectors.
+        The block has no file with test vectors.
     """
     block = base.block
     files = [vectors / kind / f"{block.name}.toml" for kind in ("published", "derived")]
@@ -108,24 +111,24 @@ def _literal(block: BlockType, name: str, value: Any, dims: Mapping[str, int]) -
     return array(values.reshape(dims[rows], -1) if rows else values.ravel())
 
 
-_INTERVALS = {"Events": 2e-3, "Smooth": 1e-3}  # Sampled: its sample period
-_STOP = 1.4  # of the signal
+_INTERVALS = {"Events": 2e-3, "Smooth": 1e-3}  # s; a Sampled model uses its sample period
+_STOP = 1.4  # s, end of the test signal
 _TOLERANCE = 1e-10
 
 
 def models(shelf: Shelf, bases: Mapping[str, str]) -> dict[str, str]:
-    """Return every generated Validation model by its name below HystFMU.
+    """Return the text of every generated Validation model, by its name below HystFMU.
 
     Parameters
     ----------
     shelf : Shelf
     bases : mapping of str to str
-        Generated base classes by their names below HystFMU.
+        Text of each generated base class, by its name below HystFMU.
 
     Raises
     ------
     InputError
-        A table belongs to a class that the library does not have.
+        A table names a class that the library does not contain.
     """
     texts = {**bases, **shelf.texts}
     found = {}
