@@ -56,7 +56,7 @@ def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
     metavar="DIR",
     help="Folder with the Python files of the papers. The default is scenarios/papers in a clone of the repository.",
 )
-@click.option("--data", metavar="DIR", help="Folder with the measured data sets.")
+@click.option("--data", metavar="DIR", help="Folder with the measured data sets of the papers.")
 @click.option(
     "--full",
     is_flag=True,
@@ -67,7 +67,7 @@ def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
     "folder",
     type=OUTPUT_FOLDER,
     metavar="DIR",
-    help="Write one page per paper into this folder, with the tables and the diagrams computed by HystFMU.",
+    help="Write one HTML page per paper into this folder. It contains the tables and the diagrams computed by HystFMU.",
 )
 @json_option
 def reproduce(
@@ -75,15 +75,16 @@ def reproduce(
 ) -> None:
     """Reproduce the result tables of the papers.
 
-    Each row of a table states a quantity, its place in the paper and the printed value. Two further columns contain the
-    result of a literal implementation of the paper and the result of HystFMU. The last column states whether the result
-    meets the printed value, or by which factor it misses the value. If a paper does not specify its measured record,
-    the command tries several records. The row then states for how many records the printed value is met. For networks,
-    the row states the median and the range of the results over several seeds.
+    Each line of a table states a quantity, its place in the paper and the value printed in the paper. Two further
+    columns contain the result of a literal implementation of the paper and the result of HystFMU. The last column
+    states whether the result of HystFMU meets the printed value, or by which factor it misses this value. If a paper
+    does not specify its measured record, the command tries several records. The line then states for how many records
+    the printed value is met. For networks, the line states the median and the range of the results over several seeds.
 
-    The exit status is 1 if a result misses a target that the table states. Other missed values and missed run times do
-    not change the exit status. If the data or the Python packages for a paper are missing, the command names this paper
-    and skips it. The exit status is then 1, or 2 if no paper can run.
+    Some lines of the table state a target, that is, a bound for the result of HystFMU. The exit status is 1 if a result
+    misses its target. Missed printed values and missed run times do not change the exit status. If the data or the
+    Python packages for a paper are missing, the command names this paper and skips it. The exit status is then 1, or 2
+    if no paper can run.
 
     The command imports Python files that are part of the repository. An installed package does not contain these files.
 
@@ -198,12 +199,12 @@ def start(
 
     The command reads DATA, selects and fits a model, and inverts the model. It tunes several controllers such that the
     loop is stable for every device that agrees with the record. It simulates the loop with the best controller, and
-    writes FMUs, a report and verdict.json. The last table lists each file with the command that creates it. If the
-    record is not sufficient to design feedback, the loop consists of feed-forward and inverse. The file
-    measure_next.csv then contains an input signal with which you can measure a better record.
+    writes FMUs, a report and verdict.json. At the end, it prints each file and the command line that creates this file.
+    If the record is not sufficient to design feedback, the loop has no feedback, only feed-forward and inverse. The
+    file measure_next.csv then contains an input signal with which you can measure a better record.
 
-    The exit status is 0 if the loop is approved, otherwise 1. In both cases the command writes model, FMU, report and
-    verdict.
+    The exit status is 0 if the loop is approved, otherwise 1. The command writes model, FMU, report and verdict.json
+    also if the loop is not approved.
 
     \b
     Example: hystfmu start data.csv -o mine

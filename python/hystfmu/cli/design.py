@@ -51,7 +51,9 @@ def design() -> None:
 @click.argument("scenario", type=FILE)
 @click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
 @of("redesign.repetitive:repetitive", period="")
-@click.option("--frequency", type=POSITIVE, metavar="HZ", help="Frequency of the reference. It replaces --period.")
+@click.option(
+    "--frequency", type=POSITIVE, metavar="HZ", help="Frequency of the reference. It is given instead of --period."
+)
 @of("redesign.repetitive:repetitive", cutoff="", gain="")
 @click.option(
     "--off",
@@ -74,12 +76,13 @@ def repetitive(
 
     SCENARIO is a folder with a stable loop, for example from 'hystfmu start'. The repetitive control adds a correction
     to the command of the existing controllers. In every case with a periodic reference, the error decreases from period
-    to period. This is also guaranteed in all corners, that is, for the incremental gains and delays in the table
-    [margins] of the scenario and for shifted natural frequencies. If it is not guaranteed for a given cutoff or gain,
-    the command ends with an error that states the largest possible value.
+    to period. The same is guaranteed in all corners, that is, for the incremental gains and delays in the table
+    [margins] of the scenario and for shifted natural frequencies. If --cutoff or --gain is too large for this
+    guarantee, the command ends with an error that states the largest possible value.
 
-    The new scenario contains the filter coefficients, and only the cases whose references have this period. The command
-    simulates each of these cases once. The exit status is 1 if a case or the loop violates a limit.
+    The new scenario contains the filter coefficients. It contains only those cases of SCENARIO whose reference has the
+    period that the repetitive control learns. The command simulates each of these cases with and without the
+    correction. The exit status is 1 if a case or the loop violates a limit.
 
     \b
     Example: hystfmu design repetitive mine/loop -o mine/repetitive
@@ -130,13 +133,14 @@ def _structure(name: str, text: str) -> None:
         help=f"""Replace the controllers of a loop by a tuned controller: {text}.
 
         SCENARIO is a folder with a closed loop. One new unit replaces all units between the measured output and the
-        command. The inputs of the new unit are the same reference, measurement and feed-forward. The new scenario.toml
-        states the gains of the controller. The command finds the largest gain for which the peak of the sensitivity is
-        below the limit. In addition, the peak must be below 12 dB in the loops of all cases, for the incremental gains
-        and delays in the table [margins] of the scenario and for shifted natural frequencies.
+        command. The new unit has the same inputs as the replaced units: reference, measurement and feed-forward. The
+        new scenario.toml states the gains of the controller. The command finds the largest gain for which the peak of
+        the sensitivity is below the limit of --ms. In addition, the peak must be below 12 dB in the loops of all cases,
+        for the incremental gains and delays in the table [margins] of the scenario and for shifted natural frequencies.
 
-        The command simulates each case once, except cases that change the old controllers. The exit status is 1 if a
-        case or the loop violates a limit.
+        The command simulates each case with the old and with the new controllers. Cases that change parameters or
+        connections of the old controllers are left out of the new scenario. The exit status is 1 if a case or the loop
+        violates a limit.
 
         \b
         Example: hystfmu design {name} mine/loop -o mine/{name}

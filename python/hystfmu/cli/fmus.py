@@ -85,15 +85,16 @@ def export(
     The Modelica package contains a Modelica record of the parameter values, a block and an example. The package needs
     the Modelica library HystFMU, which is installed with this program. The command prints the path of this library. If
     the output of the model is a length, the package also contains an actuator with electrical pins and mechanical
-    flanges. It is piezoelectric if the input is in volts, and magnetostrictive if the input is in amperes. The names
-    for --sheet are stroke (m), blocking_force (N), resonance (Hz) and damping. A piezoelectric actuator also has
-    capacitance (small-signal value, F) and capacitance_ratio (mean value divided by small-signal value). A coil has
-    inductance (mean value, H) and resistance (ohm).
+    flanges. The actuator is piezoelectric if the input is in volts, and magnetostrictive if the input is in amperes.
+    The option --sheet sets data-sheet values of the actuator: stroke (m), blocking_force (N), resonance (Hz) and
+    damping. A piezoelectric actuator also has capacitance (small-signal value, F) and capacitance_ratio (mean value
+    divided by small-signal value). A magnetostrictive actuator also has inductance (mean value, H) and resistance (ohm)
+    of its coil.
 
-    With --controller, the command exports one unit with feed-forward, controller, inverse, known limits and
-    anti-windup. The inputs of this unit are the reference r and the measured output y. The output is the command u. The
-    unit must be called once per sample. The input u_present is the command that is applied before the start. The unit
-    uses it to start without a jump of the command.
+    With --controller, the command exports one unit that contains feed-forward, controller, inverse, the known limits of
+    the command, and anti-windup. The inputs of this unit are the reference r, the measured output y and u_present. The
+    output is the command u. The unit must be called once per sample. The input u_present is the command that is applied
+    before the start. The unit uses u_present to start without a jump of the command.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
@@ -228,10 +229,11 @@ def ssp(
 
     Other simulators can run the archive. 'hystfmu simulate X.ssp' runs archives of any origin.
 
-    Other simulators step all components at the same time: the inputs of each component are the outputs of the previous
-    step. Therefore the command combines neighbouring units to one component, in which the units run in the order of the
-    scenario. For each recorded output, the command prints the largest difference between the archive and the scenario.
-    If a difference exceeds --tolerance, the command writes the archive, but the exit status is 1.
+    Other simulators step all components at the same time: the inputs of a component are the outputs that the other
+    components had after the previous step. Therefore the command combines neighbouring units to one component, in which
+    the units run in the order of the scenario. For each recorded output, the command prints the largest difference
+    between the archive and the scenario. If a difference exceeds --tolerance, the command writes the archive, but the
+    exit status is 1.
 
     With -o X.fmu, the command exports the whole loop as one FMU. All units in this FMU run in the order of the
     scenario.
@@ -318,11 +320,12 @@ def simulate(
     """Simulate an FMU or an SSP archive of any origin.
 
     The FMU may have FMI version 1.0, 2.0 or 3.0. If the FMU supports Co-Simulation, the command uses this interface.
-    Otherwise the command uses Model Exchange with an adaptive integrator. Inputs are constant during a step. Between
-    two rows of the table, continuous inputs are interpolated.
+    Otherwise the command uses Model Exchange with an adaptive integrator. Inputs are constant during a communication
+    step. The option --input names a table of inputs for an FMU. Continuous inputs are interpolated between two rows of
+    this table.
 
-    If an archive contains a reference result for these settings, the command compares the simulated result with it. The
-    exit status is 1 if the two results differ.
+    An archive can contain a reference result. If step, coupling and parameter values are those of the archive, the
+    command compares the simulated result with the reference result. The exit status is 1 if the two results differ.
 
     \b
     Example: hystfmu simulate loop.ssp -o out.csv
@@ -367,9 +370,9 @@ def validate(fmu: str, as_json: bool, **how: Any) -> None:
     The command checks the zip archive, applies the static checks of fmpy and fmutool, and runs the FMU in a child
     process.
 
-    The runs execute the native code in the FMU. They check start values, repeatability, side effects of get and set,
-    reset, saved states, two instances, dependencies, directional derivatives, memory leaks, and folders with spaces in
-    their names.
+    The trial runs in this process execute the native code of the FMU. They check start values, repeatability, side
+    effects of get and set, reset, saved states, two instances, dependencies, directional derivatives, memory leaks, and
+    folders with spaces in their names.
 
     \b
     Example: hystfmu validate piezo.fmu

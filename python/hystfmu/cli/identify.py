@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 _READ = "data.reader.reading:read"
 RESAMPLE = (
-    "Resample a record with uneven time steps to this rate. Without HZ, the rate is 1 / median step. A gap is an error."
+    "Resample a record with uneven time steps to this sample rate. Without HZ, the rate is 1 / median step. A gap in "
+    "the record is an error."
 )
 
 
@@ -88,7 +89,7 @@ def data_options(*without: str, refused: Sequence[str] = ()) -> Callable[[Callab
     """
     every: dict[str, Any] = {"time": "COLUMN", "input": "COLUMN", "output": "COLUMN", "rate": "", "lag": "ROWS"}
     every |= {"record": "COLUMN", "covariates": "--covariate COLUMN", "decimal": ""}
-    every |= {"resample": ("[HZ]", {"is_flag": False, "flag_value": "median", "help": RESAMPLE}), "train": "A:B"}
+    every |= {"resample": ("[HZ]", {"is_flag": False, "flag_value": "median", "help": RESAMPLE}), "train": "FIRST:END"}
     options = {name: spelled for name, spelled in every.items() if name not in without}
     options |= {name: (options[name], {"hidden": True}) for name in refused}
 
@@ -153,7 +154,10 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     "folder",
     type=OUTPUT_FOLDER,
     metavar="DIR",
-    help="Write a page about the fit into this folder. Without -o, the default is the current folder.",
+    help=(
+        "Write an HTML page about the fit into this folder. Without -o, the command always writes this page, by "
+        "default into the current folder."
+    ),
 )
 @json_option
 def fit(
@@ -170,9 +174,9 @@ def fit(
     """Identify a model from measured data.
 
     DATA is a text file with columns. The file may be compressed with gzip. The optional dependencies 'files' add
-    further formats. The command detects encoding, separator, decimal sign, header lines and units of measure, and
-    prints all assumptions in one line. Each file is a separate record. The model starts from its initial state in each
-    record.
+    further formats, such as xlsx and HDF5. The command detects encoding, separator, decimal sign, header lines and
+    units of measure, and prints all assumptions in one line. If several files are given, each file is a separate
+    record. The model starts from its initial state in each record.
 
     \b
     Example: hystfmu fit piezo.csv --model zhao_tan_mlp -o piezo.model.toml
@@ -291,10 +295,11 @@ def predict(model: str, data: str, out: str, columns: Columns, as_json: bool) ->
     """Simulate a model on the input column of a file.
 
     The simulation does not use measured outputs. If the file contains a measured output, the command prints the error
-    of the simulated output. Row 0 of the result is the output after initialisation with the first input. Row k is the
-    output after the input u_k and the step doStep(t_{k-1}, h) of an FMU. A network clips inputs that lie outside its
-    training range. The command prints a warning if this happens. The names of the covariate columns are stored in the
-    model. If the file has other names, --covariate states them in the order of the model.
+    of the simulated output. Row 0 of the result is the output after initialisation with the first input. Each later row
+    k is the output that an FMU of the model has if the input is set to u_k and doStep(t_{k-1}, h) is called. If the
+    model contains a network, the network clips inputs that lie outside its training range. The command prints a warning
+    if this concerns more than 1 % of the rows. The names of the covariate columns are stored in the model. If the
+    columns in the file have other names, state these names with --covariate, in the order of the model.
 
     \b
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
@@ -342,10 +347,10 @@ def check(model: str, data: str, columns: Columns, factor: float, as_json: bool)
     """Test with a new record whether a device has drifted.
 
     The command simulates the model with the input in DATA, without the measured output. It compares the error of the
-    model on DATA with the error stated in MODEL. This is the error on held-out rows if there were any, otherwise the
-    error on training rows. Rows with inputs outside the training range are ignored. The table has one row each for
-    offset, gain, lag and loop shape. Each row states the error that remains if only this property is corrected. The
-    exit status is 1 if the device has drifted.
+    model on DATA with the error stated in MODEL. The stated error is the error on held-out rows, or the error on
+    training rows if the fit had no held-out rows. Rows with inputs outside the training range are ignored. The table
+    has one line each for offset, gain, lag and loop shape. Each line states the error that remains if only this
+    property is corrected. The exit status is 1 if the device has drifted.
 
     \b
     Example: hystfmu check piezo.model.toml today.csv
@@ -378,19 +383,21 @@ def inverse(model: str, out: str, options: dict[str, Any], **how: Any) -> None:
     model produces this wanted output.
 
     The learned inverse is trained with the response of the model to random nested reversals. For the training, input
-    and output are exchanged. The wanted output drives the inverse operator of Zhao & Tan and a few play operators.
-    Their outputs are the inputs of a network with 12 neurons. The network corrects the wanted output. An exact inverse
-    of fitted plays then computes the input from the corrected output. Some options of the learned inverse are hidden
-    (neurons), N (plays), starts and iterations.
+    and output are exchanged. The wanted output drives the inverse operator of Zhao & Tan and a few play operators. The
+    outputs of these operators are the inputs of a network with 12 neurons. The network corrects the wanted output. An
+    exact inverse of fitted plays then computes the input from the corrected output. The learned inverse has the options
+    'hidden' (number of neurons), 'N' (number of plays), 'starts' and 'iterations', among others.
 
     If the model has linear dynamics or a delay behind the hysteresis, the inverse also contains a feed-forward filter
     of a few samples of the wanted output. The output of the model then lags the wanted output by some steps. The
     command prints this lag.
 
-    The adaptive inverse exists for Prandtl-Ishlinskii models. The input v is the wanted output of the hysteresis, in
-    front of dynamics and delay; it is the sum of feed-forward and feedback. The other inputs are the reference y_d and
-    the measured output y. The options f_n, zeta and delay describe the dynamics behind a static model. The option T is
-    the time constant of a drift in seconds. 'hystfmu blocks adaptive_inverse' lists further options.
+    The adaptive inverse exists for Prandtl-Ishlinskii models. Its input v is the wanted output of the hysteresis,
+    before dynamics and delay. In a loop, v is the sum of feed-forward and feedback. The other inputs are the reference
+    y_d and the measured output y. If the model is static, the options f_n (Hz) and zeta state the natural frequency and
+    the damping ratio of the dynamics that follow the hysteresis of the device. The option delay is the number of
+    further steps of delay in the loop. The option T is the time constant of a drift in seconds. 'hystfmu blocks
+    adaptive_inverse' lists further options.
 
     \b
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml

@@ -34,7 +34,7 @@ def _level(context: click.Context, option: click.Parameter, asked: bool) -> None
 
 _FORCE = "hystfmu.force"  # of the command that runs, in its context
 _HOW_MUCH = (
-    (("-v", "--verbose"), "Also print details that the tables omit, and the time of each step."),
+    (("-v", "--verbose"), "Also print details that the tables omit, and the run time of each part of the work."),
     (("-q", "--quiet"), "Print only problems. The exit status states the result."),
 )
 

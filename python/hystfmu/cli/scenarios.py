@@ -116,7 +116,7 @@ def run(
 ) -> None:
     """Run scenarios and compare them with limits and baselines.
 
-    A scenario is a closed loop of units with limits for the results. SCENARIOS are folders of scenarios, or folders
+    A scenario is a closed loop of units, and limits for its results. SCENARIOS are folders of scenarios, or folders
     that contain such folders. If the folder scenarios/pid does not exist, the name scenarios/pid selects the scenario
     that HystFMU ships.
 
@@ -162,7 +162,7 @@ def run(
     sys.exit(0 if results.passed else FAILED)
 
 
-@click.command(cls=Command, interrupted="finished rows are kept; to go on with the others:")
+@click.command(cls=Command, interrupted="finished runs are kept; to go on with the others:")
 @click.argument("study", type=FILE)
 @of(
     "studies.run:study",
@@ -178,7 +178,7 @@ def study(study: str, as_json: bool, **how: Any) -> None:
 
     The command prints the share of variations that meet all limits, with the 95 % confidence interval of this share. It
     writes the table results.parquet and a report. The report shows the distributions of the metrics, the effects of the
-    parameters, and the commands that repeat the worst cases.
+    parameters, and the commands that repeat the variations with the worst results.
 
     If a study was interrupted, the same command continues it.
 
@@ -223,9 +223,10 @@ def margins(scenarios: tuple[str, ...], all_of_them: bool, delays: bool, as_json
 
     For each case, the command opens the loop at the input of the plant and linearises it. The models of controllers,
     observers, delays and plant dynamics are exact. Hysteresis and inverse in series are replaced by their incremental
-    gain. This gain varies along the path of the case; its range is the sector. The margins are computed for a gain of
-    1. If a loop has no inverse and the gain of the plant is never 1, they are computed for the largest gain. The
-    command also checks stability for the whole sector, with 0, 1/2, 1 and 2 additional steps of delay.
+    gain. The incremental gain varies during the case. Its range is called the sector. The margins are computed for an
+    incremental gain of 1. If a loop has no inverse and the gain of the plant is never 1, the margins are computed for
+    the largest gain. The command also checks stability for the whole sector, with 0, 1/2, 1 and 2 additional steps of
+    delay.
 
     The exit status is 1 if a loop violates a limit in the table [margins] of the scenario. It is also 1 if a loop is
     unstable for a gain in the sector, unless the key expected_unstable in [margins] names the case.
@@ -258,10 +259,11 @@ def margins(scenarios: tuple[str, ...], all_of_them: bool, delays: bool, as_json
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
     """Compare two reports of 'hystfmu run' or 'hystfmu study'.
 
-    A is the old report and B is the new report. Each is a folder with a file report.json, or this file. For two runs,
-    the page lists old and new metrics and margins, beginning with the largest change, and plots old and new signals
-    together. For two studies, the page shows the shares of variations that meet all limits, with confidence intervals,
-    and the distributions of the metrics on common axes. It also lists the variations whose verdict changed.
+    A is the old report and B is the new report. Each of them is a file report.json, or the folder that contains this
+    file. For two reports of 'hystfmu run', the page lists old and new metrics and margins, beginning with the largest
+    change, and plots old and new signals together. For two reports of 'hystfmu study', the page shows the shares of
+    variations that meet all limits, with confidence intervals, and the distributions of the metrics on common axes. It
+    also lists the variations whose verdict changed.
 
     \b
     Example: hystfmu compare main branch -o diff.html

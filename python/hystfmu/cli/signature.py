@@ -77,7 +77,7 @@ class Argument:
         elif "Mapping" in self.leaves:
             made = {"multiple": True, "metavar": metavar or "NAME=VALUE"}
             made["callback"] = lambda context, option, given: assignments(given, option.opts[-1])
-            text += " Repeatable; @FILE.json gives names and values in a file."
+            text += " Repeatable. @FILE.json reads names and values from a JSON file."
         elif "Sequence" in self.leaves or ("tuple" in self.leaves and "multiple" in more):
             made = {
                 "multiple": True,

@@ -94,7 +94,7 @@ def demo(out: Path, full: bool = False) -> bool:
     out : Path
         Folder for data, models, FMUs, Modelica package, loop and report.
     full : bool
-        Whether to fit five kinds of model instead of one, and to run all scenarios that HystFMU ships.
+        Whether to fit five kinds of model instead of one and run all scenarios that HystFMU ships.
 
     Returns
     -------

@@ -58,7 +58,7 @@ def fit(
         Called with the completed fraction, 0 to 1.
     purpose : {"model", "inverse"}
         Purpose of the model. With "inverse", the model must have a useful exact or implicit inverse, and ``"auto"``
-        compares only kinds of model that have one.
+        compares only kinds of model that have such an inverse.
     free : dict, optional
         Free parameters of a graph. Each key is ``"node.parameter"`` or ``"node.parameter[1]"``. Each value is True, the
         bounds ``(lower, upper)``, or a dict. The keys of this dict are ``lower``, ``upper``, ``scale`` ("log" or
@@ -67,7 +67,8 @@ def fit(
         linear least squares. Such parameters are non-negative if their lower bound is 0. For a single block, all real
         parameters without a given value are free by default.
     **options
-        Options of the kind of model. For a graph of blocks, the options are ``starts`` and ``seconds``.
+        Options of the kind of model. For a graph of blocks, the options are ``starts`` (number of start points of the
+        search) and ``seconds`` (time limit of the search).
 
     Returns
     -------

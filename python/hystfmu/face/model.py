@@ -419,8 +419,9 @@ class Model(hystfmu.model.Model):
             Origin of the model. This text is part of the documentation of the package.
         sheet : mapping of (str, float), optional
             Data-sheet values in SI units. ``stroke`` and ``blocking_force`` must be given together. ``resonance`` is
-            for one fixed end; ``damping`` is the damping ratio. ``capacitance`` is the small-signal value.
-            ``capacitance_ratio`` is the mean value divided by the small-signal value, by default 1.6.
+            the natural frequency (Hz) of the actuator with one fixed end, and ``damping`` is its damping ratio.
+            ``capacitance`` is the small-signal value. ``capacitance_ratio`` is the mean value divided by the
+            small-signal value, by default 1.6.
 
         Raises
         ------

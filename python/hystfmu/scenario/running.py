@@ -170,28 +170,29 @@ def run(
         "fmpy" exports the units as FMUs and simulates them with fmpy. "native" runs the whole loop in the C core. The
         results of both engines are bit-identical.
     set : mapping, optional
-        New values of parameters ``unit.parameter``, in every case with this unit. A string such as ``"*1.2"``
-        multiplies the old value. With new values, only the limits are tested, not the baseline. If a case itself sets
-        the parameter, the new value applies only if it is a factor or if `case` names the case.
+        New values of parameters, named ``unit.parameter``. They apply in every case that contains the unit. A string
+        such as ``"*1.2"`` multiplies the old value. With new values, the results are compared only with the limits, not
+        with the baseline. In a case that sets the parameter itself, the new value applies only if it is a factor such
+        as ``"*1.2"``, or if `case` names this case.
     coupling : str, optional
         Coupling scheme. It replaces the coupling scheme that the scenario states.
     seconds : float in (0, inf)
         Time limit (s) of a simulation with foreign FMUs. Foreign FMUs run in a child process.
     confined : bool
-        Whether foreign FMUs run without access to the network, and with write access to one private folder only. On
-        some operating systems this protection is not available.
+        Whether foreign FMUs have no access to the network and can write only to one private folder. Some operating
+        systems do not offer this protection.
     report : path, optional
         Folder into which report.html and report.json are written.
     record : bool
-        Whether to write the baseline of each scenario that meets all its limits. If a scenario states a guard, the new
-        metrics must not exceed this multiple of the old baseline. To record larger values, delete the old baseline
-        first.
+        Whether to write the baseline of each scenario that meets all its limits. If a scenario states a factor
+        ``guard``, no new metric may exceed ``guard`` times its value in the old baseline. To record larger values,
+        delete the old baseline first.
     confirm : function, optional
         With `record`, called once with the changes before any file is written.
     progress : function, optional
         Called with the fraction done, 0..1.
     out : path, optional
-        CSV file to write, with all outputs of the simulated case. Only one case may run.
+        CSV file to write, with all outputs of the simulated case. Only one case may be simulated with this option.
 
     Returns
     -------

@@ -120,24 +120,26 @@ class Requirements:
     ms : float
         Largest allowed peak of the sensitivity (dB) for the identified plant. The default is 6 dB.
     settling : float or None
-        Longest allowed settling time (s) of a step response. It ends when the error stays within 2 % of the step.
+        Longest allowed settling time (s) of a step response. The settling time ends when the error stays within 2 % of
+        the step.
     overshoot : float or None
         Largest allowed overshoot of a step response in percent of the step. By default, the overshoot has no limit, and
-        the filter of reference steps is designed for 10 %.
+        the filter for steps of the reference is designed for an overshoot of 10 %.
     reference : tuple of Wanted
-        Reference of the loop: sine, nested, triangle, step or staircase, with or without a frequency :HZ, or a CSV file
-        with the columns t and r.
+        Reference of the loop. It is a shape (sine, nested, triangle, step or staircase), optionally followed by a
+        frequency (Hz) as in triangle:100, or a CSV file with the columns t and r.
 
         By default, the references are a sine, nested reversals, a triangle and a step. Their frequency is the mean
         cycle frequency of the record.
     delay : int
-        Delay of the loop in steps, from a measurement to the command computed from it. The default is 1.
+        Delay of the loop in steps, from a measurement to the command that is computed from this measurement. The
+        default is 1.
     resonance : (float, float) or None
-        Frequency (Hz) and damping ratio of a resonance that is known from elsewhere. It replaces the assumed resonance
-        at an unknown frequency above the excited band.
+        Frequency (Hz) and damping ratio of a resonance that is known from another source, such as a data sheet. It
+        replaces the resonance that the command assumes at an unknown frequency above the excited band.
     amplifier : Amplifier or None
-        Limits of the amplifier. The names are slew (rate of u), min and max (of u), current (A) and capacitance of the
-        actuator (F).
+        Limits of the amplifier. The names are slew (largest rate of u), min and max (smallest and largest u), current
+        (largest current, A) and capacitance (of the actuator, F).
     """
 
     error: float | None = None

@@ -145,11 +145,11 @@ def study(
         Run the study on a Dask cluster instead of local processes. The scheduler of the cluster is at
         ``dask://HOST:PORT``.
     retry : {"failed"}, optional
-        Run failed rows again. Without this option, a failed row runs again only if it exceeded a limit of time or
-        memory and this limit is now higher.
+        Repeat the runs that failed. Without this option, a failed run is repeated only if it exceeded a limit of time
+        or memory and this limit is now higher.
     confined : bool
-        Whether foreign FMUs run without access to the network, and with write access to one private folder only. On
-        some operating systems this protection is not available.
+        Whether foreign FMUs have no access to the network and can write only to one private folder. Some operating
+        systems do not offer this protection.
     progress : function, optional
         Called with the number of finished rows, the number of all rows, and rows per second.
 

@@ -44,7 +44,7 @@ def test_default_and_text_are_those_of_the_function(
         assert (
             made.default == default or str(made.default) == str(default) or default in (None, inspect.Parameter.empty)
         )
-        told = (made.help or "").removesuffix(" Repeatable.").partition("--")[0].partition(" Repeatable;")[0]
+        told = (made.help or "").removesuffix(" Repeatable.").partition("--")[0].partition(" Repeatable.")[0]
         assert told
         assert told in text
 

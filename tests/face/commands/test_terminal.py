@@ -137,7 +137,7 @@ def test_an_interrupted_study_says_how_to_go_on_and_does(loop: Path) -> None:
     assert (status, out) == (130, "")
     last = err.replace("\r\n", "\r").strip("\r").split("\r")[-1]
     assert last == (
-        "hystfmu: interrupted; finished rows are kept; to go on with the others: "
+        "hystfmu: interrupted; finished runs are kept; to go on with the others: "
         "hystfmu study size.study.toml -o 'out dir' -j 1"
     )
     done = here(loop, *command, "--json")

@@ -85,8 +85,8 @@ def read(
     rate : float, optional
         Sample rate (Hz) of a file without a time column.
     train : slice, (first, end) or "first:end", optional
-        Training rows ``first:end``: the fit minimises the error on these rows. The simulation of the model always
-        starts at row 0.
+        Training rows, as ``first:end``. The fit minimises the error on these rows only, but the simulation of the model
+        always starts at row 0.
 
         Rows are counted from 0, and the end is excluded. The rows of several
         records are numbered consecutively.
@@ -104,7 +104,7 @@ def read(
         Columns of measured inputs beside u, such as load or temperature, specified like `input`. The reader never
         recognises these columns by name.
     decimal : {".", ","}, optional
-        Decimal sign. It is necessary if the numbers are ambiguous, such as 1,234.
+        Decimal sign of the numbers. It must be given if the numbers are ambiguous, such as 1,234.
     most : int
         Maximum size of the file in bytes, before and after decompression.
 

@@ -205,8 +205,8 @@ def validate(
     seconds : float
         Time limit of each check (s).
     confined : bool
-        Whether the child processes run without access to the network, and with write access to one private folder only.
-        On some operating systems this protection is not available.
+        Whether the child processes have no access to the network and can write only to one private folder. Some
+        operating systems do not offer this protection.
     progress : function, optional
         Function that is called with the approximate fraction of completed checks, 0..1.
 

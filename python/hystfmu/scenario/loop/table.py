@@ -250,7 +250,7 @@ def margin_table(
     paths : sequence of path
         Folders of scenarios, or of groups of them.
     case : str or sequence of str, optional
-        Name of a case whose margins are computed. With this option, limits are not checked.
+        Name of a case whose margins are computed. With this option, the command does not check the limits.
     progress : function
         Function that is called with the completed fraction of the work, 0 to 1.
     at : str

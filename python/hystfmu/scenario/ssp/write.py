@@ -194,7 +194,7 @@ def write_ssp(
         Version of the SSP standard.
     system_connectors : bool
         Whether to add an output connector to the system for every recorded signal. The importers libcosim and ecos
-        reject connectors of the system.
+        reject archives with such connectors.
     fmi : {2, 3}
         FMI version of the FMUs in the archive.
     separate : bool
