@@ -115,7 +115,8 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
             "decaying sine.",
             f"For the held-out signals, the literal replica is trained on the decaying sine, and our model on "
             f"{REVERSALS} random nested reversals.",
-            "The defaults of zhao_tan_mlp and play_bank_mlp were tuned on these signals, with other thresholds.",
+            "The defaults of zhao_tan_mlp and play_bank_mlp were tuned on these signals, but on backlashes with other "
+            "thresholds.",
         ),
         drawings,
         {
