@@ -319,7 +319,7 @@ def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], l
             point,
             quantity="network inverse in cascade, ten backlashes, decaying sine, max",
             target=PRINTED_CASCADE,
-            note=f"trained at decay {trained:g}, asked for {wanted:g}; ours: exact inverse operator",
+            note=f"decay of the training signal {trained:g}, of the wanted output {wanted:g}; ours: exact inverse",
             place="fig. 13",
             group="",
             scanned=scanned([*scan.values()]),

@@ -399,9 +399,10 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
         wrapped(
             """`make importers` runs every kind of model and every shipped loop in importers of other projects, and
             writes this page. Each cell states the largest difference, relative to the span of the output. The results
-            of a model are compared with those of `hystfmu predict`, and the results of a loop with the reference in its
-            archive. The numbers 2 and 3 in the names of the columns are versions of FMI, and CS is Co-Simulation. The
-            entry "bits" means that the results are bit-identical. The exit status is 1 if a cell exceeds its bound."""
+            of a model are compared with those of `hystfmu predict`, and the results of a loop with the reference result
+            in its SSP archive. The numbers 2 and 3 in the names of the columns are versions of FMI, and CS is
+            Co-Simulation. The entry "bits" means that the results are bit-identical. The exit status is 1 if a cell
+            exceeds its bound."""
         ),
         "## Kinds of model",
         wrapped(
