@@ -35,12 +35,14 @@ def markdown() -> str:
     drawn = [
         f"- For {found[name]['draws']} random laws {text}, the ratio to the error of the linear law is at least "
         f"{found[name]['smallest_ratio']:.2g}, and its median is {found[name]['median_ratio']:.2g}. The ratio to the "
-        f"smaller of the two errors of linear law and tuned loop is at least {found[name]['smallest_to_both']:.2g}."
+        "smaller of the two errors, that of the linear law or that of the tuned loop, is at least "
+        f"{found[name]['smallest_to_both']:.2g}."
         for name, text in (("drawn_pid", "without an observer"), ("drawn_pid_observer", "with a disturbance observer"))
     ]
     lines += [
         "",
-        "The list states ratios of the error of a random law to the errors of its linear law and of the tuned loop:",
+        "The list states ratios of the error of a random law to the errors of its linear law and of the tuned loop.",
+        'The tuned loop is the PID loop of the first table, or for laws with an observer the loop "PID with observer":',
         "",
     ]
     return "\n".join([*lines, *("\n".join(textwrap.wrap(text, 120, subsequent_indent="  ")) for text in drawn)])

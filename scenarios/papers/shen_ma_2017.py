@@ -130,10 +130,10 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
         "branch in table 1 of the paper.",
         f"With our record, a_0 < 0 needs a sensor delay of at least 4 samples; the table uses {LATE} samples. Without "
         "a delay, a_0 > 0.",
-        "The default roughness 1e-4 was tuned on held-out errors of the synthetic stack and of the measured rows.",
+        "The default roughness 1e-4 was tuned on held-out errors of a synthetic stack and of a measured stack.",
         f"The tested numbers of hidden neurons are {', '.join(map(str, hidden))}.",
-        "A full sweep takes about 12 minutes: hystfmu reproduce shen_ma_2017 --full. The command for your own data is "
-        "hystfmu fit --model constraint_factor_mlp --set sweep=100",
+        "Training with up to 100 hidden neurons takes about 12 minutes: hystfmu reproduce shen_ma_2017 --full. The "
+        "command for your own data is hystfmu fit --model constraint_factor_mlp --set sweep=100",
     ]
     return Report(
         "shen_ma_2017",

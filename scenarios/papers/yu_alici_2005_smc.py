@@ -72,7 +72,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
             "The gains come from the studies scenarios/*/gains.study.toml. Ms is at most 6 dB, and all corners are "
             "stable with one more step of delay.",
             "The loops have a sample rate of 10 kHz and one known step of delay. Errors include the error between "
-            "samples. The mismatch is the corner with higher gain and 400 Hz.",
+            'samples. "20 % mismatch" is the corner with higher gain and 400 Hz.',
         ),
         (*_drawings(), *dynamic_preisach.drawings(), fig_9, *figs_10_11),
         {

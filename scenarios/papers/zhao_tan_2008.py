@@ -115,7 +115,8 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
             "decaying sine.",
             f"For the held-out signals, the literal replica is trained on the decaying sine, and our model on "
             f"{REVERSALS} random nested reversals.",
-            "The defaults of zhao_tan_mlp and play_bank_mlp were tuned on these signals, with other thresholds.",
+            "The defaults of zhao_tan_mlp and play_bank_mlp were tuned on these signals, but on backlashes with other "
+            "thresholds.",
         ),
         drawings,
         {
@@ -318,7 +319,7 @@ def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], l
             point,
             quantity="network inverse in cascade, ten backlashes, decaying sine, max",
             target=PRINTED_CASCADE,
-            note=f"trained at decay {trained:g}, asked for {wanted:g}; ours: exact inverse operator",
+            note=f"decay of the training signal {trained:g}, of the wanted output {wanted:g}; ours: exact inverse",
             place="fig. 13",
             group="",
             scanned=scanned([*scan.values()]),

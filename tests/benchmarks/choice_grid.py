@@ -150,20 +150,24 @@ def page(store, cells):
     seconds = [store.known[*at, "auto"]["seconds"] for at in cells]
     seeds = ", ".join(map(str, sorted({at[2] for at in cells})))
     found = (
-        f"{sum(met)} of {len(met)} rows meet both goals. The seeds are {seeds}. The median time of a choice was "
+        f'{sum(met)} of {len(met)} rows meet both goals. The seeds are {seeds}. The columns "best kinds" and '
+        '"chosen" state for how many seeds a kind was the best or was chosen; a kind without a number applies to all '
+        "seeds. The median time of a choice was "
         f"{np.median(seconds):.1f} s on one core. If the error of a kind after a short fit is more than {FAR:g} times "
-        "the smallest error, the kind is not fitted completely."
+        "the smallest error, the kind is not fitted further."
     )
     head = f"""# Choice of the kind of model
 
 `{COMMAND}` writes this page. The columns "median" and "worst" are ratios: the error of the model that `hystfmu fit`
 selects, divided by the error of the best kind of model. The errors are measured on held-out signals, which have other
-forms than the data. Each row of the table is a family of devices with one form of the data. The first families are
-static plants of the same classes as the kinds of model. The other families are devices of the literature with
-independent solvers (`foreign` in the tests), with dynamics, covariates and noise. Every seed gives new devices and new
-data; no default was tuned to them. Errors below 0.05 %FS, or below twice the noise, are treated as equal. If `hystfmu
-fit` refuses the data, this is correct if the error of the best kind is more than {POOR:g} %FS; otherwise the ratio is
-infinite. The goals for every row are a median of at most {MEDIAN:g} and a worst value of at most {WORST:g}.
+forms than the data. Each row of the table belongs to one family of devices and one form of the data. For each row and
+each of its seeds, `hystfmu fit` makes one choice. The first families are static plants of the same classes as the kinds
+of model. The other families are devices of the literature. They have dynamics, covariates and noise, and independent
+programs simulate them (`foreign` in the tests). Every seed gives new devices and new data. No default of HystFMU was
+tuned to these devices. Errors below 0.05 %FS, or below twice the noise, are treated as equal. `hystfmu fit` may refuse
+the data. A refusal is correct if the error of the best kind is more than {POOR:g} %FS, and the column "refused" counts
+it. Otherwise the ratio is infinite. The goals for every row are a median of at most {MEDIAN:g} and a worst value of at
+most {WORST:g}.
 
 {textwrap.fill(found, 120)}
 """

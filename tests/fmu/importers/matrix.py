@@ -398,11 +398,11 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
         "# Importers",
         wrapped(
             """`make importers` runs every kind of model and every shipped loop in importers of other projects, and
-            writes this page. Each cell states the largest difference, relative to the span of the output. The
-            results of a model are compared with those of `hystfmu predict`, and the results of a loop with the
-            reference in its archive.
-            The entry "bits" means that the results are bit-identical. The exit status is 1 if a cell exceeds its
-            bound."""
+            writes this page. Each cell states the largest difference, relative to the span of the output. The results
+            of a model are compared with those of `hystfmu predict`, and the results of a loop with the reference result
+            in its SSP archive. The numbers 2 and 3 in the names of the columns are versions of FMI, and CS is
+            Co-Simulation. The entry "bits" means that the results are bit-identical. The exit status is 1 if a cell
+            exceeds its bound."""
         ),
         "## Kinds of model",
         wrapped(
@@ -412,11 +412,13 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
         "\n".join(
             wrapped(line, "  ")
             for line in (
-                """- The column "uneven" is a run with half, long and short steps. If the model has a sample time, a
-                step has two or three samples. The times also contain a rounding error (5.7e-15 s). Before each step,
-                the FMU must return an error for a step of 0. The result is compared with that of the Python unit.""",
-                """- The columns "ME" use Model Exchange with Euler's method and events. Kinds with continuous states
-                use the solver CVode and a constant input, because fmpy changes inputs only between steps of CVode.""",
+                """- In the column "uneven", the steps are 1, 0.5, 1.7 and 0.3 ms long. If the model has a sample time,
+                they are one, two or three samples long. A step of 5.7e-15 s represents a rounding error of the time.
+                Before each step, the FMU must return an error for a step of 0. The outputs are compared with those of
+                the unit in Python.""",
+                """- The columns "ME" use Model Exchange. The importer solves the FMU by Euler's method and handles its
+                events. For kinds with continuous states, it uses the solver CVode and a constant input, because fmpy
+                changes inputs only between steps of CVode.""",
                 """- The columns "container" use a container of fmu-manipulation-toolbox. "fmutool" is the checker of
                 this toolbox.""",
             )
@@ -429,13 +431,13 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
         kinds,
         "## Loops",
         wrapped(
-            f"""The table compares the first 1000 rows of the first case of every scenario. `hystfmu ssp` writes the
-            scenario as an SSP archive, which three importers simulate, and as one FMU. The column "own order" is the
-            largest difference between the archive and the scenario itself, as `hystfmu ssp` prints it. The causes of
-            this difference are events within a step and the key `ripple`, which other importers do not support. fmpy
-            and ecos compute the time as the sum of their steps. The units remove the rounding error of this sum.
-            Otherwise, a quantiser behind a source would turn the rounding error into a difference of whole levels. The
-            bound of a cell is {ROUNDED:g}."""
+            f"""The table compares the first 1000 steps of the first case of every scenario. `hystfmu ssp` writes the
+            scenario as an SSP archive and as one FMU. Three importers simulate the archive, and fmpy simulates the FMU.
+            The column "own order" is the largest difference between the archive and the scenario itself, as `hystfmu
+            ssp` prints it. The causes of this difference are events within a step and the key `ripple`, which other
+            importers do not support. fmpy and ecos compute the time as the sum of their steps. The units remove the
+            rounding error of this sum. Otherwise, a quantiser behind a source would turn the rounding error into a
+            difference of whole levels. The bound of a cell is {ROUNDED:g}."""
         ),
         loops,
         "## Limitations of importers, shown with Reference FMUs",
