@@ -148,9 +148,12 @@ def page(store, cells):
     """Return the page."""
     lines, met = table(store, cells)
     seconds = [store.known[*at, "auto"]["seconds"] for at in cells]
-    seeds = ", ".join(map(str, sorted({at[2] for at in cells})))
+    seeds = sorted({at[2] for at in cells})
+    drawn = f"The only seed is {seeds[0]}" if len(seeds) == 1 else f"The seeds are {', '.join(map(str, seeds))}"
+    rows = zip(dict.fromkeys(at[:2] for at in cells), met, strict=True)
+    missed = [f"{family} ({form})" for (family, form), good in rows if not good]
     found = (
-        f'{sum(met)} of {len(met)} rows meet both goals. The seeds are {seeds}. The columns "best kinds" and '
+        f'{sum(met)} of {len(met)} rows meet both goals; missed: {"; ".join(missed) or "none"}. {drawn}. The columns "best kinds" and '
         '"chosen" state for how many seeds a kind was the best or was chosen; a kind without a number applies to all '
         "seeds. The median time of a choice was "
         f"{np.median(seconds):.1f} s on one core. If the error of a kind after a short fit is more than {FAR:g} times "
