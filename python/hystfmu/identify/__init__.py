@@ -64,22 +64,22 @@ def fit(
     Returns
     -------
     Model
-        Model with the key of its kind. After ``auto`` this is the chosen kind.
+        Fitted model. Its `key` is the kind of model; after ``auto`` it is the chosen kind.
 
         `fit` contains the errors ``rms`` and ``max`` in the unit of measure of y, the same errors ``rms_percent`` and
         ``max_percent`` in percent of the span of y in the training rows, the number of ``parameters``, the duration
         ``seconds``, and any ``warnings``. For a network it also contains ``coverage_percent``
         (`hystfmu.model.coverage`). If y lags u, it also contains the lag as ``lag_rows`` and as the text ``lag``, and
-        the number of rows of dead time, ``dead_rows``, if kinks of u show the dead time. After ``auto`` it also
-        contains ``memory``, ``loops``, ``gap_percent`` and ``rate``.
+        the dead time in rows as ``dead_rows``, if the response to kinks of u shows the dead time. After ``auto`` it
+        also contains ``memory``, ``loops``, ``gap_percent`` and ``rate`` (see `hystfmu.identify.auto.choose`).
 
         `provenance` contains the origin of the data, the rows, the options and the versions of the software.
 
     Raises
     ------
     InputError
-        The kind or an option is unknown, a value is out of range, the data have no output, a signal does not vary, or
-        the fit needs more than half of the memory of the computer.
+        The kind or an option is unknown, a value is out of range, the data have no output, the input, the output or a
+        covariate is constant, or the fit needs more than half of the memory of the computer.
     """
     report = progress or silent
     resolve(key, options(key), given)
@@ -117,12 +117,12 @@ def fit_graph(
         graph of three parts is built: a scaling of the input to [-1, 1], the block, and a weighted sum of its outputs
         with an offset. The names of the parameters of a single block have no node name.
     free : mapping of str to True, (lower, upper) or a table
-        Free parameters by name. The default for a single block is all real parameters without a given value, except
-        redundant parameters.
+        Free parameters by name. For a single block, the default is all parameters with real values that `graph` does
+        not set. Redundant parameters, whose effect is a linear combination of the effects of others, are excluded.
     seed, progress
         As in `fit`.
     **given
-        Options: ``starts``, ``seconds``.
+        Options: ``starts``, the number of start points of the search, and ``seconds``, its time limit.
 
     Returns
     -------
@@ -163,7 +163,7 @@ def fit_graph(
 
 
 def _told(model: Model, seen: Excitation, lag: tuple[dict[str, Any], list[str]], feedback: list[str]) -> Model:
-    """Return the model with findings about the record: the lag, and warnings about excitation, lag and feedback."""
+    """Add the lag of the output, and warnings about excitation, lag and feedback, to the `fit` of a model."""
     static = [] if guards.follows_late(model.graph) else [*seen.coarse, *lag[1]]
     warned = [*seen.warnings, *static, *feedback]
     found = {**model.fit, **lag[0]}

@@ -2,16 +2,18 @@
 
 Validation blocks. The blocks are cut between reversals and are spread over the whole record. A single block at the end
 would test extrapolation if the record changes with time, such as a decaying sine or a staircase of minor loops. The
-blocks form disjoint folds. The candidates are fitted without one fold and tested on this fold, the cheapest candidate
-first. After each fold, candidates with clearly larger errors (losers) are stopped. This method is called racing (Maron
-& Moore 1994; Birattari et al. 2002). A loser is fitted again if the errors of the other kinds turn out to be uncertain.
-`hystfmu.identify.race` defines the errors and the losers.
+blocks form disjoint folds. Each candidate is fitted to the rows outside a fold and tested on this fold; the cheapest
+candidate is fitted first. After each fold, candidates whose errors are clearly larger than the smallest error are
+stopped. They are called losers. This method is called racing (Maron & Moore 1994; Birattari et al. 2002). If the errors
+of the other candidates turn out to be uncertain, a loser continues with the next fold. `hystfmu.identify.race` defines
+the errors and the losers.
 
-Choice. Each model is also simulated with the input of the record and another initial memory. If its output leaves the
-range of the record, a model whose output stays inside this range is preferred, unless it is a loser. Among equally good
-kinds, a kind with an exact inverse is preferred, and then the kind with the fewest parameters. If the record is one
-oscillation, its blocks are similar, so all kinds except losers count as equally good. If the smallest error, without
-noise, is above `REFUSED` %, an error is raised (`refusal`).
+Choice. Each model is also simulated with the input of the record and another initial memory. The output of some models
+then leaves the range of the measured output by more than the span. Such a model is chosen only if all models without
+this fault are losers. Among equally good kinds, a kind with an exact inverse is preferred, and then the kind with the
+fewest parameters. If the record is one oscillation, its blocks are similar, so all kinds except losers count as equally
+good. If the smallest error, after the noise is subtracted, exceeds `REFUSED` % of the span, an InputError is raised
+(`refusal`).
 
 Cost. No kind is excluded because of its cost. If the fits to all rows would take too long, all kinds are compared on a
 shorter part of the record (`hystfmu.identify.cuts`), or on the longest of several records. The chosen kind is then
@@ -83,17 +85,18 @@ def choose(
 ) -> Model:
     """Compare all candidates that do not contradict the data, choose one, and fit it to all training rows.
 
-    With `only_invertible`, a model without a useful inverse is not chosen. The function raises an InputError if no
-    candidate can be fitted, if no candidate represents the data, or if no suitable candidate has a useful inverse.
+    The arguments are those of `hystfmu.identify.fit`. With `only_invertible`, a model without a useful inverse is not
+    chosen. The function raises an InputError if no candidate can be fitted, if no candidate represents the data, or if
+    no suitable candidate has a useful inverse.
 
     Returns
     -------
     Model
         Fitted model of the chosen kind.
 
-        `fit` also contains the memory class ``memory``, the number of minor loops ``loops``, their gap ``gap_percent``,
-        and the text ``rate``. The text is ``seen`` if the data show rate dependence, ``not seen`` if they do not, and
-        ``one speed only`` if the input has one speed.
+        `fit` also contains the memory class ``memory``, the number of minor loops ``loops``, the RMS gap of the minor
+        loops ``gap_percent`` (% of the span of y), and the text ``rate``. The text is ``seen`` if the data show rate
+        dependence, ``not seen`` if they do not, and ``one speed only`` if the input has one speed.
 
         `provenance` also contains
 
@@ -168,7 +171,7 @@ def choose(
 
 
 def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
-    """Return the candidates to compare by name, each with its key, and the reasons why the others are excluded."""
+    """Return two dicts by name: the candidates to compare with their kinds, and the reason for each exclusion."""
     found = candidates()
     reasons = left_out({n: c for n, (_, c) in found.items()}, seen)
     if data.covariates:
@@ -178,9 +181,10 @@ def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Cand
 
 
 def affordable(entered: Sequence[Candidate], rows: int) -> int:
-    """Return the number of rows, at most `rows`, to which all candidates can be fitted in the time `BUDGET`.
+    """Return the number of rows, at most `rows`, to which all candidates can be fitted within `BUDGET` seconds.
 
-    The result is at least `LEAST_ROWS` if `rows` is, even if the fits take longer.
+    `entered` contains the candidates. If the fits to `LEAST_ROWS` rows also take longer, the result is `LEAST_ROWS`, or
+    `rows` if there are fewer rows.
     """
     n = rows
     while n > LEAST_ROWS and sum(c.cost(n) * (HOPEFUL if c.tries(n) else 1.0) for c in entered) > BUDGET:
@@ -189,7 +193,7 @@ def affordable(entered: Sequence[Candidate], rows: int) -> int:
 
 
 def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]:
-    """Return the reasons why candidates contradict the data, by name of the candidate."""
+    """Return the reason for each candidate of `found` that the minor loops and speeds of the record `seen` exclude."""
     reasons: dict[str, str] = {}
     for name, candidate in found.items():
         if candidate.memory in (OPENS, LATE) and seen.memory == NONE:
@@ -224,8 +228,8 @@ def _preferred(
     """Return the best candidate; among equally good ones, prefer an exact inverse, then fewer parameters.
 
     If the record shows no rate dependence (`rate` is False), a static kind is chosen even if a rate-dependent kind has
-    a smaller error. If no kind represents the data, or none of them has the required inverse, the function returns the
-    faults of the candidates by name.
+    a smaller error. Candidates in `known` are not chosen: this dict contains the reasons why they have no useful
+    inverse. If no candidate remains, the function returns all these reasons by candidate name.
     """
     follow = [t for t in race.trials.values() if race.follows(t, REFUSED) and t.name not in known]
     able = follow if rate else [t for t in follow if t.candidate.memory != LAGS] or follow
@@ -251,7 +255,7 @@ def _best(race: Race, able: list[Trial], inverses: Inverses | None) -> Trial:
 
 
 def _rate(race: Race, seen: Excitation) -> str:
-    """Return whether the data show rate dependence: the best rate-dependent kind is clearly better than all others."""
+    """Return ``seen`` if a rate-dependent kind is clearly the best, else ``not seen`` or ``one speed only``."""
     if not seen.several_speeds:
         return "one speed only"
     lags = [race.risk(t) for t in race.trials.values() if t.candidate.memory in (LAGS, LATE)]
@@ -271,7 +275,7 @@ def _warnings(best: Trial, seen: Excitation) -> list[str]:
 
 
 def refusal(where: str, only_invertible: bool, race: Race, seen: Excitation, faults: Mapping[str, str]) -> InputError:
-    """Return the error for a record `where` that no kind represents; it lists the errors and faults of all kinds."""
+    """Return an InputError for a record that no kind represents; its text lists the error of each candidate."""
     also = " and have a useful inverse" if only_invertible else ""
     rule = f"A kind of model must follow the data to {REFUSED:g} % of the span{also}"
     ranked = sorted(race.trials.values(), key=race.excess)

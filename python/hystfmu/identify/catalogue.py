@@ -1,7 +1,8 @@
 """Kinds of model: description, options, memory use, and candidates for ``auto``.
 
 The kinds are the modules in the folder `methods`, and ``auto``. A module is imported when it is first used. A fit may
-use at most half of the memory of the computer. The needed memory is estimated from measured bytes per row.
+use at most half of the memory of the computer. The memory that a fit needs is estimated from the number of rows and a
+measured number of bytes per row.
 """
 
 from __future__ import annotations
@@ -118,10 +119,10 @@ class Candidate:
     memory : str
         Memory class. `CLOSES` is a static kind whose minor loops close. `OPENS` is a static kind whose minor loops stay
         open. `LAGS` is a rate-dependent kind. `LATE` is a kind with linear dynamics after an operator whose minor loops
-        stay open; an input with one speed is enough to show its dynamics. `ANY` is a kind whose minor loops can be
-        closed, or opened by creep or lags.
+        stay open; an input with one speed is enough to show its dynamics. `ANY` is a kind whose parameters decide
+        whether minor loops close, or stay open because of creep or lags.
     seconds, per_1000 : float
-        Estimated cost of a fit (s): a fixed part, and a part per 1000 rows up to the last training row.
+        Estimated duration of a fit (s): a fixed part, and a part per 1000 rows up to the last training row.
     options : dict
         Options of the kind that differ from its default options.
     quick : dict
@@ -129,8 +130,9 @@ class Candidate:
         not too large. The trial may be coarser than the full fit, but its model must contain the same components. With
         an empty dict there is no such trial.
     local : bool
-        Whether each parameter affects only some states of the memory, so that the data determine no parameters for
-        states outside the record. For a network this is False, because its coverage is computed separately.
+        Whether each parameter affects only some states of the memory. The data then cannot determine the parameters for
+        states that do not occur in the record. For a network this is False, because its coverage is computed
+        separately.
     """
 
     memory: str
@@ -141,7 +143,7 @@ class Candidate:
     local: bool = False
 
     def cost(self, rows: int) -> float:
-        """Return the estimated cost of a fit (s) for this number of rows."""
+        """Return the estimated duration (s) of a fit to data with this number of rows up to the last training row."""
         return self.seconds + self.per_1000 * rows / 1000
 
     def tries(self, rows: int) -> bool:
@@ -167,7 +169,7 @@ class Memory:
     power: int = 1
 
     def grown(self, given: Mapping[str, Any], default: float) -> float:
-        """Return the bytes per row of a fit with the options `given`; `default` is the default value of `option`."""
+        """Return the memory (bytes per row) of a fit with the options `given`; `default` is the default of `option`."""
         size = float(given.get(self.option, default))
         return float(self.per_row * (size / default) ** self.power)
 
@@ -182,18 +184,18 @@ def method(key: str) -> ModuleType:
 
 
 def candidates() -> dict[str, tuple[str, Candidate]]:
-    """Return the key and the candidate by name (for example ``zhao_tan_mlp memory=last``) for all candidates."""
+    """Return all candidates: a dict from name (for example ``zhao_tan_mlp memory=last``) to kind and candidate."""
     kinds = ((key, getattr(method(key), "CANDIDATES", ())) for key in METHODS if key != AUTO)
     return {candidate.named(key): (key, candidate) for key, table in kinds for candidate in table}
 
 
 def takes_records(key: str) -> bool:
-    """Return whether the kind `key` can be fitted to several records, each from the initial state (``RECORDS``)."""
+    """Return whether the kind `key` can be fitted to several records, each simulated from the initial state."""
     return bool(getattr(method(key), "RECORDS", False))
 
 
 def takes_covariates(key: str) -> bool:
-    """Return whether models of the kind `key` accept covariates (``COVARIATES`` of its module)."""
+    """Return whether models of the kind `key` accept covariates."""
     return bool(getattr(method(key), "COVARIATES", False))
 
 

@@ -2,19 +2,21 @@
 
 Validation blocks. If a record changes with time, such as a decaying sine or a staircase, a fit to its first part
 extrapolates in its last part. Therefore the validation blocks are cut between reversals and spread over the record.
-Training rows and blocks then both contain large and small, early and late loops. The outermost loop is an exception: a
-fit without this loop extrapolates until its memory is wiped out (`without_outermost`).
+Training rows and blocks then both contain large and small, early and late loops. The outermost loop is an exception and
+always belongs to the training rows. A model fitted without it would extrapolate in this loop and afterwards, until a
+full swing of the input wipes out the memory of this loop (`without_outermost`).
 
-Shorter record. First, the rows are thinned evenly. `SAMPLES` rows per cycle of the input remain, and the signals must
-have no significant content above half of the new Nyquist frequency. If the record is still too long, one part of it is
-used, which covers the largest shares of the range and of the speeds. If several parts cover almost as much, the
-earliest of them is used.
+Shorter record. First, the rows are thinned evenly. At least `SAMPLES` rows per cycle of the input remain, and the
+signals must have no significant content above half of the new Nyquist frequency. If the record is still too long, one
+part of it is used, which covers the largest shares of the range and of the speeds. If several parts cover almost as
+much, the earliest of them is used.
 
 Several records. Some kinds can be fitted only to a single run, so the records are connected to one run. Each record
-begins at rest. Therefore a decaying oscillation about the first input of a record is inserted before this record. It
-wipes out the memory of the previous record, like a demagnetisation, at the speed of the records. The inserted rows have
-no measured output and are held out. If a record begins near an end of the range, the range limits the oscillation, and
-a one-sided memory remains. In this case the rows up to the first full swing are also held out.
+begins at rest. Therefore a decaying oscillation about the first input of a record is inserted before this record. This
+oscillation has the speed of the records. It wipes out the memory of the previous record, like a demagnetisation. The
+inserted rows have no measured output and are held out. If a record begins near an end of the range, the range limits
+the oscillation on one side. The memory after it then differs from the memory of a device at rest. Therefore the rows of
+this record up to its first full swing are also held out.
 """
 
 from __future__ import annotations
@@ -49,10 +51,10 @@ SWUNG = 0.9  # amplitude of a full swing, peak to peak, relative to the range
 
 
 def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> NDArray[np.bool_]:
-    """Return for each row of an input u (n,) whether it belongs to a validation block, (n,).
+    """Return a mask (n,) that is True at the rows of an input u (n,) that belong to a validation block.
 
     The input is cut into at most `blocks` blocks. In each group of `EVERY` consecutive blocks, block number `which`,
-    counted from 0, is a validation block. Different values of `which` give disjoint rows.
+    counted from 0, is a validation block. Masks with different values of `which` have no common rows.
     """
     n = len(u)
     turns = reversals(u)
@@ -67,7 +69,8 @@ def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> N
 def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Remove from the validation rows (n,) the blocks with the outermost loop, unless no validation row would remain.
 
-    A block contains the outermost loop if u exceeds its extreme on all other rows by a share `ALONE` of the range.
+    A block contains the outermost loop if u in this block is above its maximum, or below its minimum, on the rows
+    outside all validation blocks. The difference must be more than a share `ALONE` of the range.
     """
     left, block = held.copy(), np.cumsum(np.diff(held, prepend=False))
     for v in (u, -u):
@@ -79,7 +82,8 @@ def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     """Return three arrays of row numbers: all training rows without held-out rows, fitted rows, and validation rows.
 
-    The training rows are thinned evenly to at most `most` rows. The other two arrays are a partition of them.
+    The training rows are thinned evenly to at most `most` rows. Each of them is either a fitted row or a validation
+    row.
     """
     held = np.zeros(data.train.stop, dtype=bool)
     for which in range(EVERY - 1, 0, -1):  # all rows of a fold may already be held out
@@ -93,7 +97,7 @@ def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray
 
 
 def shortened(data: Dataset, most: int) -> Dataset:
-    """Return a shorter data set with about `most` training rows at most. Data of several records stay unchanged.
+    """Return a data set with at most about `most` training rows; data of several records stay unchanged.
 
     Rows after the last training row are removed.
     """
@@ -111,7 +115,7 @@ def shortened(data: Dataset, most: int) -> Dataset:
 
 
 def beginning(data: Dataset, rows: int) -> Dataset:
-    """Return the data up to the training row number `rows`, with the same held-out rows."""
+    """Return the data without the rows after the first `rows` training rows; data of several records stay unchanged."""
     n = data.train.start + rows
     if n >= data.train.stop or len(data.starts) > 1:
         return data
@@ -148,7 +152,7 @@ def _lost(v: Array, factor: int) -> bool:
 
 
 def _place(u: Array, most: int) -> int:
-    """Return the first row of the part of `most` rows that covers the largest shares of the range and of the speeds."""
+    """Return the first row of the part of u, `most` rows long, that covers the range and the speeds of u best."""
     speed = np.abs(np.diff(u, append=u[-1]))
     places = np.unique(np.linspace(0, len(u) - most, PLACES).astype(int))
     parts = [slice(a, a + most) for a in places]
@@ -202,8 +206,8 @@ def one_run(data: Dataset) -> Dataset:
 def _way(last: float, first: float, lo: float, hi: float, step: float) -> Array:
     """Return the inserted input between two records: a ramp, a decaying oscillation, and a constant part.
 
-    `last` is the last input of the record before, `first` is the first input of the next record. The input stays
-    between `lo` and `hi` and has steps of about `step`.
+    `last` is the last input of the previous record, and `first` is the first input of the next record. The input stays
+    between `lo` and `hi`, and it changes by about `step` per row.
     """
     size = max(hi - first, first - lo)
     rows = int(np.clip(4 * size / max(step, 1e-300), *ROWS))
@@ -214,9 +218,10 @@ def _way(last: float, first: float, lo: float, hi: float, step: float) -> Array:
 
 
 def _leaning(u: Array, lo: float, hi: float) -> NDArray[np.bool_]:
-    """Return for each row of a record whether it precedes the first full swing of a record with one-sided memory.
+    """Return a mask (n,) of the rows before the first full swing of u (n,), if u begins near an end of its range.
 
-    No row is selected if the record begins near the middle of the range, or if it has no full swing.
+    `lo` and `hi` are the ends of the range. The mask is False everywhere if u begins near the middle of the range, or
+    if u has no full swing.
     """
     held = np.zeros(len(u), dtype=bool)
     if abs(u[0] - (lo + hi) / 2) <= CENTRED * (hi - lo) / 2:

@@ -1,17 +1,17 @@
 """Check of a device by a new record: whether the device has changed since the fit of its model, and in what way.
 
 The model is simulated with the input of the record. Its RMS error is computed on the rows whose input lies in the
-trained range. It is compared with the error in the model file: the error on held-out rows if there is one, otherwise
-the error on the training rows. Then four corrections of the model output y are fitted separately to the measured output
-by least squares. Each of them represents one change of the device:
+trained range. This error is compared with the error in the model file: the error on held-out rows if the file contains
+it, otherwise the error on the training rows. Then four corrections of the model output y are fitted separately to the
+measured output by least squares. Each correction represents one change of the device:
 
 - offset: y + a. The mean changed, for example by a sensor offset or the temperature.
 - gain: a + b y. The stroke changed, for example by depolarisation, another spring, or a sensor gain.
-- lag: a + b y with y some rows later or earlier. The timing changed, for example by the sampling of the sensor.
+- lag: a + b y, where y is shifted by some rows. The timing changed, for example by the sampling of the sensor.
 - loop: a + b y + c u + a sum of plays of u. The shape of the hysteresis loop changed.
 
-The reported cause is the first correction in this list whose remaining error is at most `AS_GOOD` times the smallest
-remaining error.
+The reported change is the first one in this list whose correction leaves an error of at most `AS_GOOD` times the
+smallest remaining error.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ LEAST_ROWS = 4 * (PLAYS + 3)
 
 @dataclass(frozen=True)
 class Part:
-    """A tested correction: its name, its value as a text, and the remaining RMS error `left`."""
+    """A tested correction: its name, its value as a text, and the RMS error `left` after this correction."""
 
     name: str
     value: str
@@ -55,7 +55,7 @@ class DeviceCheck:
     drifted : bool
         Whether the RMS error on the new record is more than `factor` times the error `stated`.
     rms, max : float
-        RMS error and largest error on the new record, in the unit of measure of y.
+        RMS error and largest absolute error of the model on the new record, in the unit of measure of y.
     stated : float
         RMS error in the model file.
     of : str
@@ -69,7 +69,7 @@ class DeviceCheck:
     parts : tuple of Part
         The four corrections.
     moved : str
-        Name of the correction that explains the larger error. Empty if the device has not drifted.
+        Name of the correction for the reported change. Empty if the device has not drifted.
     """
 
     drifted: bool
@@ -106,8 +106,8 @@ def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceC
     Raises
     ------
     InputError
-        The data have no measured output, the model has no error or no input range, too few rows are in the trained
-        range, or the factor is at most 1.
+        The data have no measured output, the model file does not contain the RMS error or the input range, too few rows
+        are in the trained range, or the factor is at most 1.
     """
     where = data.path or data.name
     if not data.has_output:

@@ -23,15 +23,16 @@ def device(
 ) -> Graph:
     """Return a graph with the input `u` and the output `y`, in the units of measure of the record.
 
-    The input u is connected to the endpoints `to`. Its start value is `start`, by default the first input of the
-    record. The output y is the output `source` of a node. The further inputs are `beside`.
+    `nodes` and `wires` are the blocks and their connections. The input u is connected to the endpoints `to`, and its
+    start value is `start`, by default the first input of the record. The output y is the endpoint `source`. `beside`
+    contains further inputs.
     """
     first = Input("u", tuple(to), data.unit_u, float(data.u[0]) if start is None else start)
     return Graph(nodes, wires, [first, *beside], [Output("y", source, data.unit_y)])
 
 
 def scaled_input(seen: Array, span: float = 2.0) -> tuple[Node, float, float]:
-    """Return the block ``input``, which scales `seen` to a range of width `span` around 0, and its gain and offset."""
+    """Return a block that scales the values `seen` to a range of width `span` around 0, and its gain and offset."""
     gain = span / float(np.ptp(seen))
     offset = -gain * float(seen.min() + seen.max()) / 2
     return Node("input", "scaling", {"n": 1}, {"gain": gain, "offset": offset}), gain, offset

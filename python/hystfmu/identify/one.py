@@ -1,10 +1,10 @@
 """Fit of a given kind of model: the steps that all kinds have in common.
 
-These steps are the check of the data, the dead band, the call of ``build``, the simulation of the fitted model, its
-errors and warnings, and the provenance. A kind of model is a module of `hystfmu.identify.methods` with a description
-``TEXT``, a table ``OPTIONS`` and a function ``build(data, options, seed, progress)``. `build` returns the graph and the
-number of fitted parameters. It can also return a dict with identified physical quantities, ``warnings``, and the
-searched parameters ``bounded`` (see `hystfmu.model.guards`).
+These steps are the check of the data, the correction for a dead band, the call of ``build``, the simulation of the
+fitted model, its errors and warnings, and the provenance. A kind of model is a module of `hystfmu.identify.methods`
+with a description ``TEXT``, a table ``OPTIONS`` and a function ``build(data, options, seed, progress)``. `build`
+returns the graph and the number of fitted parameters. It can also return a dict with identified physical quantities,
+``warnings``, and the searched parameters ``bounded`` (see `hystfmu.model.guards`).
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
 def finished(
     data: Dataset, key: str, text: str, built: Built, seconds: float, chosen: dict[str, Any], seed: int
 ) -> Model:
-    """Return the model of a fitted graph, with its errors, its warnings and its provenance.
+    """Return a model that consists of a fitted graph, its errors, its warnings and its provenance.
 
     If the simulation of the graph diverges, or its RMS error exceeds half of the span of y, an InputError is raised.
     """
@@ -149,6 +149,6 @@ def check(data: Dataset) -> None:
 
 
 def _text(port: str, title: str, unit: str, name: str) -> str:
-    """Return the description of a port from the heading of its column, or from the name of the record."""
+    """Return the description of a port: the heading `title` of its column, or the name of the record, with the unit."""
     what = title if len(title) >= _LEAST else f"{port} of the record {name}"
     return f"{what}, in {unit}" if unit else what

@@ -1,10 +1,11 @@
-"""Comparison of candidates on folds of validation blocks, where candidates with large errors are stopped early.
+"""Comparison of candidates for ``auto`` on folds of validation blocks; candidates with large errors are stopped early.
 
-The validation blocks of one record are similar. Therefore the errors on the blocks do not contain the errors for other
-states of the memory. Differences between fits to different rows show these errors. Each fold gives one fit, and the
+The validation blocks of one record are similar. Therefore the errors on the blocks do not show how large the errors are
+for other states of the memory. Differences between fits to different rows show this. Each fold gives one fit, and the
 fits form a delete-group jackknife (Shao & Wu, Annals of Statistics 17 (1989) 1176-1197). The jackknife gives the
-standard error of the output for an input with another memory. The compared error of a candidate is the root of the sum
-of two squares: the error on the blocks without noise, and this standard error.
+standard error of the output for an input with another memory. The error by which candidates are compared is the root of
+the sum of two squares: the error on the blocks without noise, and this standard error. A candidate whose error is
+clearly larger than the smallest one is called a loser.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ class Trial:
 
     @property
     def square(self) -> float:
-        """Mean square error on the validation rows so far, or on all training rows if this value is larger."""
+        """Mean square error on the rows of all folds so far, or on all training rows if this value is larger."""
         return max(float(np.mean(self.errors**2)), self.whole**2)
 
     @property
@@ -78,7 +79,7 @@ class Trial:
 
     @property
     def spread(self) -> float:
-        """Standard error of the output for another memory (RMS over the rows); 0 after the first fold."""
+        """RMS of the standard error of the output for an input with another memory; 0 if there is only one fit."""
         n = len(self.others)
         if n < 2:
             return 0.0
@@ -148,9 +149,9 @@ class Race:
         return Trial(name, key, candidate, model, errors, outside, by_block=blocks, whole=whole)
 
     def excess(self, trial: Trial) -> float:
-        """Return the error of a candidate without the noise, in % of the span.
+        """Return the RMS error of a candidate on the validation rows without the noise, in % of the span.
 
-        The error contains a contribution of states that have no near training row.
+        An assumed error for states that have no near training row is added.
         """
         return self._beside_noise(trial, trial.square)
 
@@ -185,9 +186,9 @@ class Race:
         return max(min((self.risk(t) for t in self.trials.values()), default=np.inf), EXACT)
 
     def follows(self, trial: Trial, percent: float) -> bool:
-        """Return whether the error on all folds, or on the first fold, is at most `percent` of the span.
+        """Return whether the error on all folds so far, or on the first fold alone, is at most `percent` % of the span.
 
-        The first fold alone is sufficient, because a later fold can contain a loop of another kind.
+        A small error on the first fold is sufficient, because a later fold can contain a loop of another kind.
         """
         return min(self.excess(trial), self._beside_noise(trial, trial.first)) <= percent
 
@@ -196,11 +197,11 @@ class Race:
         return guards.leaves(trial.model.graph, self.other, self.data)
 
     def explained(self) -> bool:
-        """Return whether the error of a model is 0 except for rounding. With noise in the data the result is False."""
+        """Return whether a candidate has only rounding errors on the validation rows."""
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
 
     def first(self, name: str, key: str, candidate: Candidate, progress: Progress) -> None:
-        """Fit a candidate without the first fold, and add it to the comparison or to the exclusions.
+        """Fit a candidate to the rows outside the first fold; add it to the compared or to the excluded candidates.
 
         An expensive candidate is fitted only if the error of a short trial fit is not too large.
         """
@@ -230,7 +231,7 @@ class Race:
         return [t for t in self.trials.values() if self.risk(t) <= LOSER * self.least()]
 
     def late(self) -> list[Trial]:
-        """Return the candidates to fit next: the candidates, except losers, that were fitted on the fewest folds.
+        """Return the candidates to fit next: the candidates, except losers, with the smallest number of fits so far.
 
         If only one candidate remains and its standard error is known, the result is empty.
         """
@@ -241,7 +242,7 @@ class Race:
         return [t for t in left if t.folds == min(other.folds for other in left)]
 
     def again(self, trials: list[Trial]) -> None:
-        """Fit candidates without their next fold, and add the results."""
+        """Fit each candidate of `trials` to the rows outside its next fold, and add the results to it."""
         for t in trials:
             try:
                 model, more, blocks, _ = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, silent)
@@ -258,7 +259,7 @@ class Race:
         return np.asarray(y).reshape(-1)[self.inside]
 
     def as_good(self, trial: Trial, best: Trial) -> bool:
-        """Return whether a candidate is as good as the best one, or noise can explain the difference of the errors."""
+        """Return whether a candidate is as good as `best`, or noise can explain the difference between their errors."""
         if self.risk(trial) <= (LOSER if self.poor else AS_GOOD) * max(self.risk(best), EXACT):
             return True
         if trial.outside > best.outside or len(trial.errors) != len(best.errors):
@@ -269,5 +270,5 @@ class Race:
 
 
 def doubt(rows: int) -> float:
-    """Return the relative difference between the variances of error and noise that chance can cause on `rows` rows."""
+    """Return the largest relative difference by chance between a noise variance and its estimate from `rows` rows."""
     return SURE * float(np.sqrt(UNCERTAIN / rows))

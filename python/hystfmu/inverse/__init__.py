@@ -150,7 +150,7 @@ def _warned(made: M) -> M:
 
 
 def _cascade(model: Model, made: Model) -> dict[str, float]:
-    """Return the largest errors of the cascade of inverse and model over the held-out signals."""
+    """Return the errors of the cascade of the inverse `made` and the model for the worst held-out signal."""
     from hystfmu.data.signals import held_out
     from hystfmu.model.accuracy import errors
 
@@ -206,7 +206,7 @@ class Inverses:
 
 
 def _at_rest(model: Model, u: Array) -> Array:
-    """Return the output of a model for the input u (n,), with covariates at their start values."""
+    """Return the output of a model for the input u (n,), with all covariates at their start values."""
     return np.asarray(model.predict(with_starts(model.graph, u)))
 
 

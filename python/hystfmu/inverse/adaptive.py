@@ -2,9 +2,9 @@
 
 The block `adaptive_inverse` starts with the weights, thresholds, dynamics and delay of the model. The RMS error e of
 the model determines two parameters of the block. The assumed standard deviation of the prediction error is sigma = e/2;
-it is smaller than e because errors of neighbouring samples are similar. A prediction error above 1.5 e during six
-samples counts as a sudden change of the plant. After a sudden change, the assumed standard deviation of a weight is
-22 % of the larger of two values: the weight, and half of the mean weight.
+it is smaller than e because errors of neighbouring samples are similar. If the prediction error exceeds 1.5 e during
+six samples, this counts as a sudden change of the plant. After a sudden change, the assumed standard deviation of a
+weight is 22 % of the larger of two values: the weight, and half of the mean weight.
 
 The default options are suitable for operation without feedback. If a feedback controller adds to the wanted output, use
 ``f_h`` = 30 Hz and ``T`` = 100 s. The controller then corrects slow errors and drift (see scenarios/adaptive_pid).
@@ -142,7 +142,11 @@ def _line(scalings: list[Node]) -> tuple[float, float]:
 
 
 def _second_order(found: list[Node]) -> tuple[float, dict[str, float]]:
-    """Return the static gain, and the natural frequency (Hz) and damping, of at most one transfer function."""
+    """Return the static gain and the values ``f_n`` (Hz) and ``zeta`` of a transfer function of second order.
+
+    `found` contains the transfer functions of the model. Without any, the result is the gain 1 and an empty dict. More
+    than one, or another order, raise an InputError.
+    """
     if not found:
         return 1.0, {}
     b, a = found[0].value("b"), found[0].value("a")

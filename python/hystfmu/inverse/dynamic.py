@@ -72,7 +72,7 @@ class Parts(Generic[M]):
 
 
 def split(model: M) -> Parts[M] | None:
-    """Separate the linear dynamics at the end of a model; return None if there are none or nothing precedes them."""
+    """Separate the linear dynamics at the end of a model; return None if there are no dynamics or no other blocks."""
     g = model.graph
     drives = {b: a for a, b in g.wires}
     tail: list[Node] = []
@@ -171,9 +171,9 @@ def _quotient(a: Array, b: Array) -> Array:
 def wanted(model: Model, parts: Parts[M], share: float) -> list[Array]:
     """Return wanted outputs for the cascade test: two decaying sines and a sum of two sines.
 
-    Their frequencies are at most `BAND` times the lowest natural frequency. They use the share `share` of the range of
-    the model. In its first cycle, each signal increases smoothly from the output at rest to its full amplitude. `parts`
-    is the result of `split`.
+    Their frequencies are at most `BAND` times the lowest natural frequency. Their range is the fraction `share` of the
+    range of the model. In its first cycle, each signal increases smoothly from the output at rest to its full
+    amplitude. `parts` is the result of `split`.
     """
     from hystfmu.data.signals import decaying_sine, two_tones
 

@@ -95,7 +95,7 @@ def _invert_prandtl_ishlinskii(n: Node) -> Node:
 
 
 def _same_values(n: Node) -> Node:
-    """Return the inverse block with the same parameters; `memory`, which inverse blocks do not have, must be 0."""
+    """Return the inverse block with the same parameters. Inverse blocks have no `memory`, so it must be 0."""
     if "memory" in n.values and n.value("memory")[0] != 0:
         raise InputError(f"The 'memory' parameter of {n.name} must be 'dominant' for an inverse. Got 'last' instead.")
     values = {v.name: n.value(v.name) for v in n.block.parameters if v.name != "memory"}
@@ -149,7 +149,7 @@ _INVERT: dict[str, Callable[[Node], Node]] = {
 
 
 def driven_beside(g: Graph) -> set[str]:
-    """Return the names of the blocks that do not depend on the first input; a graph without covariates has none."""
+    """Return the names of the blocks that depend only on covariates, not on the first input."""
     if len(g.inputs) == 1:
         return set()
     reached: set[str] = set()

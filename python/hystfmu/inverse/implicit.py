@@ -71,10 +71,10 @@ def _refuse_flat(model: Model, lo: float, hi: float) -> None:
 def known_states(model: Model) -> tuple[list[Node], Model]:
     """Separate the lags of creep from a model with one output.
 
-    The function returns the blocks of the lags and a changed model. The changed model contains these blocks, and a
-    static sum instead of each creep block. Its output equals the output of the model if the blocks of the lags are
-    evaluated first. Therefore they must precede the block of the implicit inverse. A model without a step, or lags that
-    do not start in equilibrium, raise an InputError.
+    The function returns the blocks of the lags and a changed model. The changed model contains these blocks, and it
+    contains a static sum in place of each creep block. Its output equals the output of the model if the blocks of the
+    lags are evaluated first. Therefore they must precede the block of the implicit inverse. A model without a step, or
+    lags that do not start in equilibrium, raise an InputError.
     """
     states: list[Node] = []
     g = model.graph

@@ -72,9 +72,9 @@ def learned_inverse(model: M, seed: int, options: dict[str, Any], progress: Prog
 
 
 def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any], progress: Progress) -> Model:
-    """Return an inverse that consists of a network, which corrects the wanted output, and the inverse of plays.
+    """Return an inverse in two parts: a network that corrects the wanted output, and the inverse of a sum of plays.
 
-    The function fits the plays, inverts them, and then trains the network.
+    The function fits the plays to u (n,) and y (n,), inverts them, and then trains the network.
     """
     from hystfmu.identify import errors, fit, options
     from hystfmu.identify.catalogue import resolve

@@ -42,9 +42,9 @@ class _File(GraphTable):
 @checked
 @dataclass(frozen=True)
 class Model:
-    """A model: a graph of blocks, the origin of its parameter values, and the errors of its fit.
+    """Graph of blocks, with the origin of its parameter values and the errors of its fit.
 
-    A function that changes a model returns an object of the same class. The subclass `hystfmu.Model` adds the methods
+    Functions that change a model return a new object of the same class. The subclass `hystfmu.Model` adds the methods
     of the public interface.
 
     Parameters

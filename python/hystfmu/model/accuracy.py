@@ -2,11 +2,12 @@
 
 The interval is computed by hierarchical conformal prediction. Rows are not independent samples, because errors of
 neighbouring rows are similar. Therefore the errors on rows that were not used in the fit are cut into K blocks. The
-blocks are assumed to be exchangeable with a new part of the same kind of signal. The half-width of the interval is the
-smallest number that at least a share of 95 % (K + 1)/K of the absolute errors does not exceed; each block has the same
-weight. The factor (K + 1)/K means that the new block is counted as a block with infinite errors (Lee, Barber & Willett
-2023, arXiv:2306.06342). The coverage tests the interval. For each block, an interval is computed from the other blocks.
-The coverage is the share of the errors of the block that lie inside this interval.
+blocks are assumed to be exchangeable with a new part of the same kind of signal, the new block. The half-width of the
+interval is the smallest number that at least a share of 95 % (K + 1)/K of the absolute errors does not exceed; each
+block has the same weight. The factor (K + 1)/K takes the new block into account. The errors of this block are unknown,
+so they are assumed to be infinite (Lee, Barber & Willett 2023, arXiv:2306.06342). The coverage is a test of the
+interval. For each block, an interval is computed from the other blocks. The coverage of the block is the percentage of
+its errors that lie inside this interval.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def errors(y: Array, measured: Array, span: float) -> dict[str, float]:
     y, measured : array, shape (n,)
         Output of the model, and the measured output.
     span : float
-        100 % of full scale, in the unit of measure of y.
+        Span of y that counts as 100 %, in the unit of measure of y.
 
     Returns
     -------
@@ -66,7 +67,7 @@ def held_out_table(
     plant : function
         Function that returns the true output (n,) for an input (n,) from the initial state of the plant.
     span : float
-        100 % of full scale: the span of y in the training data.
+        Span of y in the training data, which counts as 100 %.
     signals : dict of str to array, optional
         Held-out signals by name. The default is `held_out()`.
 
@@ -109,7 +110,7 @@ class Interval:
 
 
 def interval(e: Array) -> Interval | None:
-    """Return the interval that contains the error of a new row with 95 % probability; None for fewer than 80 rows.
+    """Return the 95 % prediction interval of the error in a new row; None for fewer than 80 rows.
 
     Parameters
     ----------
@@ -126,7 +127,7 @@ def interval(e: Array) -> Interval | None:
 
 
 def width(blocks: list[Array]) -> float:
-    """Return the limit that the absolute error of a row of a new block exceeds with a probability of at most 5 %.
+    """Return the half-width of the prediction interval, which 95 % of the absolute errors of a new block do not exceed.
 
     Parameters
     ----------

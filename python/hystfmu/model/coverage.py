@@ -37,7 +37,7 @@ WARN = 1.0  # percentage of limited rows above which a warning is given
 
 
 def clamped(graph: Graph, u: Array, h: float) -> Array:
-    """Find the rows at which a limit of a `scaling` block acts.
+    """Return a mask of the rows at which a limit of a `scaling` block acts.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def coverage(graph: Graph, data: Dataset) -> float | None:
 
 
 def near(seen: Array, asked: Array, distance: float, most: int) -> NDArray[np.bool_]:
-    """Return for each point of `asked` (n, m) whether a point of `seen` lies within a distance.
+    """Return a mask (n,) of the points of `asked` (n, m) that lie within `distance` of a point of `seen`.
 
     A set of more than `most` points is first thinned evenly.
     """
@@ -119,7 +119,7 @@ def _limiters(graph: Graph) -> list[Node]:
 
 
 def _inputs(graph: Graph, node: Node, u: Array, h: float) -> Array:
-    """Return the input signals of a block, shape (n, n_elements)."""
+    """Return the input signals of the block `node`, (n, n_elements), in a simulation of the graph with the input u."""
     n, rows = node.sizes["u"], np.asarray(u, dtype=np.float64).reshape(len(u), -1)
     source: dict[str, str] = {end: a for a, end in graph.wires}
     outside = {end: k for k, port in enumerate(graph.inputs) for end in port.to}

@@ -1,12 +1,13 @@
 """Checks after every fit, which find properties of a model that its data do not determine.
 
-- Another signal. The model is simulated with steps to the ends of the trained range and with nested reversals inside
-  this range, at the speed of the data and at 200 rows per cycle. If the output overflows or grows without bound, the
-  fit fails. If the output leaves the range of y by more than the span of y, a warning is given: the model extrapolates,
-  because the record has few reversals or does not excite the dynamics.
-- Poles. The data cannot determine a pole of a transfer function with a magnitude above pi/h, because its response
-  settles within one step of the data. Poles of a Padé approximant of a delay are not checked; the zeros of such an
-  approximant mirror its poles.
+- Another signal. The model is simulated with a test signal in the trained range. The signal begins with steps to both
+  ends of this range. Two sequences of nested reversals follow: the first at about the speed of the data, the second at
+  a slow speed. If the output overflows or grows without limit, the fit fails. If the output leaves the range of y by
+  more than the span of y, a warning is given: the model extrapolates, because the record has few reversals or does not
+  excite the dynamics.
+- Poles. The data cannot determine a pole of a transfer function whose magnitude exceeds pi/h, because the response of
+  such a pole settles within one step h of the data. Poles of a Padé approximant of a delay are not checked; the zeros
+  of such an approximant mirror its poles.
 - Bounds. If the search stops with a parameter at its bound, the data do not determine this parameter.
 - Drift. The residuals are averaged over chunks of consecutive rows, because neighbouring residuals of a hysteresis
   model are not independent. A straight line is fitted to the averages. The drift is the change of this line from the
@@ -84,16 +85,19 @@ def other_signal(u: Array, first: float) -> Array:
 
 
 def _beyond(graph: Graph, u: Array, h: float, measured: Array, span: float) -> float:
-    """Return the largest distance of the output from the range of y, in spans; covariates have their start values."""
+    """Return the largest distance of the output from the range of `measured`, in multiples of `span`.
+
+    Covariates have their start values.
+    """
     y = graph.run(with_starts(graph, u), h)
     with np.errstate(over="ignore", invalid="ignore"):
         return float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / span
 
 
 def _ringing(graph: Graph) -> float:
-    """Return the overshoot of all lightly damped modes after two full steps, in spans.
+    """Return the total overshoot of lightly damped modes after one step up and one step down, each of one span.
 
-    This overshoot is a property of the dynamics and not a sign of extrapolation.
+    The unit is the span of y. This overshoot is a property of the dynamics and not a sign of extrapolation.
     """
     total = 0.0
     for n in graph.nodes:

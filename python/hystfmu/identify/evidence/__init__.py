@@ -1,4 +1,4 @@
-"""Identification of the linear dynamics after a hysteresis: modes and delay with standard errors, and noise."""
+"""Identification of linear dynamics after a hysteresis: modes, delay, their standard errors, and the sensor noise."""
 
 from __future__ import annotations
 
@@ -68,8 +68,8 @@ class Evidence:
         Lower and upper limit (Hz) of the frequency band in which input and output are coherent. (0, 0) means that there
         is no such band.
     f, gain, phase, coherence, significant : array, shape (n,)
-        Frequency (Hz), gain relative to the static gain, phase (rad), coherence, and the level that the coherence of
-        unrelated signals exceeds with a probability of 1 %.
+        Frequency (Hz), gain relative to the static gain, phase (rad), coherence, and significance level: the coherence
+        of unrelated signals exceeds this level with a probability of 1 %.
     modes : tuple of Mode
         Up to three modes that the record determines, sorted by frequency.
     delay, delay_se : float
@@ -94,7 +94,7 @@ class Evidence:
     noise_density: float
 
     def lines(self, unit: str = "") -> list[str]:
-        """Return the results as lines of text; `unit` is the unit of measure of y."""
+        """Return band, noise, modes and delay as lines of text; `unit` is the unit of measure of y."""
         lowest, highest = self.band
         band = f"input and output are coherent from {lowest:.3g} to {highest:.4g} Hz" if highest else "no coherent band"
         of = f" {unit}" if unit not in ("", "1") else ""
@@ -109,7 +109,7 @@ class Evidence:
         return [f"record: {band}{noise}", *(modes or ["no mode inside this band"]), late]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the evidence as a dict of numbers, texts, lists and dicts, which can be written to a JSON file."""
+        """Return the attributes as a dict of numbers, texts, lists and dicts, which can be written to a JSON file."""
         out: dict[str, Any] = {}
         for item in fields(self):
             value = getattr(self, item.name)
@@ -127,7 +127,7 @@ class Evidence:
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> Evidence:
-        """Return the evidence from a dict that `to_dict` has made."""
+        """Return the object for a dict `table` that `to_dict` returned."""
         unknown = {"delay_se": np.inf, "noise": np.nan, "noise_density": np.nan}
         values: dict[str, Any] = {item.name: {**unknown, **table}[item.name] for item in fields(cls)}
         for key in ("f", "gain", "phase", "coherence", "significant"):
@@ -190,8 +190,8 @@ def evidence(data: Dataset, v: Array | None = None) -> Evidence:
 def _density(seen: Seen, e: Array) -> float:
     """Return the one-sided noise density, relative to the span of y.
 
-    The result is the smallest of three estimates: from the residuals of local responses, from the residual e of a fit,
-    and from the rows of this residual with little change.
+    The result is the smallest of three estimates: from the residual of the frequency response in each cell of
+    neighbouring bins, from the residual e (n,) of the fit with modes, and from the fourth differences of e.
     """
     left = seen.cells.left / (CELL - LOCAL)
     return min(
@@ -202,7 +202,7 @@ def _density(seen: Seen, e: Array) -> float:
 
 
 def _static_gain(r: Response, found: Fitted | None) -> float:
-    """Return the static gain of a fit with modes, or else the median gain of the lowest third of coherent points."""
+    """Return the static gain of a fit with modes; without modes, the median of the gains at low frequencies."""
     if found is not None and found.structure.modes:
         return abs(float(found.gain.sum())) or 1.0
     seen = np.flatnonzero(r.seen)
@@ -212,7 +212,7 @@ def _static_gain(r: Response, found: Fitted | None) -> float:
 def _told(found: Fitted | None, seen: Seen, e: Array, density: float) -> tuple[tuple[Mode, ...], float, float]:
     """Return the modes that the record determines, sorted by frequency, the delay (s), and its standard error (s).
 
-    e (n,) is the residual of the fit. `density` is the noise density, relative to the span of y.
+    e (n,) is the residual of the fit `found`. `density` is the noise density, relative to the span of y.
     """
     h = seen.h
     if found is None:
@@ -258,7 +258,7 @@ def _told(found: Fitted | None, seen: Seen, e: Array, density: float) -> tuple[t
 
 
 def _model_error(seen: Seen, noise: Array, density: float, f_n: float, zeta: float) -> float:
-    """Return the relative error of the modelled response near a mode, without the part that sensor noise explains."""
+    """Return the relative error of the fitted response near a mode, minus the part that sensor noise explains."""
     near = np.abs(np.log(seen.cells.f / f_n)) < max(2 * zeta, 0.05)
     if not near.any():
         return 1.0

@@ -23,7 +23,7 @@ SERIES = (1 / 3150, 1 / 560, 1 / 90, 1 / 12)  # coefficients 2/(n^2 C(2n, n)) fo
 
 
 def prepared(v: Array, hold: str) -> Array:
-    """Return the signal (n,) whose linear interpolation, or whose steps, represent the input between rows."""
+    """Return the input v (n,) with the correction described above if `hold` is ``smooth``, otherwise unchanged."""
     if hold != "smooth" or len(v) < 3:
         return v
     total = np.zeros_like(v)
@@ -72,7 +72,7 @@ def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
 
 
 def behind_delay(v: Array, delay: float, h: float, hold: str) -> Array:
-    """Return a signal v (n,) after a delay (s) without a mode; values between rows are linearly interpolated."""
+    """Return the response of a delay (s) without a mode to a signal v (n,) that was processed by `prepared`."""
     whole, rest = _parts(delay / h)
     x = v - v[0]
     before = np.concatenate([[0.0], x[:-1]])
@@ -82,7 +82,7 @@ def behind_delay(v: Array, delay: float, h: float, hold: str) -> Array:
 
 
 def _parts(steps: float) -> tuple[int, float]:
-    """Return the whole number of steps of a delay, and the part (0, 1] of a step in which the new input acts."""
+    """Split a delay into whole steps and a remainder; return the whole steps and 1 minus the remainder, in (0, 1]."""
     whole = int(np.floor(steps))
     return whole, 1.0 - (steps - whole)
 
@@ -96,9 +96,9 @@ def _shift(x: Array, whole: int) -> Array:
 
 
 def _propagate(a: Array, b: float, t: float) -> tuple[Array, Array, Array]:
-    """Return the effects on the state after `t` steps of the initial state, of a constant input, and of a ramp.
+    """Return three parts of the state after `t` steps: from the initial state, from the input 1, and from a ramp.
 
-    The ramp increases by 1 per step.
+    The state equation is dx/dt = a x + (0, b) v, with the time in steps. The ramp v = t increases by 1 per step.
     """
     m = np.zeros((4, 4))
     m[:2, :2], m[1, 2], m[2, 3] = a, b, 1.0

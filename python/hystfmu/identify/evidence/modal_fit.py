@@ -1,4 +1,4 @@
-"""Fit of modes and a delay to records, by weighted least squares over the bins of the Fourier transform.
+"""Fit of modes and a delay to records, by weighted least squares over the bins of their Fourier transforms.
 
 The output is a sum of columns with linear weights. The columns depend on the frequencies and damping ratios of the
 modes and on the delay, which the Levenberg-Marquardt method determines. The linear weights are computed for each trial
@@ -27,12 +27,13 @@ HIGHEST = 0.35  # largest frequency of a known mode, relative to the sampling ra
 
 @dataclass(frozen=True)
 class Fitted:
-    """Result of a fit.
+    """Result of the fit of modes and a delay.
 
     ``p`` contains ln f_n and ln zeta of each mode, and the delay in steps. ``gain`` contains the weights of the modes
     and of the rest column, which is the delayed input. ``error`` is the weighted sum of squares over ``count`` real and
     imaginary parts. ``covariance`` is the covariance matrix of p and gain, in this order. ``decay`` contains the
-    weights of the free decays. ``rest_se`` is the standard error of the weight of the rest column if it is omitted.
+    weights of the free decays. If the fit has no rest column, ``rest_se`` is the standard error that the weight of this
+    column would have.
     """
 
     structure: Structure
@@ -50,7 +51,7 @@ class Fitted:
         return self.error / max(self.count - len(self.p) - len(self.gain) - len(self.decay), 1)
 
     def left(self, problem: Problem) -> Array:
-        """Return the measured output (n,) minus the fitted modes, rest column and free decays, without slow parts."""
+        """Return the measured output (n,) minus modes, rest column and free decays; slow parts are not subtracted."""
         made = problem.columns(self.structure, self.p) @ self.gain
         return np.asarray(problem.seen.y - (made + problem.decays(self.structure, self.p) @ self.decay))
 
@@ -78,7 +79,7 @@ class Fitted:
 
 
 def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
-    """Fit modes and a delay to records, with the start value `start` of the parameters p."""
+    """Fit modes and a delay to the records of `problem`; `start` is the start value of the parameters p."""
     slow, target = problem.slow_rows(), problem.rows(problem.seen.y[:, None])
     base = np.linalg.qr(slow)[0]
     target = (target - base @ (base.T @ target))[:, 0]

@@ -1,7 +1,9 @@
 """Least-squares problem of a modal fit: the columns whose weighted sum approximates the output, and the bin weights.
 
-The columns are the response of each mode to the input, slow parts, free decays, and the delayed input (the rest
-column), which represents modes above the band.
+The columns are the response of each mode to the input, free decays of the modes, slow parts, and the rest column. Slow
+parts are lags of the input, which represent creep, and a parabola over each record. The rest column is the delayed
+input, which represents modes above the band. A cell is a group of `CELL` neighbouring frequency bins of one record (see
+`hystfmu.identify.evidence.spectra`).
 """
 
 from __future__ import annotations
@@ -35,14 +37,15 @@ class Seen:
     response: Response
 
     def powers(self, e: Array) -> Array:
-        """Return the mean power of a signal (n,) in each cell."""
+        """Return the mean power of the bins in each cell, a group of `CELL` neighbouring bins, for a signal e (n,)."""
         return np.concatenate([(np.abs(w.transform(e)) ** 2).reshape(-1, CELL).mean(axis=1) for w in self.windows])
 
     def noise(self, e: Array) -> Array:
-        """Return the noise power of each cell: the smaller residual power of two models.
+        """Return the noise power of each cell: the smaller of the residual powers of two models.
 
-        The models are a fit with the residual e (n,), and the local response of the cell. The local response is less
-        accurate near a lightly damped resonance, because the response is curved within a cell.
+        The first model is the fit of modes, whose residual is e (n,). The second model is the frequency response that
+        was fitted in the cell alone. The second model is less accurate near a lightly damped resonance, because the
+        response is curved within a cell.
         """
         left, at, power = [], 0, self.powers(e)
         for w in self.windows:
@@ -53,7 +56,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Structure:
-    """Structure of a fit: the number of modes, and whether the model contains the rest column (the delayed input)."""
+    """Structure of a fit: the number of modes, and whether the model contains the rest column (delayed input)."""
 
     modes: int
     rest: bool
@@ -78,9 +81,9 @@ class Problem:
     def of(
         cls, seen: Seen, hold: str, noise: Array, lowest: float, highest: float, slow: tuple[float, ...] = ()
     ) -> Problem:
-        """Return the problem with the bins from `lowest` to `BEYOND` times `highest` (Hz).
+        """Return the problem for the records `seen`, with the bins from `lowest` to `BEYOND` times `highest` (Hz).
 
-        `noise` contains the noise power of each cell.
+        `noise` contains the noise power of each cell. `hold` and `slow` are described in the docstring of the class.
         """
         bins = []
         for w in seen.windows:
@@ -100,7 +103,7 @@ class Problem:
 
     @cached_property
     def v(self) -> Array:
-        """Signal (n,) whose linear interpolation, or whose steps, represent the input between rows."""
+        """Input (n,) of all records, corrected for the interpolation between rows (`prepared`)."""
         return np.concatenate([prepared(self.seen.v[r], self.hold) for r in self.seen.records])
 
     def rows(self, columns: Array) -> Array:
@@ -114,7 +117,7 @@ class Problem:
         return np.concatenate([run(self.v[r]) for r in self.seen.records])
 
     def columns(self, structure: Structure, p: Array) -> Array:
-        """Return the columns of the modes and of the rest, (n, modes + rest), for the parameters p."""
+        """Return the responses of all modes and the rest column, (n, modes + rest), for the parameters p."""
         h, delay = self.seen.h, float(p[-1]) * self.seen.h
 
         def run(v: Array) -> Array:
@@ -124,7 +127,7 @@ class Problem:
         return self.along(run)
 
     def column(self, p: Array, k: int) -> Array:
-        """Return the column (n,) of mode k for the parameters p."""
+        """Return the response (n,) of mode k to the input for the parameters p."""
         return self.along(lambda v: self._mode(v, p, k))
 
     def _mode(self, v: Array, p: Array, k: int) -> Array:
@@ -134,7 +137,7 @@ class Problem:
     def decays(self, structure: Structure, p: Array) -> Array:
         """Return the free decays of all modes in all records, (n, 2 * modes * records).
 
-        They represent a motion of the device at the beginning of a record.
+        Free decays represent a motion of the device at the beginning of a record.
         """
         parts = [self.decay(p, k) for k in range(structure.modes)]
         return np.hstack(parts) if parts else np.zeros((len(self.v), 0))
@@ -149,7 +152,7 @@ class Problem:
         return out
 
     def slow_rows(self) -> Array:
-        """Return the weighted spectra of the slow parts, lags of the input and a parabola over each record."""
+        """Return the weighted spectra of the slow parts: lags of the input, and a parabola over each record."""
 
         def lag(pole: float) -> Array:
             return self.along(lambda v: np.asarray(lfilter([1 - pole], [1.0, -pole], v - v[0])))

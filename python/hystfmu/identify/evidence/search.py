@@ -35,7 +35,7 @@ BELOW, SLOW = 100.0, 20.0  # ratio of the lowest mode to the lowest frequency of
 
 @dataclass(frozen=True)
 class Pooled:
-    """Power spectrum |V|^2 and cross-spectrum V* Y at the frequencies f (n,), multiplied by the squared weights."""
+    """Input power spectrum |V|^2 and cross-spectrum V* Y at the frequencies f (n,), times the squared weights."""
 
     f: Array
     power: Array
@@ -64,8 +64,9 @@ def scan(
 ) -> tuple[float, float, float]:
     """Return f_n (Hz), zeta and delay (steps) of the additional mode that reduces the residual most.
 
-    `known` contains the responses of the modes found so far and of the rest column, without the delay. f_n is searched
-    between `lowest` and `highest` (Hz). `delays` contains the tried delays (steps). h is the step (s).
+    `pooled` contains the spectra. `known` contains the frequency responses, without the delay, of the modes found so
+    far and of the rest column (delayed input). f_n is searched between `lowest` and `highest` (Hz). `delays` contains
+    the tried delays (steps). h is the step (s).
     """
     root = np.sqrt(pooled.power)
     some = root > 0
@@ -96,7 +97,7 @@ def _real(x: Complex) -> Array:
 
 
 def modes(seen: Seen) -> tuple[str, Fitted] | None:
-    """Return the interpolation of the input and the fit with the number of modes that the record supports.
+    """Return the interpolation of the input between rows, and the fit with as many modes as the record determines.
 
     If input and output are coherent at fewer than three frequencies, the result is None.
     """
@@ -122,7 +123,7 @@ def modes(seen: Seen) -> tuple[str, Fitted] | None:
 
 
 def _branch(seen: Seen, highest: float, none: Fitted, start: tuple[Array, bool]) -> list[tuple[Problem, Fitted]]:
-    """Return the fits with 1, 2, ... modes, beginning with one of `STARTS`, as long as each new mode is supported."""
+    """Return the fits with 1, 2, ... modes from the start values `start`, until a new mode does not improve the fit."""
     last, noise, found = none, seen.cells.noise, []
     for _ in range(MOST_MODES):
         grown = _grown(seen, noise, highest, last, start)
@@ -156,12 +157,12 @@ def _highest(r: Response) -> float:
 
 
 def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
-    """Determine the interpolation of the input between rows, and whether the rest column is needed.
+    """Determine the interpolation of the input between rows; return its name and the fit with this interpolation.
 
     Ramps and constant values change the response by a factor 1 - (omega h)^2/12 or 1 - (omega h)^2/24, which is similar
-    to a rest column. Constant values also add a delay of half a step. Therefore an interpolation is identified only if
-    the fit with this interpolation needs no rest column. It is unlikely that a true rest column equals this effect
-    within five standard errors.
+    to the effect of a rest column (delayed input). Constant values also add a delay of half a step. Therefore an
+    interpolation is identified only if the fit with this interpolation needs no rest column. It is unlikely that a true
+    rest column equals this effect within five standard errors.
     """
     modes = best.structure.modes
     tried = {}
@@ -182,7 +183,7 @@ def _half(found: Fitted) -> Fitted:
     """Reduce the delay of a fit by a quarter of a step, and add a quarter of a step to its standard error.
 
     The interval of the delay then contains the values for a smooth input and for a constant input between rows. The
-    errors are added as squares.
+    standard error of the result is the root of the sum of the squares of the two errors.
     """
     p, covariance = found.p.copy(), found.covariance.copy()
     at = len(p) - 1

@@ -31,13 +31,13 @@ AGREE = 0.03  # relative change of the response over a gap below which the gap c
 
 @dataclass(frozen=True)
 class Window:
-    """Rows of a record whose number is suitable for a fast Fourier transform."""
+    """Slice of the rows of a record; the number of rows is suitable for a fast Fourier transform."""
 
     rows: slice
 
     @classmethod
     def of(cls, rows: slice) -> Window | None:
-        """Return a window without the first few rows (at most some per cent); None if `rows` are too few."""
+        """Return the largest window that ends with the last of `rows`; None if `rows` are too few."""
         n = rows.stop - rows.start
         while n >= LEAST_ROWS and next_fast_len(n, real=True) != n:
             n -= 1
@@ -50,15 +50,15 @@ class Window:
 
     @property
     def cells(self) -> int:
-        """Number of cells, which do not contain the bins at frequency 0 and at half of the sampling rate."""
+        """Number of cells. The bins at frequency 0 and at half of the sampling rate belong to no cell."""
         return (self.n // 2 - 1) // CELL
 
     def frequencies(self, h: float) -> Array:
-        """Return the frequency (Hz) of each bin of the cells."""
+        """Return the frequency (Hz) of each bin in the cells, for rows at a distance of h (s)."""
         return np.arange(1, self.cells * CELL + 1) / (self.n * h)
 
     def transform(self, x: Array) -> Complex:
-        """Return the Fourier transform of signals (n,) or (n, m) after the line through the end points is subtracted.
+        """Return the Fourier transform of signals x, (n,) or (n, m), minus the straight line through their end points.
 
         The scaling is such that white noise of variance s^2 has the mean power s^2 in each bin.
         """
@@ -73,8 +73,8 @@ class Window:
 class Cells:
     """Cells of all records. Each field has the shape (cells,).
 
-    f is the centre (Hz), g is the response, ``weight`` is the power of the input, ``total`` is the power of the output,
-    ``left`` is the power of the residual, and ``noise`` is the smoothed noise power of one bin.
+    f is the centre frequency (Hz), g is the frequency response, ``weight`` is the power of the input, ``total`` is the
+    power of the output, ``left`` is the power of the residual, and ``noise`` is the smoothed noise power of one bin.
     """
 
     f: Array
@@ -86,7 +86,7 @@ class Cells:
 
 
 def cells_of(windows: Sequence[Window], h: float, v: Array, y: Array) -> Cells:
-    """Fit the local response in each cell of all records, for input v (n,), output y (n,) and step h (s)."""
+    """Fit the frequency response in each cell of all records, for input v (n,), output y (n,) and step h (s)."""
     found = [_cells(w, h, v, y) for w in windows]
     return Cells(
         *(np.concatenate([getattr(c, k) for c in found]) for k in ("f", "g", "weight", "total", "left", "noise"))
@@ -112,7 +112,7 @@ def _cells(window: Window, h: float, v: Array, y: Array) -> Cells:
 
 
 def smooth(x: Array) -> Array:
-    """Return the moving average of x over 2 cells to each side, or over 4 % of the frequency if this is more."""
+    """Return the moving average of x (cells,) over 2 cells, or 4 % of the frequency if this is more, to each side."""
     k = np.arange(len(x))
     wide = np.maximum(2, (0.04 * k).astype(int))
     total = np.concatenate([[0.0], np.cumsum(x)])
@@ -198,8 +198,9 @@ def response(cells: Cells) -> Response:
 def noise_density(power: Array, freedom: int, f: Array, h: float) -> float:
     """Return the one-sided noise density from the median power of the cells in the upper three quarters of the band.
 
-    `power` contains mean powers with `freedom` degrees of freedom. The median of a chi-square distribution is smaller
-    than its mean; this difference is corrected (Wilson & Hilferty 1931).
+    `power` contains the mean power of each cell, with `freedom` degrees of freedom, and f contains the centre
+    frequencies (Hz). h is the step (s). The median of a chi-square distribution is smaller than its mean; this
+    difference is corrected (Wilson & Hilferty 1931).
     """
     top = f >= f.max() / 4
     mean = np.median(power[top]) / (1 - 2 / (9 * freedom)) ** 3
@@ -209,7 +210,8 @@ def noise_density(power: Array, freedom: int, f: Array, h: float) -> float:
 def quiet_density(parts: Sequence[Array], h: float) -> float:
     """Return the one-sided density of white noise from fourth differences of signals, which suppress slow changes.
 
-    The median over blocks of `QUIET` rows is used, so that a few blocks with jumps and kinks have no effect.
+    `parts` contains the signals, and h is the step (s). The result is the median over blocks of `QUIET` rows, so that a
+    few blocks with jumps and kinks have no effect.
     """
     rows = np.concatenate([np.diff(x, 4)[: (len(x) - 4) // QUIET * QUIET].reshape(-1, QUIET) for x in parts])
     # the fourth difference of white noise has 70 times its variance; `QUIET` correlated rows have `QUIET_FREEDOM`

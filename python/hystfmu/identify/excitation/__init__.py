@@ -1,1 +1,1 @@
-"""Analysis of the excitation in a record: minor loops, speeds, initial memory, lag, and signals it does not contain."""
+"""Analysis of a record: minor loops, speeds, initial memory, lag, and kinds of signals that it does not contain."""

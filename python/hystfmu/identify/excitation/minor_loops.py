@@ -3,7 +3,7 @@
 A sum of plays has return-point memory: if the input goes from a to b and back to a, the output returns to its value,
 and the minor loop is closed (wiping-out and congruence: Mayergoyz 1991, ch. 1). A Bouc-Wen operator has no return-point
 memory: its minor loops stay open, and its output moves along the outer branch (Ikhouane & Rodellar 2007, ch. 3).
-Therefore the gap between the two ends of the minor loops shows the memory class.
+Therefore the gap between the two ends of a minor loop shows the memory class of the device.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ def gaps(u: Array, y: Array, turns: Array) -> Array:
     """Return the gap of the minor loop after each extremum of u (n,) to which u returns.
 
     The gap is the interpolated y at the return minus y at the extremum. Between the extremum and the return, u must
-    stay within the range of the branch that led to the extremum. It may have smaller loops there. `turns` contains the
-    rows of the extrema.
+    stay within the range of the branch that led to the extremum. Smaller loops inside this range are permitted. `turns`
+    contains the rows of the extrema.
     """
     found = []
     level = np.append(u[turns], u[-1])
@@ -99,7 +99,7 @@ def gaps(u: Array, y: Array, turns: Array) -> Array:
 def width(u: Array, y: Array) -> float:
     """Return the RMS distance between y (n,) and a function of u (n,), in the unit of measure of y.
 
-    The function consists of straight lines, one for each of `BINS` parts of the rows sorted by u.
+    The rows are sorted by u and divided into `BINS` parts. In each part, the function is a straight line.
     """
     order = np.argsort(u, kind="stable")
     square = 0.0
@@ -145,7 +145,10 @@ def examine(data: Dataset) -> Excitation:
 
 
 def spreads(u: Array) -> tuple[float, float]:
-    """Return two ratios of the 90th to the 10th percentile over the half cycles of u (n,): mean speed and duration."""
+    """Return how much the mean speeds and the durations of the half cycles of u (n,) vary.
+
+    Each of the two numbers is the ratio of the 90th to the 10th percentile.
+    """
     turns = reversals(u)
     between = np.diff(turns)
     if not len(between):

@@ -1,8 +1,9 @@
 """Kinds of signals that a record does not contain. The error of a model on the record is not valid for these signals.
 
-The state at a row consists of the input and of the outputs of `PLAYS` plays, which represent the memory. A record does
-not contain a kind of signal if more than a share `FEW` of the states of such a signal, over the same range, have no
-near state in the record. A record with one speed or one frequency is not informative about other speeds or frequencies.
+The state at a row consists of the input and of the outputs of `PLAYS` plays, which represent the memory. To test a kind
+of signal, such a signal is generated over the range of the record. If more than a share `FEW` of its states have no
+near state in the record, the record does not contain this kind of signal. A record with one speed or one frequency is
+not informative about other speeds or frequencies.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def kinds_not_shown(data: Dataset) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Values of `KINDS`, in the same order.
+        Elements of `KINDS`, in the same order.
     """
     u = data.u[data.train]
     lo, hi = float(u.min()), float(u.max())
@@ -55,7 +56,7 @@ def kinds_not_shown(data: Dataset) -> tuple[str, ...]:
 
 
 def new_states(data: Dataset, u: Array, first: int = 0) -> float:
-    """Return the share of the states of an input u (n,), from row `first` on, that have no near state in the record."""
+    """Return the share of the rows of u (n,), from row `first`, whose state has no near state in the record `data`."""
     span = float(np.ptp(data.u[data.train]))
     r = span / 2 * np.arange(1, PLAYS + 1) / (PLAYS + 1)
 

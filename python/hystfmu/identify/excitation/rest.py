@@ -2,10 +2,10 @@
 
 Before the first row, the input of a device often increases from 0 V, or from a bias, to the operating point. The plays
 of the device are then at one side of their dead bands. A model that starts at rest at the first input has centred
-plays, so its output has an error until a full swing wipes out the initial memory. Therefore sums of plays are fitted
-that were at rest at different inputs. An input other than the first one is chosen only if its fit is clearly better.
-The fitted model has a cubic static nonlinearity after the plays. Without it, the error of a nonlinear device would hide
-the improvement.
+plays, so its output has an error until a full swing wipes out the initial memory. Therefore sums of plays that were at
+rest at different inputs are fitted. An input other than the first one is chosen only if its fit is clearly better. A
+cubic static nonlinearity follows the plays. Plays alone have a large error if the device is nonlinear, and the initial
+memory then changes this error only little.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ def rest(data: Dataset) -> float:
     -------
     float
         Input in the unit of measure of u. If several inputs are equally good, the result is the first input of the
-        record, 0, the lower end, or the upper end of the range, in this order of preference. If plays do not describe
-        the device, the result is the first input.
+        record, 0, the lower end, or the upper end of the range, in this order of preference. If the error of the plays
+        is too large, the result is the first input.
     """
     first = float(data.u[0])
     if len(data.starts) > 1 or data.covariates:
@@ -76,7 +76,7 @@ def rest(data: Dataset) -> float:
 
 
 def places_memory(key: str) -> bool:
-    """Return whether a kind of model has an option for its memory before row 0."""
+    """Return whether the kind of model `key` has an option for its memory before row 0."""
     return any(o.name == "u0" or (o.name == "start" and {"low", "high"} <= {*o.choices}) for o in options(key))
 
 
@@ -107,7 +107,10 @@ def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
 
 
 def _error(data: Dataset, u0: float, bends: int = BENDS) -> float:
-    """Return the smallest RMS error, over `bends` iterations, of plays from rest at u0 with a cubic nonlinearity."""
+    """Fit plays that were at rest at u0, followed by a cubic nonlinearity; return the RMS error.
+
+    The fit is iterative. The result is the smallest error of `bends` iterations.
+    """
     rows = np.arange(len(data.u))[data.counted]
     rows = rows[:: max(1, len(rows) // ROWS)]
     columns = np.column_stack([data.u, plays(data.u, thresholds(data.u[data.train], PLAYS), u0)])[rows]

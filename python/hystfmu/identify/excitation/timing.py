@@ -6,11 +6,12 @@ To find the lag, a sum of plays and a cubic polynomial is fitted to the training
 2, ... rows. The residual has its minimum at the lag. Dynamics of the device have the same effect, and creep can move
 the minimum by one row. Therefore the lag is reported but not removed.
 
-Dead time. After a late sensor or a delay, the output does not respond at all during the dead time. With dynamics, the
-output responds at once but gradually. Kinks and jumps of the input show the difference, because the second difference
-of the input is a pulse there. The response to this pulse is estimated by a regression of the second differences of y on
-shifted second differences of u. The weights of shifts for which y precedes u are only an effect of chance, noise and
-hysteresis. The dead time ends at the first weight that is significantly larger than these weights (5 % level).
+Dead time. A late sensor or a delay causes a dead time, during which the output does not respond to the input at all.
+With dynamics, the output responds at once, but gradually. Kinks and jumps of the input show the difference, because the
+second difference of the input is a pulse at a kink or a jump. The response to this pulse is estimated by a regression
+of the second differences of y on shifted second differences of u. If y precedes u, the weight is only an effect of
+chance, noise and hysteresis. The dead time ends at the first shift whose weight is significantly larger than the
+weights with y before u (5 % level).
 
 Feedback. Without feedback, noise of the output does not affect the input. With feedback it does, and a fit would
 attribute properties of the controller to the device (Ljung, System Identification, 2nd ed. 1999, section 13.4). To
@@ -54,7 +55,7 @@ SURELY = 3.0  # required ratio to the sum for earlier increments, because a poor
 
 
 def told(data: Dataset, error: float) -> tuple[dict[str, Any], list[str]]:
-    """Return what the record shows about a lag of the output, and a warning if the model does not represent the lag.
+    """Return the lag of the output that a record shows, and a warning if the model does not represent this lag.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def told(data: Dataset, error: float) -> tuple[dict[str, Any], list[str]]:
         Entries for ``fit`` of the model: the lag ``lag_rows`` (rows), the text ``lag``, and the part of the lag that is
         dead time, ``dead_rows`` (rows), if the record shows this part. The dict is empty if there is no lag.
     list of str
-        The warning, which states a remedy; empty if no warning is needed.
+        The warning, which also states a remedy. The list is empty if no warning is needed.
     """
     record = data.longest()
     rows, found = lag(record.u, record.y, record.train)
@@ -133,7 +134,7 @@ def _columns(u: Array, train: slice) -> Array:
 
 
 def _left(a: Array, y: Array) -> Array:
-    """Return the residual of the least-squares regression of y (n,) on the columns of a."""
+    """Return the residual (n,) of the least-squares regression of y (n,) on the columns of a (n, m)."""
     return np.asarray(y - a @ np.linalg.lstsq(a, y, rcond=None)[0])
 
 
@@ -182,7 +183,7 @@ def feedback(data: Dataset) -> list[str]:
 
 
 def correlation(u: Array, y: Array, train: slice) -> tuple[float, float]:
-    """Return the correlation of the residual with later and with earlier increments of the input.
+    """Return the correlation of the residual of plays with later and with earlier increments of the input.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""Readout of a model by a network: features that are limited to their training range, the network, an output scaling.
+"""Network as the output stage (readout) of a model: limiting of its inputs, the network, and an output scaling.
 
-The features are the inputs of the network, such as outputs of plays. `hidden_sweep` compares networks of different
-sizes on a validation split.
+The inputs of the network are called features; they are, for example, outputs of plays. Each feature is limited to its
+range in the training rows. `hidden_sweep` compares networks of different sizes on a validation split.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ WORKERS = 2  # number of threads of a sweep
 
 
 def network_options(hidden: int, starts: int, iterations: int, least_decay: float = LEAST_DECAY) -> tuple[Option, ...]:
-    """Return the options of a network readout with the given default values."""
+    """Return the options of a network; the arguments are their default values and the smallest weight decay."""
     decay = f"weight decay; default: a tenth of the noise variance of y, at least {least_decay:g}"
     return (
         Option("hidden", hidden, 1, 10000, text="hidden neurons"),
@@ -69,7 +69,7 @@ class Features:
         self.values = np.hstack([own, data.covariates.values]) if data.covariates else own
 
     def into(self, end: str) -> list[tuple[str, str]]:
-        """Return the wires from the features, without covariates, to the first elements of the array input `end`."""
+        """Return the wires from all features except covariates to the first elements of the array input `end`."""
         return [(source, f"{end}[{i + 1}]") for i, source in enumerate(self._scalars)]
 
     def inputs(self, ends: Sequence[str]) -> list[Input]:
@@ -104,8 +104,8 @@ def fit_readout(
     The error is in the unit of measure of y. The graph is features -> scaling ``features`` -> mlp ``network`` ->
     scaling ``readout``. Its inputs are `u` and the covariates, and its output is `y`. With `linear`, a linear readout
     of the features is fitted first by least squares, and the network is trained on the residual. The graph then also
-    has the sums ``linear`` and ``total``. If there are more than `most_rows` rows, they are thinned evenly.
-    `least_decay` is the smallest weight decay that is used if the option ``decay`` is not given.
+    contains the sum blocks ``linear`` and ``total``. If there are more than `most_rows` rows, they are thinned evenly.
+    If the option ``decay`` is not given, the weight decay is computed from the noise, and it is at least `least_decay`.
     """
     x, y = features.values[data.counted], data.y[data.counted]
     middle, gain = centre_and_gain(x)
@@ -168,9 +168,9 @@ def hidden_sweep(
 ) -> dict[int, float]:
     """Return the mean square validation error for each number of hidden neurons (Shen & Ma 2017, table 2).
 
-    Networks from x (n, n_in) to y (n,) are trained on the rows `fitted` and tested on the rows `validation`. `chosen`
-    contains the options of a network readout. The errors are in the square of the unit of measure of y, in the order of
-    `counts`.
+    Networks that map x (n, n_in) to y (n,) are trained on the rows `fitted` and tested on the rows `validation`.
+    `chosen` contains the options of a network readout. The errors are in the square of the unit of measure of y, in the
+    order of `counts`.
 
     Several threads train the networks, the largest network first. Each size has its own random start values, so the
     result does not depend on the order. BLAS uses one thread per network, because threads of small factorisations wait

@@ -26,7 +26,7 @@ def train_module(
     iterations: int = 150,
     progress: Progress = silent,
 ) -> float:
-    """Train a module by least squares from its present weights; the weights of the module are replaced.
+    """Train a module by least squares, starting from its present weights; the new weights replace them.
 
     Parameters
     ----------

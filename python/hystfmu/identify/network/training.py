@@ -1,7 +1,7 @@
 """Network with one hidden layer and a linear output, which is trained from several random start values.
 
-The residuals, the Jacobian and the gradient are computed without torch. The import of torch takes seconds, and its
-steps take twice the time.
+The residuals, the Jacobian and the gradient are computed without torch. The import of torch takes seconds, and training
+steps with torch take twice the time.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Network:
 
 
 def _hidden(a: Array, activation: str) -> tuple[Array, Array]:
-    """Return the activations of the weighted sums a, and the derivatives of the activations."""
+    """Return the outputs of hidden neurons with the weighted sums a, and the derivatives of these outputs."""
     t = np.tanh(a if activation == "tanh" else 0.5 * a)
     return (t, 1 - t * t) if activation == "tanh" else (0.5 + 0.5 * t, 0.25 * (1 - t * t))
 
@@ -131,7 +131,7 @@ def train(
     all iterations. With a single start value, the first stage is omitted. The inputs x (n, n_in) and the output y (n,)
     must be scaled to about [-1, 1]. Weight decay adds `decay` times the sum of the squared weights to the mean square
     error. `direction` (n_in,) is an important direction of the input space (see `start`). If there are more than
-    `most_rows` rows, they are thinned evenly. The error includes the weight decay.
+    `most_rows` rows, they are thinned evenly. The returned error includes the weight decay.
     """
     stride = -(-len(x) // most_rows)
     x, y = np.ascontiguousarray(x[::stride]), y[::stride]

@@ -5,8 +5,8 @@ remaining problem is the problem of Lawson & Hanson (1974, ch. 23). For thousand
 cost:
 
 - Omitted columns. The output of a play is a piecewise linear function of its half-width. Therefore a column is often
-  the mean of its two neighbours, so that weights of the neighbours can replace its weight. This removes half of 5000
-  columns for 2000 samples.
+  the mean of its two neighbours, so that weights of the neighbours can replace its weight. For example, half of 5000
+  columns are omitted for 2000 samples.
 - Pricing, as in the simplex method. Columns of adjacent plays are nearly equal, so the solution for a coarse selection
   of columns is already close to the solution. If only a few of its weights are positive, the columns with the largest
   positive gradients are added until no gradient is positive. The products with all columns, which dominate the cost of
@@ -71,7 +71,8 @@ def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
 
 
 def _triangle(*columns: Array) -> Array:
-    """Return the triangular QR factor of arrays (n, ...) side by side, computed from successive parts of the rows."""
+    """Return the triangular QR factor of a matrix with the given columns, computed from successive parts of its
+    rows."""
     R: Array = np.zeros((0, np.column_stack([c[:1] for c in columns]).shape[1]))
     for k in range(0, len(columns[0]), MANY):
         part = np.column_stack([c[k : k + MANY] for c in columns])
@@ -80,7 +81,7 @@ def _triangle(*columns: Array) -> Array:
 
 
 def _extreme(A: Array) -> NDArray[np.intp]:
-    """Return the indices of all columns that are not linear interpolations, in the index, of two other columns."""
+    """Return the indices of all columns that linear interpolation between two other columns does not reproduce."""
     n = A.shape[1]
     if n <= COARSE:
         return np.arange(n)
@@ -97,7 +98,7 @@ def _extreme(A: Array) -> NDArray[np.intp]:
 
 
 def _solved(A: Array, b: Array) -> Array:
-    """Return the solution x >= 0 of the least-squares problem A x = b for columns with norm 1."""
+    """Return the x >= 0 that minimises |b - A x|; the columns of A must have the norm 1."""
     n = A.shape[1]
     if n <= COARSE:
         return _direct(A, b)
@@ -113,7 +114,7 @@ def _solved(A: Array, b: Array) -> Array:
 
 
 def _priced(A: Array, b: Array, working: Array, weights: Array) -> Array:
-    """Return the solution for all columns by pricing, from the solution `weights` for the columns `working`."""
+    """Return the x >= 0 that minimises |b - A x|, by pricing; start from `weights` of the columns `working`."""
     last = np.inf
     while True:
         x = np.zeros(A.shape[1])
@@ -159,11 +160,11 @@ def positive_solution(A: Array, b: Array) -> Array | None:
 
 
 def _mixed(rows: Array) -> tuple[Array, Array]:
-    """Multiply the rows by a random orthogonal matrix, so that the first k new rows span the space of all rows.
+    """Multiply `rows` by a random orthogonal matrix, so that the first k new rows span the space of all rows.
 
     The matrix applies random signs, a cosine transform and a random permutation (Avron, Maymounkov & Toledo 2010). The
     last column is returned separately. Trap: consecutive samples are nearly equal. Without this mixing, rounding errors
-    grow to 1e-10, which is the size of independent rows.
+    grow to 1e-10, so that dependent rows look like independent rows.
     """
     rng = np.random.default_rng(0)
     signs = rng.choice([-1.0, 1.0], (len(rows), 1))
@@ -186,9 +187,9 @@ def row_space(A: Array) -> tuple[Array, Array]:
 
 
 def _pushed(Q: Array, x: Array) -> Array | None:
-    """Return x + d >= 0 with the shortest d that is orthogonal to Q, or None if no d is found.
+    """Return x + d >= 0 with the shortest d that is orthogonal to the columns of Q, or None if no d is found.
 
-    Only violated constraints are added, round by round.
+    In each round, only the constraints that are violated are added.
     """
     tiny = 1e-15 * float(np.abs(x).max(initial=0.0))
     bound, y = np.array([], dtype=int), x

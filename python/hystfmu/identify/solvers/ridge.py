@@ -27,11 +27,12 @@ def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
 
 
 def recursive(phi: Array, y: Array, ridge: float, dead_zone: float | None = None) -> Array:
-    """Return the weights (n,) after one pass of recursive least squares over the rows of phi (rows, n), from 0.
+    """Return the weights (n,) after one pass of recursive least squares over phi (rows, n), starting from 0.
 
-    Without a dead zone, the weights equal the result of `least_squares`. With a dead zone, a row whose error is smaller
-    than the dead zone does not change the weights. If the dead zone is smaller than the error of the best weights, the
-    recursion adapts to noise and can diverge. If it diverges, an InputError is raised.
+    Without a dead zone, the weights equal the result of `least_squares`. The matrix phi contains the regressors, y
+    (rows,) contains the wanted outputs, and `ridge` is the ridge penalty. With a dead zone, a row whose error is
+    smaller than the dead zone does not change the weights. If the dead zone is smaller than the error of the best
+    weights, the recursion adapts to noise and can diverge. If it diverges, an InputError is raised.
     """
     values: dict[str, Value] = {"eta": 1 / (len(y) * ridge**2), "mu": 1.0, "form": "plain"}
     if dead_zone is not None:

@@ -104,10 +104,10 @@ def conjugate_gradients(
     """Minimise a smooth function from the start p by conjugate gradients with Powell-Beale restarts.
 
     The direction is d_k = -g_k + beta_k d_{k-1} + gamma_k d_t, where g_k is the gradient and t is the step of the last
-    restart. With y_k = g_{k+1} - g_k, the factors are beta_k = g_k'y_{k-1} / d_{k-1}'y_{k-1} and gamma_k = g_k'y_t /
-    d_t'y_t (0 for k = t + 1). The third term makes the directions conjugate to the direction of the restart (Beale
-    1972). The method restarts with d_k = -g_k if |g_{k-1}'g_k| >= 0.2 |g_k|^2 (Powell 1977, Math. Prog. 12, 241-254),
-    after n steps, and if d_k is not a descent direction.
+    restart. With the gradient change y_k = g_{k+1} - g_k, the factors are beta_k = g_k'y_{k-1} / d_{k-1}'y_{k-1} and
+    gamma_k = g_k'y_t / d_t'y_t (0 for k = t + 1). The third term makes the directions conjugate to the direction of the
+    restart (Beale 1972). The method restarts with d_k = -g_k if |g_{k-1}'g_k| >= 0.2 |g_k|^2 (Powell 1977, Math. Prog.
+    12, 241-254), after n steps, and if d_k is not a descent direction.
 
     `function` returns the value and the gradient (n,) at a point (n,). A line search ends when the absolute slope has
     decreased to the fraction `slope`; conjugate directions need a fraction of about 0.1 or less. The iterations end
@@ -152,7 +152,7 @@ def conjugate_gradients(
 def _line_search(
     p: Array, d: Array, value: float, along: float, step: float, function: Gradient, slope: float
 ) -> tuple[float, float, Array] | None:
-    """Return the step, value and gradient of a point that meets the strong Wolfe conditions; None if no point is lower.
+    """Return step, value and gradient of a point that meets the strong Wolfe conditions; None if none is found.
 
     The search first finds an interval that contains such a point, and then uses cubic interpolation (Nocedal & Wright,
     Numerical Optimization, algorithms 3.5 and 3.6).
