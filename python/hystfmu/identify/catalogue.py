@@ -50,7 +50,7 @@ class Option:
     default : bool, int, float, str or None
         Default value, which also defines the type of the option. None means that a number is computed from the data.
     lo, hi : float
-        Smallest and largest valid number.
+        Smallest and largest valid value of an option that is a number.
     choices : tuple of str
         Valid words of a str option.
     text : str
@@ -157,7 +157,8 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Memory:
-    """Measured memory of a fit. A kind whose module has no ``MEMORY`` is assumed to need `LEAST` bytes per row.
+    """Memory that a fit needs, from measurements. A kind whose module has no ``MEMORY`` is assumed to need `LEAST`
+    bytes per row.
 
     `per_row` is the peak memory of a fit with the default options, in bytes per row of a long record. The peak is
     proportional to the value of the option `option`, raised to the power `power`. If `option` is empty, the peak

@@ -84,7 +84,7 @@ class DeviceCheck:
     moved: str
 
     def __str__(self) -> str:
-        """Result in one line."""
+        """Return the result in one line: whether the device has drifted, the RMS error, and its ratio to `stated`."""
         ratio = f"{self.rms / self.stated:.3g} times the {self.of} error of the fit"
         if not self.drifted:
             return f"no drift: RMS {self.rms:.4g}, {ratio}"

@@ -12,7 +12,7 @@ learned  trains a network on the response of the model with input and output exc
 adaptive is the exact inverse of a Prandtl-Ishlinskii operator, whose weights are estimated from the measured output
          during operation. This inverse has further ports (see `hystfmu.inverse.adaptive`).
 
-The method applies to the hysteresis of the model. Linear dynamics and a delay after the hysteresis are inverted by a
+The method inverts only the hysteresis of the model. Linear dynamics and a delay after the hysteresis are inverted by a
 feed-forward that uses future samples of the wanted output (`hystfmu.inverse.dynamic`). The output of the cascade of
 inverse and model then lags the wanted output by a number of steps, ``fit["lag_steps"]``.
 

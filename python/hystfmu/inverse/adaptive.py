@@ -44,8 +44,8 @@ def adaptive_inverse(model: M, **options: Any) -> M:
         Static model, or model with second-order dynamics without zeros.
     **options
         Values that replace parameters of the block `adaptive_inverse`. ``f_n`` (Hz) and ``zeta`` are the natural
-        frequency and the damping of dynamics that follow a static model. ``delay`` is the number of further known steps
-        of delay in the loop.
+        frequency and the damping of dynamics that follow a static model. ``delay`` is the number of steps of delay in
+        the loop that the model does not contain.
 
     Raises
     ------

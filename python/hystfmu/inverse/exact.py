@@ -197,7 +197,7 @@ def inverted_beside(g: Graph, n: Node, alone: set[str]) -> tuple[Node, list[tupl
 
 
 def _refuse_zero(g: Graph, end: str | None, n: Node) -> None:
-    """Raise an InputError if a factor is not a sum of limited covariates, or if it can be 0."""
+    """Raise an InputError if a factor can be 0, or if it is not a sum of covariates with limits."""
     factor = None if end is None else g.node(end.split(".")[0])
     drives = {b: a for a, b in g.wires}
     limited = None if factor is None else drives.get(f"{factor.name}.u")

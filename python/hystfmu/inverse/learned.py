@@ -10,12 +10,13 @@ Recipe, after Zhao & Tan 2008, section III:
    recipe of the paper is ``fit(exchanged, "zhao_tan_mlp", operator="zhao_tan_inverse")``.
 3. Target. A network that computes the input directly must represent fast changes of the input at reversals, where the
    output hardly changes. Therefore the network computes a corrected wanted output. The exact inverse of a fitted
-   Prandtl-Ishlinskii model then computes the input. An error of the network thus has the size of an output error.
+   Prandtl-Ishlinskii model then computes the input. An error of the network then has the same size as the error of the
+   output that it causes.
 4. Choice. The error of the cascade of inverse and model is computed for validation signals. If it exceeds `ENOUGH`, a
    second inverse is trained, which computes the input directly by a bank of plays and a network. The inverse with the
    smaller error is used.
 
-Trap: for these small matrices, two threads take ten times as long as one thread.
+Trap: the training uses small matrices, for which two threads take ten times as long as one thread.
 """
 
 from __future__ import annotations

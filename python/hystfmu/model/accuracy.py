@@ -63,7 +63,7 @@ def held_out_table(
     Parameters
     ----------
     model : Model
-        Model. It is simulated from its initial state, without use of measured outputs.
+        Model to test. It is simulated from its initial state, without use of measured outputs.
     plant : function
         Function that returns the true output (n,) for an input (n,) from the initial state of the plant.
     span : float

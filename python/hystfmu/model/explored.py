@@ -99,7 +99,7 @@ def _parameter(p: Port) -> Slider:
 
 
 def _memory(graph: Graph) -> Memory | None:
-    """Return the memory that the explorer shows: turning points, otherwise plays, otherwise other states."""
+    """Return the states that the explorer shows: turning points; without these, plays; without both, other states."""
     found: dict[str, Memory] = {}
     for k, node in enumerate(graph.nodes):
         place, named = 0, []

@@ -140,7 +140,7 @@ def _flat(module: nn.Module, path: str) -> Iterator[tuple[str, Any]]:
 def _affine(layers: list[_Affine | str], at: int, width: int) -> tuple[_Affine, int]:
     """Return the linear layer at index `at` and the next index; if the layer is not linear, return an identity.
 
-    After an identity, the index stays the same.
+    If the result is an identity, the returned index is `at`. `width` is the number of its inputs.
     """
     if at < len(layers) and isinstance(layer := layers[at], _Affine):
         return layer, at + 1

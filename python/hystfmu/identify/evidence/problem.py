@@ -64,7 +64,7 @@ class Structure:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Records with the selected bins and their weights.
+    """Least-squares problem: the records, the selected frequency bins, and the weights of the bins.
 
     ``hold`` is the interpolation of the input between rows (see `hystfmu.identify.evidence.lag`). ``bins`` contains the
     selected bins of each window. ``weight`` contains for each bin 1 divided by the RMS of noise and model error.

@@ -71,8 +71,7 @@ def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
 
 
 def _triangle(*columns: Array) -> Array:
-    """Return the triangular QR factor of a matrix with the given columns, computed from successive parts of its
-    rows."""
+    """Return the triangular QR factor of a matrix with the given columns, computed from blocks of its rows."""
     R: Array = np.zeros((0, np.column_stack([c[:1] for c in columns]).shape[1]))
     for k in range(0, len(columns[0]), MANY):
         part = np.column_stack([c[k : k + MANY] for c in columns])
