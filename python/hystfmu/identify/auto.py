@@ -71,7 +71,7 @@ SHORT = 0.2  # cost of a short trial fit, relative to a full fit
 
 
 class Inverses(Protocol):
-    """Interface by which `auto` finds out whether a model has an inverse; `hystfmu.inverse` implements it."""
+    """Interface that tells `auto` whether a model has an inverse; `hystfmu.inverse` implements it."""
 
     def kind(self, model: Model) -> str:
         """Return the method that can invert a model, or the reason why no method can."""

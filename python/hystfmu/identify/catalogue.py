@@ -157,8 +157,9 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Memory:
-    """Memory that a fit needs, from measurements. A kind whose module has no ``MEMORY`` is assumed to need `LEAST`
-    bytes per row.
+    """Memory that a fit of a kind of model needs, from measurements.
+
+    A kind whose module has no ``MEMORY`` is assumed to need `LEAST` bytes per row.
 
     `per_row` is the peak memory of a fit with the default options, in bytes per row of a long record. The peak is
     proportional to the value of the option `option`, raised to the power `power`. If `option` is empty, the peak

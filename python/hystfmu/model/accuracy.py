@@ -3,11 +3,11 @@
 The interval is computed by hierarchical conformal prediction. Rows are not independent samples, because errors of
 neighbouring rows are similar. Therefore the errors on rows that were not used in the fit are cut into K blocks. The
 blocks are assumed to be exchangeable with a new part of the same kind of signal, the new block. The half-width of the
-interval is the smallest number that at least a share of 95 % (K + 1)/K of the absolute errors does not exceed; each
-block has the same weight. The factor (K + 1)/K takes the new block into account. The errors of this block are unknown,
-so they are assumed to be infinite (Lee, Barber & Willett 2023, arXiv:2306.06342). The coverage is a test of the
-interval. For each block, an interval is computed from the other blocks. The coverage of the block is the percentage of
-its errors that lie inside this interval.
+interval is the smallest limit that at least 95 % (K + 1)/K of the absolute errors do not exceed, where each block has
+the same weight. The factor (K + 1)/K takes the new block into account. The errors of this block are unknown, so they
+are assumed to be infinite (Lee, Barber & Willett 2023, arXiv:2306.06342). The coverage is a test of the interval. For
+each block, an interval is computed from the other blocks. The coverage of the block is the percentage of its errors
+that lie inside this interval.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ class Interval:
 
 
 def interval(e: Array) -> Interval | None:
-    """Return the 95 % prediction interval of the error in a new row; None for fewer than 80 rows.
+    """Return the 95 % prediction interval for the error of a new row; None for fewer than 80 rows.
 
     Parameters
     ----------

@@ -66,9 +66,9 @@ class Fit:
         return self.network(p)(self.x) - self.y
 
     def _layers(self, p: Array) -> tuple[Array, Array, Array]:
-        """Return the residuals (n,), the activations (n, hidden), and the output derivatives (n, hidden).
+        """Return the residuals (n,), the outputs of the hidden neurons (n, hidden), and derivatives (n, hidden).
 
-        The derivatives are taken with respect to the weighted sums of the hidden neurons.
+        The derivatives are those of the network output with respect to the weighted sums of the hidden neurons.
         """
         net = self.network(p)
         f, slope = _hidden(self.x @ net.W1.T + net.b1, self.activation)
