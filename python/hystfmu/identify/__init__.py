@@ -78,8 +78,8 @@ def fit(
     Raises
     ------
     InputError
-        The kind or an option is unknown, a value is out of range, the data have no output, the input, the output or a
-        covariate is constant, or the fit needs more than half of the memory of the computer.
+        The kind or an option is unknown, a value is out of range, the data have no output, a signal is constant, or the
+        fit needs more than half of the memory of the computer.
     """
     report = progress or silent
     resolve(key, options(key), given)

@@ -48,9 +48,9 @@ Bounded = Mapping[str, tuple[float, float, float]]
 
 
 def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
-    """Return a warning if the output of a fitted model of the kind `key` leaves the range of y for another signal.
+    """Return a warning if the output of a fitted model leaves the range of y when the input is `other_signal`.
 
-    If the output diverges for this signal, the function raises an InputError.
+    If the output diverges for this input, the function raises an InputError, which names the kind `key`.
     """
     u = data.u[data.counted]
     beyond = _beyond(graph, other_signal(u, float(data.u[0])), data.h, data.y[data.counted], data.span)

@@ -162,8 +162,8 @@ def _mixed(rows: Array) -> tuple[Array, Array]:
     """Multiply `rows` by a random orthogonal matrix, so that the first k new rows span the space of all rows.
 
     The matrix applies random signs, a cosine transform and a random permutation (Avron, Maymounkov & Toledo 2010). The
-    last column is returned separately. Trap: consecutive samples are nearly equal. Without this mixing, rounding errors
-    grow to 1e-10, so that dependent rows look like independent rows.
+    last column of the result, the right-hand side b, is returned separately. Trap: consecutive samples are nearly
+    equal. Without this mixing, rounding errors grow to 1e-10, so that dependent rows look like independent rows.
     """
     rng = np.random.default_rng(0)
     signs = rng.choice([-1.0, 1.0], (len(rows), 1))
