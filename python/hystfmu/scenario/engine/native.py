@@ -70,7 +70,7 @@ class Unit(C.Structure):
 
 
 class GraphUnit:
-    """Units that are joined to one graph, with the indices of inputs and outputs."""
+    """Units that are joined to one graph, with the indices of the inputs and outputs among the values of the system."""
 
     def __init__(self, system: System, parts: tuple[int, ...]) -> None:
         first = system.parts[parts[0]]
@@ -328,7 +328,9 @@ class Native:
         return False
 
     def _slot(self, key: str) -> tuple[Executor, int, list[float]]:
-        """Return the executor of a parameter, the reference of its first element, and its values in the scenario."""
+        """Return for a parameter the executor of the graph, the value reference of the first element, and the values in
+        the scenario.
+        """
         if key not in self._slots:
             unit, name = split_end(key, "set")
             if unit not in self._graphs:

@@ -286,7 +286,7 @@ def _chain(way: Sequence[Node]) -> StateSpace:
 
 
 def _in_parallel(graph: Graph, undone: Collection[str]) -> StateSpace:
-    """Return a unit in which the gain at rest replaces the hysteresis."""
+    """Return the state space of a unit from its first input to its first output, with hysteresis linearised at rest."""
     for n in graph.nodes:
         if n.type in (DELAY, LEVELS) or n.type in undone:
             gain = gain_of(n) if n.type in undone else 1.0
@@ -322,7 +322,9 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
 
 
 def _without(lone: Collection[str], graph: Graph) -> Graph:
-    """Return a graph in which static gains replace dynamics of these types and the blocks that invert them."""
+    """Return a graph in which static gains replace the dynamics of the types in `lone`, and the blocks that invert
+    them.
+    """
     for n in graph.nodes:
         if n.block.inverts in lone:
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": 1 / _gain_undone(n)}))
