@@ -142,7 +142,7 @@ class _Sides:
         return command, tuple(way[:ends])
 
     def _sensed(self) -> frozenset[int]:
-        """Return the plant, and the downstream units whose inputs come only from the plant and from sources of noise."""
+        """Return the plant, and the units downstream of it whose other inputs, if any, come from sources of noise."""
         found = {self.plant}
         noise = {k for k in self.sources if is_noise(self.system.parts[k])}
         while new := {k for k in self.into if k not in found and self._measures(k, found, noise)}:

@@ -74,8 +74,9 @@ class Lines:
 
 
 class Member(Protocol):
-    """Interface of a unit for the master. The unit reads inputs from the values of the system, and writes outputs
-    there.
+    """Interface of a unit for the master.
+
+    The unit reads its inputs from the values of the system, and writes its outputs into these values.
     """
 
     period: int

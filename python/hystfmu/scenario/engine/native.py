@@ -297,10 +297,10 @@ class Native:
     def set(self, values: Mapping[str, Any]) -> None:
         """Set the parameters of the next runs, ``{"unit.parameter": value}``.
 
-        They replace the parameters of the last call.
+        A parameter that is not in `values` has the value in the scenario, even if the last call changed this parameter.
 
-        All other parameters have the values in the scenario. Values have the form of `set` of a scenario; ``"*1.2"`` is
-        a factor. An unknown unit, an unknown parameter or a value out of range is an InputError.
+        Values have the form of `set` of a scenario; ``"*1.2"`` is a factor. An unknown unit, an unknown parameter or a
+        value out of range is an InputError.
         """
         for m in self._members.values():
             m.executor.defaults()
@@ -328,9 +328,7 @@ class Native:
         return False
 
     def _slot(self, key: str) -> tuple[Executor, int, list[float]]:
-        """Return for a parameter the executor of the graph, the value reference of the first element, and the values in
-        the scenario.
-        """
+        """Return for a parameter the executor of its graph, the value reference, and the values in the scenario."""
         if key not in self._slots:
             unit, name = split_end(key, "set")
             if unit not in self._graphs:

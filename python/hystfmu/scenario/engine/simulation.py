@@ -64,9 +64,11 @@ class Newton:
         self._lib, self._n = library(), C.c_int64(n)
 
     def start(self, begin: Array, guess: Array) -> bool:
-        """Compute and factor the Jacobian matrix after the first sweep, which started from `begin` with `guess`.
+        """Compute and factor the Jacobian matrix after the first sweep. Return whether the matrix can be used.
 
-        Return False if a tangent is not finite or the matrix is singular (loop gain of one).
+        `begin` contains the values at the start of the step, and `guess` contains the unknowns of the first sweep.
+
+        The result is False if a tangent is not finite or the matrix is singular (loop gain of one).
         """
         for c, steps in enumerate(self._steps):
             d, read = np.zeros_like(self._values), begin.copy()
@@ -394,8 +396,9 @@ def child(
 
 
 def main(folder: str) -> None:
-    """Read the function and the task from `folder`, call the function, and write the result there. Runs in the child
-    process.
+    """Read a function and its task from `folder`, call the function, and write the result there.
+
+    The child process calls `main`.
     """
     # the parent process wrote this file, so it is trusted
     work, task, gigabytes = pickle.loads((Path(folder) / TASK).read_bytes())

@@ -103,7 +103,7 @@ class OpenedLoop:
         return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
 
     def _closed_break(self, gain: float) -> OpenedLoop:
-        """Close the loop at the opened signal through a gain, and return this loop, opened at the input of the plant."""
+        """Return the loop closed through a gain at the opened signal, and opened at the input of the plant."""
         assert self.broken is not None
         A, B, C, D = self.broken
         order = [0, *range(2, len(D)), 1]  # the opened signal is the last one

@@ -322,8 +322,8 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
 
 
 def _without(lone: Collection[str], graph: Graph) -> Graph:
-    """Return a graph in which static gains replace the dynamics of the types in `lone`, and the blocks that invert
-    them.
+    """Return a graph in which static gains replace the dynamics of the types in `lone` and the inverses of these
+    dynamics.
     """
     for n in graph.nodes:
         if n.block.inverts in lone:
