@@ -5,7 +5,7 @@ rms_percent              root mean square of e on the fine grid, that is, also b
 rms                      root mean square of e in the unit of measure of the signal
 max_percent              largest |e|, also between samples
 between_samples_percent  ripple: largest deviation of e from the straight line between its values at two samples
-variation_ratio          total variation of the signal divided by that of `against`, at the samples; 1 means no chattering
+variation_ratio          total variation of the signal divided by that of `against`, at samples; 1 means no chattering
 peak                     largest |signal|
 final                    |e| at the end (|signal| without `against`)
 loop_area_percent        area that the signal encloses over `against`, in percent of the rectangle of their spans; it is

@@ -347,8 +347,8 @@ def run_ssp(
 ) -> SspRun:
     """Simulate an archive, and compare the result with the reference result in the archive.
 
-    Nothing is compared if the archive has no reference result, or if `step`, `coupling` or `settings` differ from the
-    archive.
+    Nothing is compared if the archive has no reference result, if `step` or `coupling` differ from the archive, or if
+    `settings` are given.
 
     Rows are written to the file `out` during the run. Only the rows for the comparison are stored in memory. `progress`
     is called with the completed fraction. `settings` override parameters, ``{"component.parameter": value}``.

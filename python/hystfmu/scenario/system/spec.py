@@ -4,9 +4,9 @@ Several scenarios may form a group, which is a folder in the folder of all scena
 states only the differences from another file. Tables are merged key by key. Numbers, texts and lists replace the value
 in the extended file. Three rules keep the result readable:
 
-- A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole. - If
-`extends` lists several files, a later file has priority over an earlier file. - A case states the differences from the
-case of the same name in the extended file. If a file lists cases, these run
+- A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole.
+- If `extends` lists several files, a later file has priority over an earlier file.
+- A case states the differences from the case of the same name in the extended file. If a file lists cases, these run
   in this order; otherwise the cases of the extended file run. A name with ``*`` or ``?`` stands for all matching cases
   of the extended file that the file does not name elsewhere.
 
