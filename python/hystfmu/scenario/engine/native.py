@@ -103,7 +103,7 @@ class GraphUnit:
         values[self.first : self.first + len(self.vr_out)] = [self.executor.get(r) for r in self.vr_out.tolist()]
 
     def raw(self, values: C.Array[C.c_double]) -> tuple[Unit, list[Any]]:
-        """Return the structure for C, and the arrays that must exist during the run. All units are initialised."""
+        """Return the structure for C, and arrays that must exist during the run. All units must be initialised."""
         at = np.zeros(len(self.vr_in) + len(self.vr_out), dtype=np.uint64)
         saved = self.executor.state
         keep: list[Any] = [at, saved, self.vr_in, self.vr_out, self.source]
@@ -182,7 +182,7 @@ class ForeignUnit:
         self._member.start(0.0)
 
     def raw(self, values: C.Array[C.c_double]) -> tuple[Unit, list[Any]]:
-        """Return the structure for C, and the arrays that must exist during the run. All units are initialised."""
+        """Return the structure for C, and arrays that must exist during the run. All units must be initialised."""
         call = self._member.calls()
         u, source = np.array(call.inputs), np.array(call.source, dtype=np.int64)
         names = ("set", "step", "get", "save", "restore")
@@ -275,8 +275,8 @@ def _run() -> Any:
 class Native:
     """A case that can be simulated in C any number of times, with the recorded outputs `columns` (default: all).
 
-    If `cut` is True, units whose steps can be divided and other units are in separate graphs. The default is True if a
-    run has divided steps.
+    If `cut` is True, units whose steps can be divided and other units are in separate graphs. A run with divided steps
+    always uses separate graphs for these units.
     """
 
     def __init__(self, system: System, columns: Sequence[str] | None = None, cut: bool = False) -> None:

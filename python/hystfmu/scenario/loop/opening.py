@@ -184,7 +184,7 @@ def _tangent(controller: _Content, h: float) -> StateSpace:
 
 
 def _break(controller: Graph, graph: Graph, at: str, units: Sequence[str], where: str) -> Graph:
-    """Return a controller opened at the signal `at`: a new input drives the units that were connected to the signal."""
+    """Return a controller opened at the signal `at`. A new input drives the units that were connected to it."""
     unit, _, output = at.partition(".")
     source = next((o.source for o in graph.outputs if unit in units and o.name == f"{unit}_{output}"), None)
     if source is None:

@@ -16,8 +16,8 @@ straight lines without the turn-arounds.
 
 Sums are computed in the order of the rows. Therefore the division into chunks has no effect on the result.
 
-This module also finds the unit of measure of each signal for reports. Blocks, models and FMUs state units of measure of
-their ports, which propagate along the connections.
+This module also finds the unit of measure of each signal for reports. Blocks, models and FMUs state the units of
+measure of some ports. A stated unit of measure also applies to connected ports.
 
 Two signals have the same unit of measure if they are connected, if a metric subtracts them, or if a block passes them
 without scaling. If the unit of measure of one of these signals is stated, it applies to all of them.

@@ -33,8 +33,9 @@ Values = Callable[[Part, Node, str], Array]
 class Event:
     """Increasing times (s) at which an output of a source has a discontinuity, a kink or a reversal.
 
-    `parameter` is the name of the parameter that determines the times, for messages. `shift` is the preview of the
-    block (s), to which the block rounds times.
+    `parameter` is the name of the parameter that determines the times, for messages. `shift` is the preview time of the
+    output (s), by which `times` are earlier than the events of the reference. It increases the rounding errors of the
+    times in the block.
     """
 
     part: Part

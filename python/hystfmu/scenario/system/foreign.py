@@ -99,7 +99,7 @@ class Foreign:
 
     @property
     def any_step(self) -> bool:
-        """True if the FMU supports communication steps of variable size, or is integrated by HystFMU (Model Exchange)."""
+        """True if the FMU supports communication steps of variable size, or is integrated here (Model Exchange)."""
         simulation = self.description.coSimulation
         if simulation is None:
             return True
