@@ -241,7 +241,7 @@ class OpenedLoop:
         return all(self.stable(slope, delay) for slope in found)
 
     def stable_to(self, delays: Sequence[float] = DELAYS) -> float:
-        """Return the largest of the `delays` (steps) up to which the whole sector is stable, or NaN if none is stable."""
+        """Return the largest of `delays` (steps) up to which the whole sector is stable, or NaN if there is none."""
         found = np.nan
         for delay in sorted(delays):
             if not self.stable_at(delay):
