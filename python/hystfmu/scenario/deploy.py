@@ -2,8 +2,8 @@
 
 The plant is the unit whose output the first metric with `against` evaluates. Some units upstream of the plant belong to
 the actuator side of the plant: units at the rate of the plant, converters, delays for computing time, and amplifiers.
-The sensor side consists of the downstream units whose only inputs are the plant and noise. The controller consists of
-all units upstream of the command.
+The sensor side consists of the units downstream of the plant whose inputs come only from the plant and from sources of
+noise. The controller consists of all units upstream of the command.
 
 The controller is written as one graph with the ports r, y and u, as an FMU, or as C files. The inputs are the measured
 output `y` and the outputs of sources that are connected to the controller. The inputs from the reference have the names
@@ -38,10 +38,10 @@ NOISE = {"noise", "disturbance"}
 class ControlSide:
     """Indices of the units of a controller in the order of the scenario, and the boundary of the controller.
 
-    `command` and `measured` are indices of values. Without feedback, `measured` is None. `actuated` contains the plant,
-    followed by the units between command and plant. `sensed` contains the plant and the units that measure the output
-    of the plant. If `early` is True, the controller precedes the plant in the order, so that its input is the measured
-    output of the previous step.
+    `command` and `measured` are the indices of the command and of the measured output among the values of the system.
+    Without feedback, `measured` is None. `actuated` contains the plant, followed by the units between command and
+    plant. `sensed` contains the plant and the units that measure the output of the plant. If `early` is True, the
+    controller precedes the plant in the order, so that its input is the measured output of the previous step.
     """
 
     units: tuple[int, ...]
@@ -58,9 +58,9 @@ def control_side(system: System) -> ControlSide:
     Raises
     ------
     InputError
-        No metric names the plant. There is not exactly one command and one measured output. Units of the controller
-        have different rates. A unit of the controller is a foreign FMU or runs at the rate of the plant. The coupling
-        scheme has no order of units.
+        No metric has `against`, so that the plant is unknown. The loop does not have exactly one command, or it has
+        several measured outputs. Units of the controller have different rates. A unit of the controller is a foreign
+        FMU or runs at the rate of the plant. The coupling scheme does not use the order of the units.
     """
     case = system.case
     if case.coupling.scheme != "gauss_seidel":
@@ -110,9 +110,9 @@ class _Sides:
         return self.system.parts[k].period < self.system.case.ripple
 
     def _drivers(self, k: int) -> list[int]:
-        """Return the values that are connected to a unit, except noise.
+        """Return the indices of the values that are connected to the inputs of a unit, except noise.
 
-        Values of sources are omitted if there are other values.
+        Outputs of sources are omitted if the unit also has inputs from other units.
         """
         read = {n.source for n in self.into[k]}
         driven = sorted(s for s in read if self.owner[s] not in self.sources)
@@ -142,7 +142,7 @@ class _Sides:
         return command, tuple(way[:ends])
 
     def _sensed(self) -> frozenset[int]:
-        """Return the plant, and the units whose only inputs are the plant and noise."""
+        """Return the plant, and the units downstream of it whose other inputs, if any, come from sources of noise."""
         found = {self.plant}
         noise = {k for k in self.sources if is_noise(self.system.parts[k])}
         while new := {k for k in self.into if k not in found and self._measures(k, found, noise)}:
@@ -205,13 +205,13 @@ def is_noise(part: Part) -> bool:
 
 
 def acts_on_plant(part: Part) -> bool:
-    """Return whether a unit at the rate of the controller is a converter, computing time or amplifier."""
+    """Return whether a unit is a converter, a delay for computing time, or an amplifier."""
     found = types(part)
     return bool(found) and (found <= LATE or "amplifier" in found)
 
 
 def controls(system: System, k: int) -> bool:
-    """Return whether a unit is a controller or an inverse, where the upstream search from the plant ends."""
+    """Return whether a unit is a controller or an inverse. The upstream search from the plant ends at such a unit."""
     part = system.parts[k]
     if isinstance(part.graph, Foreign):
         return False
@@ -369,7 +369,7 @@ def _sources(system: System, side: ControlSide) -> dict[int, _Source]:
 
 
 def _reference(system: System, against: str | None, read: list[Part]) -> Part | None:
-    """Return the source of the reference: the unit that the metric names, or else a connected reference."""
+    """Return the source of the reference: the unit in `against`, or the first unit of `read` with a reference block."""
     named = next(p for p in system.parts if against is not None and against.startswith(f"{p.name}."))
     if is_source(named):
         return named
@@ -393,7 +393,8 @@ def _reference_text(name: str, lead: float, end: str) -> str:
 def _with_handover(graph: Graph, output: str, measure: str, seconds: float, home: dict[str, str]) -> Graph:
     """Insert the bumpless transfer after the command, or in front of a unit that only limits the command.
 
-    The inputs that were connected to the command are reconnected. `home` maps each block to its unit.
+    Inputs of later blocks that were connected to this signal are connected to the output of the bumpless transfer.
+    `home` maps each block to its unit.
     """
     command = next(o.source for o in graph.outputs if o.name == output)
     end = _before_limits(graph, command, home)

@@ -84,8 +84,8 @@ def run_fmu(
 
     If the FMU supports Co-Simulation, this interface is used. Otherwise Model Exchange is used with an adaptive
     integrator, whose local error is 1e-8. Inputs are set at the beginning of each step and are constant during the
-    step. Continuous inputs are interpolated between the rows of the file. All other inputs keep the value of the last
-    row.
+    step. Continuous inputs are interpolated between the rows of the file `given`. All other inputs have the value of
+    the previous row.
 
     Parameters
     ----------
@@ -97,9 +97,9 @@ def run_fmu(
     settings : mapping, optional
         New values of parameters.
     step : float, optional
-        Communication step (s). The default is the step stated in the file.
+        Communication step (s). The default is the step that the FMU states, or else a fixed fraction of the duration.
     stop : float, optional
-        Stop time (s). The default is the stop time stated in the file, or else the last time in the table of inputs.
+        Stop time (s). The default is the stop time that the FMU states, or else the last time in the file `given`.
     out : path, optional
         CSV file to write, with all outputs.
     seconds, confined
@@ -108,8 +108,8 @@ def run_fmu(
     Raises
     ------
     InputError
-        The FMU or the table cannot be read, a column or a parameter is unknown, or the times are invalid.  The FMU
-        refuses a call, dies, or exceeds the time limit.
+        The FMU or the file `given` cannot be read, a column or a parameter is unknown, or the times are invalid. The
+        FMU refuses a call, crashes, or exceeds the time limit.
     """
     if out is not None:
         check_target(out)
@@ -222,7 +222,10 @@ def _inputs(task: Task, times: Array) -> Array:
 
 
 def _steps(task: Task, file: IO[bytes]) -> dict[str, Any]:
-    """Simulate the FMU, write one row of outputs per step, and return the number of rows and a reason to stop."""
+    """Simulate the FMU and write one row of outputs per step.
+
+    Return the number of rows, and the reason if the run ended before the stop time.
+    """
     said: list[str] = []
     outputs = [(p.variable, p.size) for p in task.foreign.ports if p.kind == "output"]
     inputs = [(p.variable, p.size) for p in task.driven]

@@ -33,8 +33,8 @@ class Plan:
     """One scenario: the cases to run, and the baseline, or None if there is no baseline to compare with.
 
     If `strict` is True, a change or a case without baseline is a failure. If it is False, only the limits are tested,
-    because values are overridden or there is no baseline (first run, or scenario built in Python). In this case `note`
-    states this.
+    because values are overridden or there is no baseline (first run, or scenario built in Python). If there is no
+    baseline file, `note` states this.
     """
 
     scenario: Cases
@@ -63,7 +63,7 @@ def read(
 def plan(
     scenarios: Sequence[Cases], case: str | Sequence[str] | None, overrides: Mapping[str, Any], record: bool
 ) -> list[Plan]:
-    """Build the cases of a scenario. All errors of the input raise an InputError before any case runs."""
+    """Build the cases of the scenarios. Every invalid input raises an InputError here, before any case runs."""
     names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
     wanted = (case,) if isinstance(case, str) else names if case is None else case
     if unknown := next((name for name in wanted if name not in names), None):
@@ -90,7 +90,7 @@ def _plan(scenario: Cases, systems: tuple[System, ...], record: bool, strict: bo
 
 
 def _without_own(scenario: Cases, case: Case) -> Case:
-    """Return the case without absolute overrides of parameters that the case itself sets.
+    """Return the case without the overrides of parameters that the case itself sets. Overrides by a factor remain.
 
     For example, a case that disables the feedback still has no feedback.
     """

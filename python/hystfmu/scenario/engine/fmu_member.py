@@ -1,10 +1,10 @@
 """An FMU as a unit of a run. The FMU is exported and unpacked once, and called through fmpy.
 
-The FMU writes its outputs directly into the values of the system, and each input is copied once. The functions of the
-binary are called without a wrapper. The final states can be hashed.
+The FMU writes its outputs directly into the values of the system, and each input is copied once. For speed, the
+functions that set inputs, make a step and get outputs are called without the wrappers of fmpy.
 
 The master cannot call a foreign FMU directly if it has other types of variables, supports only Model Exchange, or has
-FMI version 1.0. An adapter with the same three functions represents such an FMU.
+FMI version 1.0. The class `AdaptedMember` adapts such an FMU to the interface of the master.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def n_states(graph: Graph) -> int:
 
 
 def n_saved(graph: Graph) -> int:
-    """Return the number of values of a saved state of the core.
+    """Return the number of values in the saved state of a graph in the core.
 
     The values are the last step, the states, and all other values that change during a run.
     """
@@ -45,7 +45,7 @@ def n_saved(graph: Graph) -> int:
 
 
 def state_hash(graph: Graph, saved: Array, skip: int = 0) -> str:
-    """Return the hash of the states of a graph in a `saved` state (n,) of the core.
+    """Return the hash of the states of a graph, which are in the `saved` state (n,) of the core.
 
     `skip` is the number of preceding states that belong to other graphs.
     """
@@ -75,7 +75,7 @@ class FmuStore:
     def get(self, graph: Graph, fmi: Literal[2, 3]) -> tuple[Path, Any]:
         """Return the folder and the model description of the FMU of a graph, which is exported on first use.
 
-        The FMU has no sample time, because the scenario controls its steps and divides them at discontinuities.
+        The FMU has no sample time, because the master determines the step sizes and divides steps at discontinuities.
         """
         graph = graph.with_step(0.0)
         key = (graph.token, fmi)
@@ -116,13 +116,13 @@ def _size(values: C.Array[Any]) -> Any:
 
 
 def _not_ended(step: Callable[[], int], end: C.c_bool, early: C.c_bool) -> int:
-    """Make a step, unless the FMU has ended the simulation."""
+    """Make a step, and return the status. The status is an error if the FMU has requested the end of the simulation."""
     status = step()
     return status if status > 1 or not (end.value or early.value) else _ERROR
 
 
 class FmuMember(SteppedMember):
-    """One FMU, called through the library that fmpy loaded. Its buffers exist during the whole run."""
+    """An FMU whose binary fmpy has loaded. The arrays of inputs and outputs are allocated once for the whole run."""
 
     def __init__(
         self,
@@ -257,7 +257,10 @@ class FmuMember(SteppedMember):
         self.take()
 
     def tangent(self, du: list[float]) -> list[float] | None:
-        """Return the tangent of the outputs after a step, for a change `du` of the inputs, or None if not finite."""
+        """Return the change of the outputs, to first order, for a change `du` of the inputs in the last step.
+
+        Return None if the FMU cannot compute this tangent.
+        """
         assert self._tangent is not None
         for k, v in enumerate(du):
             self._du[k] = v
@@ -276,7 +279,7 @@ class FmuMember(SteppedMember):
         self._fmu.setFMUState(self._state)
 
     def state_hash(self) -> str:
-        """Return the hash of the present states. Foreign FMUs have no hash."""
+        """Return the hash of the present states of the FMU, which must not be a foreign FMU."""
         assert not isinstance(self._graph, Foreign)
         self.save()
         serialize = self._fmu.serializeFMUstate if self._fmi == 2 else self._fmu.serializeFMUState
@@ -304,7 +307,7 @@ def fmu_member(
     store: FmuStore | None,
     clock: C.c_double,
 ) -> SteppedMember:
-    """Return the object through which the master calls an FMU, directly if possible."""
+    """Return the object through which the master calls an FMU: an adapter if direct calls are not possible."""
     if isinstance(part.graph, Foreign) and not part.graph.direct:
         return AdaptedMember(system, part, part.graph, sources, values, clock)
     return FmuMember(system, part, sources, values, store, clock)

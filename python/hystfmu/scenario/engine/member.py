@@ -1,7 +1,7 @@
 """Common parts of all FMUs in a run: connections to inputs, substeps, first-order hold, order of calls.
 
-The first-order hold is a straight line through the last two values of a source. The line interpolates if the source
-precedes the reader in the order. It extrapolates if the source follows the reader.
+The first-order hold is a straight line through the last two values of a source. If the source precedes the unit with
+the hold in the order, the line interpolates. If the source follows this unit, the line extrapolates.
 """
 
 from __future__ import annotations
@@ -20,18 +20,23 @@ from hystfmu.scenario.system.system import Link, Part, System
 
 
 def weights(system: System, links: Sequence[Link]) -> list[float]:
-    """Return the position of the newest value of each source within the step of the reader.
+    """Return for each connection the time of the newest value of the source within the step of the connected unit.
 
-    The position is 1 at the end of the step and 0 at its start.
+    The time is a fraction of the step: 0 is the start of the step, and 1 is the end.
 
-    If a source has a shorter step and follows the reader in the order, its value is one step of the source old.
+    If the source follows the connected unit in the order, the value is older than the end of the step by one step of
+    the source.
     """
     late = [system.maker(link).period / system.parts[link.to].period for link in links]
     return [1.0 if system.fresh(link) else 1.0 - part for link, part in zip(links, late, strict=True)]
 
 
 class Lines:
-    """First-order hold of the inputs of a unit. `sources` contains the connected values; `ahead` is from `weights`."""
+    """First-order hold of the inputs of a unit.
+
+    `sources` contains the indices of the connected values in `values`. `ahead` is the result of `weights`. `substeps`
+    is the number of substeps in a step of the unit.
+    """
 
     def __init__(
         self, sources: Sequence[int], ahead: Sequence[float], substeps: int, values: C.Array[C.c_double]
@@ -39,7 +44,7 @@ class Lines:
         self._sources, self._ahead, self._substeps, self._values = sources, ahead, substeps, values
 
     def begin(self) -> None:
-        """Start the lines as constants with the first outputs."""
+        """Make the first lines constant, with the first outputs of the sources."""
         self._now = self._before = [self._values[j] for j in self._sources]
         self._anew = False
 
@@ -56,7 +61,7 @@ class Lines:
         self._now, self._before, self._anew = self._saved
 
     def take(self) -> None:
-        """Move the lines to the newest values of the sources."""
+        """Compute the next lines: from the last values of the sources to the newest values."""
         now = [self._values[j] for j in self._sources]
         self._before, self._now = now if self._anew else self._now, now
         self._anew = False
@@ -69,7 +74,10 @@ class Lines:
 
 
 class Member(Protocol):
-    """Interface of a unit for the master. The unit gets its inputs from, and writes its outputs to, the values."""
+    """Interface of a unit for the master.
+
+    The unit reads its inputs from the values of the system, and writes its outputs into these values.
+    """
 
     period: int
     """Number of fine steps between two calls."""
@@ -113,7 +121,7 @@ class Member(Protocol):
 
 
 def whole_turn(member: Member) -> int:
-    """Set the inputs, make a step and get the outputs, for a unit that does not only call a binary.
+    """Set the inputs of a unit, make a step and get the outputs. Return 0, the status of success.
 
     An exception is raised if a call fails.
     """
@@ -127,7 +135,7 @@ Slot = tuple[str, tuple[str, ...]]
 
 
 def slots(port: Port | ForeignPort, fmi: int) -> list[Slot]:
-    """Return the variables of an FMU that are ports, each with the names of its elements."""
+    """Return the name and the names of the elements of each variable that a port needs in an FMU of version `fmi`."""
     return [(port.name, port.scalar_names)] if fmi == 3 else [(n, (n,)) for n in port.scalar_names]
 
 

@@ -70,7 +70,7 @@ class Unit(C.Structure):
 
 
 class GraphUnit:
-    """Units that are joined to one graph, with the indices of inputs and outputs."""
+    """Units that are joined to one graph, with the indices of the inputs and outputs among the values of the system."""
 
     def __init__(self, system: System, parts: tuple[int, ...]) -> None:
         first = system.parts[parts[0]]
@@ -103,7 +103,7 @@ class GraphUnit:
         values[self.first : self.first + len(self.vr_out)] = [self.executor.get(r) for r in self.vr_out.tolist()]
 
     def raw(self, values: C.Array[C.c_double]) -> tuple[Unit, list[Any]]:
-        """Return the structure for C, and the arrays that must exist during the run. All units are initialised."""
+        """Return the structure for C, and arrays that must exist during the run. All units must be initialised."""
         at = np.zeros(len(self.vr_in) + len(self.vr_out), dtype=np.uint64)
         saved = self.executor.state
         keep: list[Any] = [at, saved, self.vr_in, self.vr_out, self.source]
@@ -182,7 +182,7 @@ class ForeignUnit:
         self._member.start(0.0)
 
     def raw(self, values: C.Array[C.c_double]) -> tuple[Unit, list[Any]]:
-        """Return the structure for C, and the arrays that must exist during the run. All units are initialised."""
+        """Return the structure for C, and arrays that must exist during the run. All units must be initialised."""
         call = self._member.calls()
         u, source = np.array(call.inputs), np.array(call.source, dtype=np.int64)
         names = ("set", "step", "get", "save", "restore")
@@ -275,8 +275,8 @@ def _run() -> Any:
 class Native:
     """A case that can be simulated in C any number of times, with the recorded outputs `columns` (default: all).
 
-    If `cut` is True, units whose steps can be divided and other units are in separate graphs. The default is True if a
-    run has divided steps.
+    If `cut` is True, units whose steps can be divided and other units are in separate graphs. A run with divided steps
+    always uses separate graphs for these units.
     """
 
     def __init__(self, system: System, columns: Sequence[str] | None = None, cut: bool = False) -> None:
@@ -297,10 +297,10 @@ class Native:
     def set(self, values: Mapping[str, Any]) -> None:
         """Set the parameters of the next runs, ``{"unit.parameter": value}``.
 
-        They replace the parameters of the last call.
+        A parameter that is not in `values` has the value in the scenario, even if the last call changed this parameter.
 
-        All other parameters have the values in the scenario. Values have the form of `set` of a scenario; ``"*1.2"`` is
-        a factor. An unknown unit, an unknown parameter or a value out of range is an InputError.
+        Values have the form of `set` of a scenario; ``"*1.2"`` is a factor. An unknown unit, an unknown parameter or a
+        value out of range is an InputError.
         """
         for m in self._members.values():
             m.executor.defaults()
@@ -328,7 +328,7 @@ class Native:
         return False
 
     def _slot(self, key: str) -> tuple[Executor, int, list[float]]:
-        """Return the executor of a parameter, the reference of its first element, and its values in the scenario."""
+        """Return for a parameter the executor of its graph, the value reference, and the values in the scenario."""
         if key not in self._slots:
             unit, name = split_end(key, "set")
             if unit not in self._graphs:

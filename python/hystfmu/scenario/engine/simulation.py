@@ -6,7 +6,7 @@ These files are untrusted, so they are never unpickled.
 There are two engines. The engine "fmpy" is the reference: a master loop in Python calls FMUs through fmpy. The engine
 "native" runs the whole loop in the C core. Both engines use the same time grid, coupling and values, so their results
 are bit-identical. The matrix of Newton's method and its updates are the same as in `fmu_build/master/newton.c`.
-Tangents pass through the units as in `master.c`.
+Tangents are propagated from unit to unit as in `master.c`.
 """
 
 from __future__ import annotations
@@ -41,7 +41,10 @@ from hystfmu.scenario.system.system import System
 
 
 class Newton:
-    """Newton's method for the coupled inputs (the guess) in one step of all units that make a step.
+    """Newton's method for one time step with iterative coupling.
+
+    The unknowns (the guess) are the values that a unit uses before their source has made the step. `due` contains the
+    units that make this step.
 
     `values` contains all values of the system.
     """
@@ -61,9 +64,11 @@ class Newton:
         self._lib, self._n = library(), C.c_int64(n)
 
     def start(self, begin: Array, guess: Array) -> bool:
-        """Compute and factor the Jacobian matrix after the first sweep, which started from `begin` with `guess`.
+        """Compute and factor the Jacobian matrix after the first sweep. Return whether the matrix can be used.
 
-        Return False if a tangent is not finite or the matrix is singular (loop gain of one).
+        `begin` contains the values at the start of the step, and `guess` contains the unknowns of the first sweep.
+
+        The result is False if a tangent is not finite or the matrix is singular (loop gain of one).
         """
         for c, steps in enumerate(self._steps):
             d, read = np.zeros_like(self._values), begin.copy()
@@ -78,7 +83,7 @@ class Newton:
 
     @staticmethod
     def _follow(m: Member, inside: FmuMember | None, own: slice, begin: Array, read: Array, d: Array) -> bool:
-        """Write the tangent of the outputs of a unit into `d`, for the branch on which the inputs moved."""
+        """Write the tangent of the outputs of a unit into `d`, for the direction in which the inputs have changed."""
         du = [float(d[j]) if j >= 0 else 0.0 for j in m.sources]
         along = 0.0
         for j, v in zip(m.sources, du, strict=True):
@@ -294,7 +299,7 @@ Work = Callable[[Any, IO[bytes]], dict[str, Any]]
 
 
 def silent(fraction: float) -> None:
-    """Ignore the fraction done."""
+    """Do nothing. This is the default function for progress, which ignores the completed `fraction`."""
 
 
 @dataclass(frozen=True)
@@ -339,10 +344,10 @@ def chunks(system: System, run: Run, store: FmuStore | None = None) -> Iterator[
 def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = None, run: Run | None = None) -> Trace:
     """Simulate the case `system` from t = 0 to the end, and return the trace of all outputs.
 
-    `engine` is "fmpy" or "native". The settings `run` replace `engine`. FMUs are unpacked into `store`, by default into
-    a temporary folder. An InputError is raised if the run has more values than a trace may contain. `Stopped` is raised
-    if a unit refused an input or a step, the sweeps of an iterative coupling did not converge, or the child process
-    died or exceeded a limit.
+    `engine` is "fmpy" or "native". If the settings `run` are given, the engine of these settings is used instead. FMUs
+    are unpacked into `store`, by default into a temporary folder. An InputError is raised if the run has more values
+    than a trace may contain. `Stopped` is raised if a unit refused an input or a step, the sweeps of an iterative
+    coupling did not converge, or the child process died or exceeded a limit.
     """
     return Trace.joined(chunks(system, run or Run(engine), store), system.n_steps + 1)
 
@@ -365,11 +370,11 @@ def box_of(systems: Sequence[System], folder: str) -> Box:
 def child(
     work: Work, task: object, run: Run, foreign: Sequence[Foreign], names: str
 ) -> Iterator[tuple[dict[str, Any], IO[bytes]]]:
-    """Call a function in a child process. At its end, yield the results and the file with the values.
+    """Call ``work(task, file)`` in a child process. At the end, yield the results and the file with the values.
 
-    The function (`work`) is from a module of this package. It may read the folders of the `foreign` FMUs. Messages
-    replace the paths of these folders by `names`. Stopped is raised if the function stops, fails or has no valid
-    result, or if the child process dies or exceeds a limit.
+    The function `work` must be in a module of this package. It may read the folders of the `foreign` FMUs. `run`
+    contains the limits of time and memory. `names` is the name of the FMUs in error messages. Stopped is raised if the
+    function stops, fails or has no valid result, or if the child process dies or exceeds a limit.
     """
     with tempfile.TemporaryDirectory(prefix="hystfmu-foreign-") as folder:
         (Path(folder) / TASK).write_bytes(pickle.dumps((work, task, run.gigabytes)))
@@ -391,7 +396,10 @@ def child(
 
 
 def main(folder: str) -> None:
-    """Call the function in the child process, and write the result into the folder."""
+    """Read a function and its task from `folder`, call the function, and write the result there.
+
+    The child process calls `main`.
+    """
     # the parent process wrote this file, so it is trusted
     work, task, gigabytes = pickle.loads((Path(folder) / TASK).read_bytes())
     limit_memory(gigabytes)

@@ -2,8 +2,8 @@
 
 The open loop is L(z) = -slope K(z) G(z). The factor `slope` is the incremental gain of inverse and plant in series. K
 is the exact tangent of all units except the plant. G is the dynamics of the plant with static gain 1. G is exact for a
-command that is constant or a ramp in each step, with any delay, including fractions of a step. A memory of one period
-is represented in K by its frequency response.
+command that is constant or a ramp in each step, with any delay, including fractions of a step. The period memory of a
+repetitive or learning controller is represented in K by its frequency response.
 """
 
 from __future__ import annotations
@@ -35,10 +35,11 @@ class OpenedLoop:
     """The loop of a case, opened at the input of the plant or at another signal.
 
     The controller with the step h consists of all units except the plant. Its outputs depend on the inputs of the same
-    step. The first input of the controller is the output of the plant. The other inputs are the corrections of period
-    memories. The first output is the command. The other outputs are the errors of period memories. `slopes` contains
-    the smallest and the largest incremental gain along the path of the case. `hysteresis` contains the names of the
-    models of plant and inverse. `at` is the signal at which the loop is opened, by default the input of the plant.
+    step. The first input of the controller is the output of the plant. The other inputs are the outputs (corrections)
+    of period memories. The first output is the command. The other outputs are the inputs (errors) of period memories.
+    `slopes` contains the smallest and the largest incremental gain along the path of the case. `hysteresis` contains
+    the names of the models of plant and inverse. `at` is the signal at which the loop is opened, by default the input
+    of the plant.
     """
 
     system: System
@@ -102,7 +103,7 @@ class OpenedLoop:
         return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
 
     def _closed_break(self, gain: float) -> OpenedLoop:
-        """Return the loop with a gain between the two sides of the opened signal."""
+        """Return the loop closed through a gain at the opened signal, and opened at the input of the plant."""
         assert self.broken is not None
         A, B, C, D = self.broken
         order = [0, *range(2, len(D)), 1]  # the opened signal is the last one
@@ -173,7 +174,8 @@ class OpenedLoop:
     def radius(self, slope: float, delay: float) -> float:
         """Return the largest modulus of a pole of the closed loop. The loop is stable if it is below 1.
 
-        For a memory of n steps, the bound factor^(1/n) is used for the additional poles.
+        The additional poles of a period memory of n steps are not computed. The bound learning^(1/n) is used for their
+        modulus.
         """
         largest = float(np.abs(np.linalg.eigvals(self._closed_from_plant(slope, delay))).max())
         if not self.memories or largest >= 1:
@@ -194,7 +196,11 @@ class OpenedLoop:
         return _turns(1 - np.exp(-1j * self._period * self._angles) * factor) == 0
 
     def learning(self, slope: float | None = None, delay: float = 0.0) -> float:
-        """Return the largest abs(Q - L T), the factor of corrections per period, or NaN without a memory."""
+        """Return the largest factor from the correction in one period to the correction in the next period.
+
+        The factor is the maximum of abs(Q - L T) over frequency, with the filters Q and L of the period memory and the
+        response T (see `learnt`). Without a period memory, the result is NaN.
+        """
         slope = self.nominal if slope is None else slope
         return float(np.abs(self._factor(slope, delay)).max()) if self.memories else np.nan
 
@@ -203,10 +209,10 @@ class OpenedLoop:
         return self.memories[0].factor(self._angles, _error(K, G))
 
     def learnt(self, angles: Array, slope: float | None = None, delay: float = 0.0) -> Complex:
-        """Return the response at angles omega h from a correction to the reduction of the error, shape (m,).
+        """Return the response T from a correction of the period memory to the reduction of the error, shape (m,).
 
-        The loop must have a period memory, which the response T does not include. With the memory, errors are
-        multiplied by abs(Q - L T) in each period.
+        T is computed at the angles omega h for the closed loop without the period memory, but the loop must have one.
+        With the memory and its filters Q and L, errors are multiplied by abs(Q - L T) in each period.
         """
         if not self.memories:
             raise InputError(f"{self.system.case.title}: The loop must have a memory of a period. Got none.")
@@ -235,7 +241,7 @@ class OpenedLoop:
         return all(self.stable(slope, delay) for slope in found)
 
     def stable_to(self, delays: Sequence[float] = DELAYS) -> float:
-        """Return the largest of these delays up to which the whole sector is stable, or NaN if there is none."""
+        """Return the largest of `delays` (steps) up to which the whole sector is stable, or NaN if there is none."""
         found = np.nan
         for delay in sorted(delays):
             if not self.stable_at(delay):

@@ -55,7 +55,7 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
     slopes : (float, float), optional
         Sector of the incremental gain. By default it is computed from a simulation of the case.
     at : str
-        Signal `unit.output` at which the loop is opened, for all inputs that are connected to it.
+        Signal `unit.output` at which the loop is opened. It is disconnected from all inputs of other units.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
 
 
 def _linear(system: System, controller: Graph, ports: int) -> tuple[StateSpace, tuple[PeriodMemory, ...]]:
-    """Return the state space of a controller, and its period memories. Only the first inputs belong to the loop."""
+    """Return the state space of a controller with its first `ports` inputs, and its period memories."""
     where = system.case.title
     controller, memories = cut_memories(controller)
     if len(memories) > 1:
@@ -184,7 +184,7 @@ def _tangent(controller: _Content, h: float) -> StateSpace:
 
 
 def _break(controller: Graph, graph: Graph, at: str, units: Sequence[str], where: str) -> Graph:
-    """Return a controller opened at a signal. A new input with the same delay drives the inputs behind the signal."""
+    """Return a controller opened at the signal `at`. A new input drives the units that were connected to it."""
     unit, _, output = at.partition(".")
     source = next((o.source for o in graph.outputs if unit in units and o.name == f"{unit}_{output}"), None)
     if source is None:
@@ -376,11 +376,11 @@ def verdicts_of(scenario: Cases, opened: Mapping[str, OpenedLoop | InputError]) 
 def stability_of(
     scenario: Cases, opened: Mapping[str, OpenedLoop | InputError], lost: Collection[str]
 ) -> list[LoopVerdict]:
-    """Return a verdict for each case whose loop is unstable at the delay of the case.
+    """Return a verdict for each case whose loop is unstable without additional delay.
 
-    The limit is broken unless the scenario expects an unstable loop. `lost` contains the cases whose loop is unstable
-    for the nominal incremental gain or for one along the path. If a case is expected to be unstable but is stable or
-    does not exist, an InputError is raised.
+    The case fails unless the scenario expects an unstable loop. `lost` contains the names of these cases: their loop is
+    unstable for the nominal or for another incremental gain in the sector. `opened` is the result of `opened_loops`. An
+    InputError is raised if a case that the scenario expects to be unstable is stable or does not exist.
     """
     name, expected = scenario.spec.name, scenario.spec.margins.expected_unstable if scenario.spec.margins else []
     known = {c.name for c in scenario.cases}

@@ -60,8 +60,9 @@ def held(plant: StateSpace, h: float, delay: float, ramp: float = 0.0) -> StateS
     Returns
     -------
     (A, B, C, D), shapes (n + q, n + q), (n + q, 1), (1, n + q), (1, 1)
-        The states are the states of the plant, then the q delayed commands. Direct feed-through uses the command at the
-        end of a step. This is a past command, because the command of the same sample is computed later.
+        The states are the states of the plant, then the q delayed commands. If the plant has direct feed-through, its
+        output uses the command at the end of a step. This is a past command, because the controller computes the next
+        command from this output.
 
     Raises
     ------
@@ -286,7 +287,7 @@ def _chain(way: Sequence[Node]) -> StateSpace:
 
 
 def _in_parallel(graph: Graph, undone: Collection[str]) -> StateSpace:
-    """Return a unit in which the gain at rest replaces the hysteresis."""
+    """Return the state space of a unit from its first input to its first output, with hysteresis linearised at rest."""
     for n in graph.nodes:
         if n.type in (DELAY, LEVELS) or n.type in undone:
             gain = gain_of(n) if n.type in undone else 1.0
@@ -322,7 +323,7 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
 
 
 def _without(lone: Collection[str], graph: Graph) -> Graph:
-    """Return a graph in which static gains replace dynamics of these types and the blocks that invert them."""
+    """Return a graph in which static gains replace dynamics of the types in `lone`, and inverses of such dynamics."""
     for n in graph.nodes:
         if n.block.inverts in lone:
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": 1 / _gain_undone(n)}))

@@ -124,11 +124,12 @@ class LoopRow:
         for the nominal incremental gain without additional delay: ``Ms_db``, ``gain_db`` (upper gain margin),
         ``gain_low_db`` (lower gain margin, -inf if there is no limit), ``conditionally_stable`` (whether the lower
         margin is finite), ``phase_deg``, ``delay_steps``, ``bandwidth_hz``, ``noise_gain`` (RMS of the command for
-        white noise of RMS 1 at the sensor), and ``learning`` (factor of a memory from period to period).
-        ``Ms_worst_db`` is the largest peak of the sensitivity over the sector. ``Ms_1_db`` is the peak with one
-        additional step of delay, and ``Ms_1_largest_db`` is this peak for the largest incremental gain.
-        ``stable_to_steps`` is the largest delay up to which the whole sector is stable. ``simulated_delay_steps`` is
-        the delay margin by simulation, at most 4, for a loop whose gain depends on the amplitude.
+        white noise of RMS 1 at the sensor), and ``learning`` (largest factor from the correction of a period memory in
+        one period to that in the next period). ``Ms_worst_db`` is the largest peak of the sensitivity over the sector.
+        ``Ms_1_db`` is the peak with one additional step of delay, and ``Ms_1_largest_db`` is this peak for the largest
+        incremental gain. ``stable_to_steps`` is the largest delay up to which the whole sector is stable.
+        ``simulated_delay_steps`` is the delay margin by simulation, at most 4, for a loop whose gain depends on the
+        amplitude.
     at_delay : tuple of dict
         The margins for the nominal incremental gain at each delay in `DELAYS`, with ``further_steps`` (additional
         delay) and ``sector_stable``.
@@ -250,7 +251,7 @@ def margin_table(
     paths : sequence of path
         Folders of scenarios, or of groups of them.
     case : str or sequence of str, optional
-        Name of a case whose margins are computed. With this option, the command does not check the limits.
+        Name of a case whose margins are computed. With this argument, the limits in `[margins]` are not checked.
     progress : function
         Function that is called with the completed fraction of the work, 0 to 1.
     at : str
@@ -287,7 +288,11 @@ def margin_table(
 
 
 def _unstable(group: Sequence[OpenedLoop]) -> Sequence[OpenedLoop]:
-    """Return the equal loops that are unstable on their own path, or all if only the joint sector is unstable."""
+    """Return the unstable loops of `group`, each with the sector of its own case.
+
+    All loops in `group` are equal except for the sector. If each loop is stable in its own sector, return all loops:
+    only the joint sector is unstable.
+    """
     return [o for o in group if not (o.margins().stable and o.stable_at(0.0))] or group
 
 

@@ -5,7 +5,7 @@ rms_percent              root mean square of e on the fine grid, that is, also b
 rms                      root mean square of e in the unit of measure of the signal
 max_percent              largest |e|, also between samples
 between_samples_percent  ripple: largest deviation of e from the straight line between its values at two samples
-variation_ratio          total variation of the signal over that of `against`, at the samples; 1 means no chattering
+variation_ratio          total variation of the signal divided by that of `against`, at samples; 1 means no chattering
 peak                     largest |signal|
 final                    |e| at the end (|signal| without `against`)
 loop_area_percent        area that the signal encloses over `against`, in percent of the rectangle of their spans; it is
@@ -16,8 +16,8 @@ straight lines without the turn-arounds.
 
 Sums are computed in the order of the rows. Therefore the division into chunks has no effect on the result.
 
-This module also finds the unit of measure of each signal for reports. C tables, models and FMUs state units of measure,
-which propagate along the connections.
+This module also finds the unit of measure of each signal for reports. Blocks, models and FMUs state the units of
+measure of some ports. A stated unit of measure also applies to connected ports.
 
 Two signals have the same unit of measure if they are connected, if a metric subtracts them, or if a block passes them
 without scaling. If the unit of measure of one of these signals is stated, it applies to all of them.
@@ -40,7 +40,7 @@ from hystfmu.scenario.system.system import Part, System
 
 
 class _Rows(NamedTuple):
-    """Rows of a chunk inside the window of a metric. `sample` is the index of the first row at a sample."""
+    """Rows of a chunk inside the window of a metric. `sample` is the index of the first row at a sampling instant."""
 
     t: Array
     signal: Array
@@ -133,7 +133,7 @@ class _Max:
 
 
 class _BetweenSamples:
-    """Error between samples. Rows after the last sample are stored until the next sample."""
+    """Metric of the error between samples. Rows after a sampling instant are stored until the next sampling instant."""
 
     def __init__(self) -> None:
         self._t, self._e, self._from_sample, self._largest = np.zeros(0), np.zeros(0), False, 0.0
@@ -176,7 +176,7 @@ class _Variation:
 
 
 class _LoopArea:
-    """Area of a loop, closed by a straight line, over the area of the rectangle of its spans (shoelace formula)."""
+    """Ratio of the area of a loop to the area of the rectangle of its spans. A straight line closes the loop."""
 
     def __init__(self) -> None:
         self._origin: tuple[float, float] | None = None
@@ -280,7 +280,8 @@ def unit_of(system: System, end: str) -> str:
     """Return the unit of measure of `unit.output`, `unit.input` or `unit.parameter`.
 
     The result is "" if no unit of measure is stated, or if signals that must have the same unit of measure state
-    different ones. The entry "1" in a C table means the unit of measure of the data, and does not count as a statement.
+    different ones. The entry "1" in the port table of a block in C stands for the unit of measure of the data, and is
+    ignored here.
     """
     own = _stated(system, end)
     if own:

@@ -50,7 +50,8 @@ class _BaselineFile(pydantic.BaseModel):
 class Record:
     """Data of one case in a baseline file.
 
-    metrics : by name;  rows : shape (n, 1 + signals), time first;  final_states : hash, by unit.
+    `metrics` contains the value of each metric by name. `rows` contains the time in the first column and one column for
+    each recorded signal. `final_states` contains the hash of the final states of each unit by name.
     """
 
     metrics: dict[str, float]
@@ -301,7 +302,10 @@ def judge(
 
 
 def _allowed(guard: float | None, limit: float | None, recorded: float | None) -> tuple[float | None, str]:
-    """Return the largest allowed value of a metric, and a text if the guard of the scenario determines this value."""
+    """Return the largest allowed value of a metric, and a remark for error messages.
+
+    The value is the smaller one of `limit` and `guard` times the recorded value. The remark is empty if it is `limit`.
+    """
     if guard is None or recorded is None:
         return limit, ""
     most = max(guard * abs(recorded), ROUNDING)
@@ -313,7 +317,9 @@ MOST_SAID = 3  # number of metrics in the repr
 
 @dataclass(frozen=True)
 class LoopFigures:
-    """Margins of the linearised loop of a case for the nominal incremental gain. They are None if it is unstable.
+    """Margins of the linearised loop of a case for the nominal incremental gain.
+
+    The margins are None if the loop is unstable.
 
     Attributes
     ----------

@@ -35,7 +35,7 @@ class Stopped(Exception):
     ----------
     why : str
     status : {"stopped", "timeout", "killed", "memory"}
-        Status of the run in a study.
+        Status of the run in the results of a study.
     """
 
     def __init__(self, why: str, status: str = "stopped") -> None:

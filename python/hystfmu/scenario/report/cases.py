@@ -69,7 +69,7 @@ LOW, TALL = 130, 250
 
 
 def main_verdict(r: CaseResult) -> Verdict | None:
-    """Return the main metric of a case: the plotted metric or the first metric. None if the case stopped."""
+    """Return the verdict on the plotted metric or, without a plot, on the first metric. None if the case stopped."""
     if not r.verdicts:
         return None
     tracked = drawn(r.system.case)
@@ -77,7 +77,7 @@ def main_verdict(r: CaseResult) -> Verdict | None:
 
 
 def nearness(r: CaseResult) -> tuple[bool, float]:
-    """Return whether a case failed, and the ratio of its metric to its limit."""
+    """Return a sort key for cases: whether the case failed, and the ratio of the main metric to the limit."""
     v = main_verdict(r)
     if v is None or not math.isfinite(v.value):
         return True, math.inf
@@ -94,7 +94,7 @@ def word_of(r: CaseResult) -> str:
 
 
 def worst_and_best(results: Sequence[CaseResult]) -> str:
-    """Return the diagrams as HTML, or "" if no trace was recorded."""
+    """Return the diagrams of the worst and the best case as HTML, or "" if no case has a trace."""
     shown = sorted((r for r in results if r.trace is not None), key=nearness)
     if not shown:
         return ""
@@ -141,7 +141,7 @@ def _plots(r: CaseResult) -> list[Plot]:
 
 
 def _around(wanted: np.ndarray, at: int) -> slice:
-    """Return the rows around a row, from some turns of the reference before it to some turns after it."""
+    """Return the rows from `TURNS` reversals of the reference before the row `at` to `TURNS` reversals after it."""
     steps = np.diff(wanted)
     moving = np.flatnonzero(steps)
     turns = moving[1:][np.diff(np.sign(steps[moving])) != 0]

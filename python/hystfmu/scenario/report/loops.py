@@ -33,13 +33,13 @@ class Delay:
 
 
 def delay_budget(system: System) -> list[Delay]:
-    """Return every delay in the system: held values, delay blocks, and the command.
+    """Return every delay in the system: held values, values of the previous step, and delay blocks.
 
     A connection to an earlier unit in the order transmits the value of the previous step. With Jacobi coupling, every
-    connection does so. With iterative coupling, no connection does. For a unit without direct feed-through (a plant
-    with dynamics), this value is the command since its sample, and the only delay is the hold. For a unit with direct
-    feed-through, the value is one step late. A straight line through the last two values compensates hold and delay to
-    first order.
+    connection does so. With iterative coupling, no connection does. In a unit with direct feed-through, this value is
+    one step late. In a unit without direct feed-through, such as a plant with dynamics, the value is a command that is
+    held during the step, and the delay is half a step on average. A first-order hold compensates both delays to first
+    order, so they count as 0.
     """
     owner, names, ripple = system.owners, system.names, system.case.ripple
     found: list[Delay] = []
@@ -106,7 +106,7 @@ DIVERGED = 1e9  # larger than any input of a stable loop, in any unit of measure
 
 
 def loop_explorer(systems: Sequence[System]) -> Section | None:
-    """Return the explorer for the hysteretic units of these systems, which have the same units of measure.
+    """Return an explorer of the hysteretic units of these systems. All have the units of measure of the first one.
 
     The result is None if there are no such units. A unit that differs from another unit only in values of parameters is
     omitted, because the reader of the page can change these values.

@@ -16,7 +16,7 @@ WORST = ("largest Ms dB", "least delay margin, steps")
 def verdicts(results: Sequence[CaseResult]) -> str:
     """Return one line per case, or per scenario if there are several scenarios, and then notes and failures.
 
-    The line shows the metric with the largest ratio to its limit.
+    Each of these lines shows the metric with the largest ratio to its limit.
     """
     groups: dict[str, list[CaseResult]] = {}
     for r in results:

@@ -1,8 +1,9 @@
 """Write a closed loop with foreign FMUs as one container FMU, which steps all units in the stated order.
 
-Own units that are neighbours in the order are joined to one FMU. All FMUs are unpacked in `resources/units`. The binary
-contains the master loop of `fmu_build/master`, which calls the units by function pointers. The file
-`resources/system.txt` lists the connections (format: `fmu_build/container/system_file.h`).
+Units that are not foreign FMUs are called own units. Own units that are neighbours in the order are joined to one FMU.
+All FMUs are unpacked in `resources/units`. The binary contains the master loop of `fmu_build/master`, which calls the
+units by function pointers. The file `resources/system.txt` lists the connections (format:
+`fmu_build/container/system_file.h`).
 
 This module also converts a case to the form in which other simulators run an SSP archive, and computes the difference
 from the original case.
@@ -82,11 +83,11 @@ def run_as_readers(system: System) -> Trace:
 
 
 def differences(case: Case, names: Mapping[str, str], trace: Trace) -> dict[str, float]:
-    """Return the largest difference between archive and case for each recorded output.
+    """Return the largest difference between the trace of an archive and the simulated case for each recorded output.
 
-    `names` maps each output of the case to its name in the archive. The difference is in percent of the span of the
-    output in the case, or in percent of the largest value for a constant output. Stopped is raised if the case does not
-    run.
+    `trace` is the result of a run of the archive. `names` maps each output of the case to its name in the archive. The
+    difference is in percent of the span of the output in the case, or in percent of the largest value for a constant
+    output. Stopped is raised if the case does not run.
     """
     own = simulate(build(case), "native")
     found = {}
@@ -334,7 +335,7 @@ def _own(part: Part, step: float, files: dict[str, bytes]) -> tuple[str, str, st
 
 
 def _told(system: System, part: Part, v: Any, reference: int, values: Sequence[Any]) -> str:
-    """Return the line of a value that is set only once. `v` describes the variable in a foreign FMU."""
+    """Return the line in system.txt of a value that is set only once. `v` describes the variable in a foreign FMU."""
     letter = _letter(v, _fmi(part))
     if letter is None:
         raise InputError(f"{system.case.where}: {part.name}.{v.name}: a container sets no values of type {v.type}")

@@ -284,7 +284,10 @@ class SspRun:
 def _prepared(
     path: str | Path, coupling: Scheme | None, step: float | None, stop: float | None, settings: Mapping[str, Any]
 ) -> tuple[Ssp, Case, Array | None]:
-    """Return archive, case and reference, which is None if it has another coupling or other settings."""
+    """Return the archive, the case to simulate, and the reference result.
+
+    The reference result is None if the case has another coupling scheme than the archive, or other parameters.
+    """
     ssp = read_ssp(path, step, stop)
     if not settings and coupling in (None, ssp.case.coupling.scheme):
         return ssp, ssp.case, ssp.reference
@@ -342,11 +345,13 @@ def run_ssp(
     progress: Callable[[float], None] = silent,
     settings: Mapping[str, Any] | None = None,
 ) -> SspRun:
-    """Simulate an archive, and compare the result with a reference for this step and coupling, if there is one.
+    """Simulate an archive, and compare the result with the reference result in the archive.
 
-    Rows are written to the file `out` during the run. Only the rows that the reference has are stored in memory.
-    `progress` is called with the completed fraction. `settings` override parameters, ``{"component.parameter":
-    value}``.
+    Nothing is compared if the archive has no reference result, if `step` or `coupling` differ from the archive, or if
+    `settings` are given.
+
+    Rows are written to the file `out` during the run. Only the rows for the comparison are stored in memory. `progress`
+    is called with the completed fraction. `settings` override parameters, ``{"component.parameter": value}``.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop, settings or {})
     system, run = _built(path, case), Run(engine, coupling, seconds, confined=confined)

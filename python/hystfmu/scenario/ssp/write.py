@@ -2,8 +2,8 @@
 
 All components are FMUs. The values of the case are written as start values of own FMUs, because several simulators do
 not support parameter sets (SSV) of components. Simulators step all components in parallel, with the values of the
-previous step and one step size. The reference result `extra/org.hystfmu/reference.csv` is computed in this way.
-Annotations state the step and the coupling scheme.
+previous step and one step size. The reference result `extra/org.hystfmu/reference.csv` is computed with the same
+scheme. Annotations state the step and the coupling scheme.
 
 Simulators convert between the units of measure of two connectors (SSP 1.0, section 4.5.2), unless the connection
 suppresses the conversion. HystFMU does not convert units of measure. Therefore an InputError is raised for a connection
@@ -101,8 +101,9 @@ _End = tuple[str | None, str | None]
 def connections(root: ET.Element, system: ET.Element, units: Container[str | None], wrong: _Wrong) -> dict[str, str]:
     """Return the output that drives each connected input, as `unit.connector`.
 
-    `units` contains the names of the components. `wrong` returns the error for a sentence. An error is raised for a
-    connection without a connector, with a transformation or a unit conversion, or to a connected input.
+    `units` contains the names of the components. `wrong` converts an error text to an error. An error is raised for a
+    connection that has no connector, a transformation or a unit conversion, and for a second connection to the same
+    input.
     """
     found: dict[str, str] = {}
     kinds: dict[_End, str | None] = {}

@@ -1,4 +1,6 @@
-"""The cases of a scenario. Every `[[case]]` overrides keys of the scenario. Cases are checked without models.
+"""The cases of a scenario. Every `[[case]]` overrides keys of the scenario.
+
+The values of a case are checked before models are loaded.
 
 All other modules use only complete cases. The function `load_unit` returns the graph (or foreign FMU) of a unit in a
 case. Parameters of a unit have the names of the variables in an FMU. The size of a block is a part of its structure, so
@@ -163,7 +165,7 @@ class Cases:
         origin : str
             Prefix of every error message.
         attached : dict
-            Models or files that replace the paths of units, if these paths are not files in the folder.
+            Models, or paths of files, by the paths that the units state. They are used instead of files in the folder.
         folder : path, optional
             Folder of the files of the scenario and of the baseline.
         overrides, coupling

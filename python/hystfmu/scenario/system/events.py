@@ -2,9 +2,9 @@
 
 With `events = "located"`, a step ends on each event between two communication points. If the steps of a unit cannot be
 divided, the outputs of the unit are constant until its next grid point. If such a unit is a source, its event takes
-effect at this grid point, and the function `missed` reports the delay. A discontinuity needs two step ends, the first
-one directly before it. Otherwise the discontinuity would take effect at the beginning of the step in a unit that uses
-the values at the end of the step.
+effect at the next grid point of the source, and the function `missed` reports this time. A discontinuity needs two step
+ends, the first one directly before it. Otherwise the discontinuity would take effect at the beginning of the step in a
+unit that uses the values at the end of the step.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ Values = Callable[[Part, Node, str], Array]
 class Event:
     """Increasing times (s) at which an output of a source has a discontinuity, a kink or a reversal.
 
-    `parameter` is the name of the parameter that determines the times, for messages. `shift` is the preview of the
-    block (s), to which the block rounds times.
+    `parameter` is the name of the parameter that determines the times, for messages. `shift` is the preview time of the
+    output (s), by which `times` are earlier than the events of the reference. It increases the rounding errors of the
+    times in the block.
     """
 
     part: Part
@@ -45,7 +46,7 @@ class Event:
 
 
 def in_file(part: Part, node: Node, name: str) -> Array:
-    """Return the values of the scenario file."""
+    """Return the values of the parameter `name` of a block, as stated in the scenario."""
     return node.value(name)
 
 
@@ -72,7 +73,9 @@ def missed(system: System) -> list[str]:
 
 
 def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
-    """Return the times at which fine steps are divided. `values` contains parameters that differ from the scenario.
+    """Return the times at which fine steps are divided.
+
+    The function `values` returns the values of a parameter. By default, these are the values in the scenario.
 
     Returns
     -------
@@ -113,7 +116,7 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
 
 
 def _joined(spans: list[tuple[float, float, float]]) -> Iterator[tuple[float, float, float]]:
-    """Yield (begin, end, near) of the events. Events closer than the time resolution of the core are joined."""
+    """Yield the start, end and time resolution `near` of each event (s). Events closer than `near` are joined."""
     joined: tuple[float, float, float] | None = None
     for begin, end, near in spans:
         if joined is not None and begin - joined[1] <= near:
@@ -148,7 +151,10 @@ def _inside(
 
 
 def _reference(system: System, part: Part, node: Node, values: Values) -> Iterator[Event]:
-    """Yield the events of `steps`, `triangle` and `random_reversals`, and of the preview if it is connected."""
+    """Yield the events of a reference block with the shape `steps`, `triangle` or `random_reversals`.
+
+    If an output with preview is connected, its events are also included.
+    """
     read = {end for end, place in system.columns.items() if place in {n.source for n in system.links}}
     inner = len(part.own.nodes) > 1  # connections inside a graph are not analysed
 
@@ -165,9 +171,10 @@ def _reference(system: System, part: Part, node: Node, values: Values) -> Iterat
 
 
 def _pieces(system: System, part: Part, node: Node, values: Values, begin: float, end: float) -> tuple[str, Array, str]:
-    """Return the parameter that states the times of the pieces, the limits of the pieces, and a derivative.
+    """Return the times (s) at which the reference or one of its derivatives has a discontinuity.
 
-    The derivative is the order of the lowest one that is discontinuous at these times.
+    The first result is the name of the parameter that determines the times. The second result contains the times. The
+    third result is the lowest derivative that is discontinuous: "r" (the reference itself), "dr", "ddr" or "" (none).
     """
     (shape,) = (v for v in node.block.vars if v.name == "shape")
     kind = shape.choices[int(values(part, node, "shape")[0])]

@@ -99,7 +99,7 @@ class Foreign:
 
     @property
     def any_step(self) -> bool:
-        """True if the FMU declares variable communication steps, or if an integrator is used."""
+        """True if the FMU supports communication steps of variable size, or is integrated here (Model Exchange)."""
         simulation = self.description.coSimulation
         if simulation is None:
             return True
@@ -110,7 +110,7 @@ class Foreign:
 
     @property
     def token(self) -> str:
-        """Hash of the archive and the settings."""
+        """Hash of the archive and of the parameter values."""
         content = [self.digest, sorted(self.settings.items())]
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 

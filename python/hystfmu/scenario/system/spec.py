@@ -5,7 +5,7 @@ states only the differences from another file. Tables are merged key by key. Num
 in the extended file. Three rules keep the result readable:
 
 - A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole.
-- Of several files in a list, a later one has priority.
+- If `extends` lists several files, a later file has priority over an earlier file.
 - A case states the differences from the case of the same name in the extended file. If a file lists cases, these run
   in this order; otherwise the cases of the extended file run. A name with ``*`` or ``?`` stands for all matching cases
   of the extended file that the file does not name elsewhere.
@@ -83,7 +83,10 @@ def shipped_scenarios() -> Path:
 
 
 def shipped_names() -> list[str]:
-    """Return the names of the shipped scenarios, such as ``scenarios/pid``, or nothing if not installed."""
+    """Return the names of the shipped scenarios, such as ``scenarios/pid``.
+
+    The list is empty if they are not installed.
+    """
     try:
         root = shipped_scenarios()
     except InputError:
@@ -382,7 +385,11 @@ def _merge_cases(below: list[Any], own: list[Any]) -> list[Any]:
 
 
 def _chosen(below: Any, run: int, own: list[Any], path: Path) -> list[Any]:
-    """Return `own` with the matching names of the first `run` cases of `below` instead of each pattern."""
+    """Return the cases `own`. The matching cases of `below` replace each case whose name is a pattern.
+
+    The replacement has the keys of the pattern and the name of the matching case. A pattern can match only the first
+    `run` cases of `below`.
+    """
     patterns = [c for c in own if _is_named(c) and set(c["name"]) & set("*?")]
     taken = {c["name"] for c in own if _is_named(c)}
     found: list[Any] = []

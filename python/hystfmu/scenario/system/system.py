@@ -199,7 +199,7 @@ class System:
         return np.array(sorted({n.source for n in self.links if owner[n.source] >= n.to}), dtype=np.int64)
 
     def makers(self) -> Array:
-        """Source of each value in `early`."""
+        """Indices of the units that compute the values in `early`."""
         owner = self.owners
         return np.array([owner[j] for j in self.early().tolist()], dtype=np.int64)
 
@@ -247,7 +247,7 @@ class System:
 
 
 def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the outputs that a case names, by key."""
+    """Yield the keys of a case that name outputs, each with the names of these outputs."""
     yield "record", case.record
     for pair in case.loops:
         yield "loops", pair
@@ -270,7 +270,7 @@ def build(case: Case) -> System:
     ------
     InputError
         A block, a port or a parameter is unknown, a value is out of range, or an input has no source. A path leads out
-        of the folder of the scenarios. The final states of a foreign FMU are required.
+        of the folder of the scenarios. The case records hashes of final states, but contains a foreign FMU.
     """
     parts: list[Part] = []
     columns: dict[str, int] = {}
@@ -379,10 +379,10 @@ def _links(case: Case, parts: list[Part], columns: dict[str, int]) -> tuple[Link
 def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Graph, list[tuple[int, int]]]:
     """Join units with the same period to one graph. The order of the units does not change.
 
-    If `own` is True, a connection from a unit to itself remains an external input, as in a coupling. The names are
-    `unit_block` for blocks, `unit_output` for outputs and `unit_input` for inputs. Also return the inputs of units that
-    become inputs of the graph, in the order of the graph. These inputs have an external source or are constant. A
-    constant is the start value of the input.
+    If `own` is True, a connection from a unit to itself is not a part of the graph: the input is an external input. The
+    names are `unit_block` for blocks, `unit_output` for outputs and `unit_input` for inputs. Also return the inputs of
+    units that become inputs of the graph, in the order of the graph. These inputs have an external source or are
+    constant. A constant is the start value of the input.
     """
     nodes: list[Node] = []
     wires: list[tuple[str, str]] = []
