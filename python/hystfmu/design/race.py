@@ -38,17 +38,21 @@ EQUAL = 1.05  # the error of a more complex structure must be smaller by this fa
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits that a tuned loop must meet. Structures below the bandwidth get a penalty."""
+    """Limits of a tuned loop.
 
-    # largest allowed peak of the sensitivity with every plant of the set (dB)
+    A loop that violates a limit of the peak is excluded. For a loop with a bandwidth below `bandwidth`, the error is
+    multiplied by a penalty factor.
+    """
+
     ms_db: float = MS_DB  # largest allowed peak of the sensitivity with the identified plant (dB)
+    # largest allowed peak of the sensitivity with every plant of the set (dB)
     set_ms_db: float = SET_MS_DB
     bandwidth: float = 0.0  # required bandwidth (Hz), up to which the sensitivity is below -3 dB
 
 
 @dataclass(frozen=True)
 class Aim:
-    """Disturbances of the loop as powers, shape (k,), in the square of the unit of measure of the output."""
+    """Powers of the disturbances of a loop at k frequencies, in the square of the unit of measure of the output."""
 
     f: Array  # Hz
     power: Array  # power of the model error at the input of the dynamics
@@ -99,7 +103,11 @@ def race(
     limits: Limits = Limits(),
     names: Sequence[str] = tuple(STRUCTURES),
 ) -> Race:
-    """Tune the named controller structures, and sort them by their expected RMS error."""
+    """Tune the controller structures in `names` for a set of plants, and sort them by their expected RMS error.
+
+    `design` contains the identified plant and the step. `aim` contains the disturbances, and `limits` the limits of the
+    loop.
+    """
     found: list[Tuned] = []
     refused: dict[str, str] = {}
     for name in names:
@@ -176,7 +184,11 @@ class _View:
         self.G_wide = plants.plants[0].response(self.wide, plants.h)
 
     def best(self, structure: Structure, design: Design, values: Mapping[str, float]) -> tuple[float, float]:
-        """Return the smallest expected RMS error and its gain; infinity and 0 if no gain meets the limits."""
+        """Return the integral gain with the smallest expected RMS error for these values of a structure.
+
+        Return this error (multiplied by the penalty factor) and the gain, or infinity and 0 if no gain meets the
+        limits.
+        """
         C = structure.response(design, values, self.z)
         lowest, highest = LEAST / self.plants.h, MOST / self.plants.h
         if not self.allowed(*C(lowest)):
@@ -194,7 +206,7 @@ class _View:
         return costs[k], gains[k]
 
     def allowed(self, C: Complex, inner: Complex | None) -> bool:
-        """Return whether the controller C is stable and its loops with all plants meet the limits."""
+        """Return whether the controller C is stable, and the loops of C with all plants meet the limits of the peak."""
         if inner is not None and not unencircled(inner[:1]).all():
             return False
         X = C * self.G
@@ -205,7 +217,7 @@ class _View:
         return bool(unencircled(X).all())
 
     def narrow(self, C: Complex) -> float:
-        """Return the penalty factor of the error for a bandwidth below the limit; 1 if the bandwidth is sufficient."""
+        """Return the factor by which the error is multiplied if the bandwidth is too small; 1 if it is sufficient."""
         missing = self.limits.bandwidth / max(self.bandwidth(C[0] * self.G[0]), 1e-9)
         return 1.0 if missing <= 1 else TOO_SLOW * missing**4
 
@@ -221,7 +233,7 @@ class _View:
         return float(np.sqrt(left + self.aim.noise**2 * np.mean(np.abs(X / (1 + X)) ** 2)))
 
     def figures(self, structure: Structure, design: Design, values: dict[str, float], Ki: float) -> Tuned:
-        """Return the structure with these values, and the properties of its loop."""
+        """Return the structure with these values and the integral gain `Ki`, and the properties of its loop."""
         X = structure.response(design, values, self.z)(Ki)[0] * self.G
         at, wide = (structure.response(design, values, z)(Ki)[0] for z in (self.at, self.wide))
         near = distances(X, self.plants.slopes).min(axis=1)
@@ -255,7 +267,7 @@ class _View:
 
 
 def distances(X: Complex, slopes: tuple[float, float]) -> Array:
-    """Return the smallest distance of k X from -1 over all factors k in a sector, in the shape of X.
+    """Return the smallest distance of k X from -1 over all factors k in the sector `slopes`, for each element of X.
 
     k X lies on the straight line from slopes[0] X to slopes[1] X. The nearest point of this line has a closed form.
     """

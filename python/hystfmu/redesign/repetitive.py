@@ -42,7 +42,7 @@ MOST = 1500  # largest number of taps on each side
 
 
 def highest(opened: OpenedLoop, n: int) -> float:
-    """Return the upper limit of the default cutoff (Hz)."""
+    """Return the upper limit of the default cutoff (Hz) for an opened loop and a period of n steps."""
     mode = fastest_mode(opened)
     wanted = HARMONICS / (n * opened.h) if mode is None else ABOVE_MODE * mode
     return min(wanted, HIGHEST / opened.h)
@@ -67,14 +67,14 @@ class Search:
         self._design = np.array([c.learnt(filter_angles()) for c in found if c.delay == 0])
 
     def at(self, cutoff: float, gain: float) -> RepetitiveFilters:
-        """Return filters, and the factor by which an error changes per period in each corner."""
+        """Design filters, and compute the largest factor by which an error changes per period in each corner."""
         n_q, n_l = (min(math.ceil(k / (cutoff * self._h)), self._n - 1, MOST) for k in (SIDE_Q, SIDE_L))
         made = learning_filters(self._design, self._h, cutoff, gain, n_q, n_l, REST, FLOOR)
         Q, L = zero_phase_at(made.q, self._z), taps_at(made.l, self._z)
         return RepetitiveFilters(made.q, made.l, tuple(np.abs(Q - L * self._T).max(axis=1).tolist()))
 
     def best(self, cutoff: float | None, gain: float | None, top: float) -> tuple[RepetitiveFilters, float, float]:
-        """Return filters, cutoff and gain for the largest stable gain and the largest cutoff for this gain.
+        """Return filters, cutoff and gain: the largest stable gain, and the largest stable cutoff for this gain.
 
         A reduction of the error at the harmonics increases the sensitivity between the harmonics. If possible, the
         chosen cutoff and gain also meet the limit of the sensitivity. If no filter is stable, an InputError is raised.
@@ -97,13 +97,13 @@ class Search:
         return first
 
     def _peak_with(self, filters: RepetitiveFilters) -> float:
-        """Return the peak of the sensitivity of the nominal loop with learning, for any period."""
+        """Return the peak of the sensitivity of the nominal loop with learning, as the maximum over all periods."""
         Q, L = zero_phase_at(filters.q, self._z), taps_at(filters.l, self._z)
         turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)[:, None]
         return float((np.abs((1 - turn * Q) / (1 - turn * (Q - L * self._T_nominal))) * self._S).max())
 
     def worst(self, filters: RepetitiveFilters, cutoff: float) -> tuple[str, float]:
-        """Return the corner in which errors up to half the cutoff decrease slowest, and the factor per period."""
+        """Return the corner in which errors decrease slowest, and the factor per period, up to half the cutoff."""
         top = max(math.floor(self._n * cutoff * self._h / 2), 1)
         angles = 2 * np.pi * np.arange(1, top + 1) / self._n
         z = np.exp(1j * angles)
@@ -119,7 +119,7 @@ class Search:
         return np.array([float(f"{top / STEP**i:.4g}") for i in range(k + 1)])
 
     def _refusal(self, cutoff: float | None, gain: float | None, top: float) -> str:
-        """Return an error message with the corner in which an error grows, and with a stable cutoff and gain."""
+        """Return an error message that states the corner in which an error grows, and a stable cutoff or gain."""
         g, f = gain or GAINS[0], cutoff or top
         left = self.at(f, g).contraction
         k = int(np.argmax(left))
