@@ -68,7 +68,10 @@ def cut(graph: Graph, sort: bool = True) -> Cut:
 
 
 def unfolded(graph: Graph) -> Graph:
-    """Replace each FIR filter (`polynomial_narx` of degree 1 in its input) by one-step delays and a sum."""
+    """Return a graph in which one-step delays and a sum replace each FIR filter.
+
+    An FIR filter is a block `polynomial_narx` of degree 1 that depends only on its input.
+    """
     nodes: list[Node] = []
     wires, own, to = list(graph.wires), list[tuple[str, str]](), dict[str, str]()
     for n in graph.nodes:

@@ -236,7 +236,7 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
 
 
 def _behind_hold(plant: Node | Graph | Model, h: float) -> Any:
-    """Return the sampled plant for a loop in which each sample is taken before the command of the same step."""
+    """Return the sampled plant for a loop in which a sample is taken before the command of its step is applied."""
     control = python_control()
     G, step = to_control(plant, h), control.ss(*shift_registers((1,)), h)
     if (G.noutputs, G.ninputs) != (1, 1):

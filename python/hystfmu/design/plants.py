@@ -219,7 +219,7 @@ def _beside(
 
 
 def _differing(p: Plant, errors: Sequence[tuple[float, float, float]], delay_error: float, h: float) -> Iterator[Plant]:
-    """Yield plants in which a mode or the delay is at an end of its confidence interval."""
+    """Yield plants with other natural frequencies, less damping or more delay, within the uncertainty of the record."""
     sides = (-1.0, 0.0, 1.0) if p.f_n else (0.0,)
     for side, damping, more in product(sides, (1.0, LESS_DAMPED) if p.f_n else (1.0,), LATER):
         if side == 0 and damping == 1 and more == 0:

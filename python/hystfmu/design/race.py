@@ -135,7 +135,10 @@ def race(
 
 
 def tune(structure: Structure, plants: PlantSet, design: Design, aim: Aim, limits: Limits) -> Tuned | None:
-    """Return one structure with tuned values, or None if no gain meets the limits."""
+    """Tune one `structure` for a set of plants; return None if no gain meets the limits.
+
+    The arguments `plants`, `design`, `aim` and `limits` are those of `race`.
+    """
     # imported here, so that a process for a foreign FMU does not wait for the import
     from scipy.optimize import minimize
     from scipy.stats import qmc
@@ -227,7 +230,10 @@ class _View:
         return float(self.plants.angles[0][large[0]] / (2 * np.pi * self.plants.h)) if len(large) and large[0] else 0.0
 
     def error(self, C: Complex, C_wide: Complex) -> float:
-        """Return the expected RMS error of the loop, caused by model error, differences of the device and noise."""
+        """Return the expected RMS error of the loop.
+
+        Model error, uncertainty of the plant and sensor noise cause this error.
+        """
         left = float((self.power / np.abs(1 + C * self.low) ** 2).sum())
         X = C_wide * self.G_wide
         return float(np.sqrt(left + self.aim.noise**2 * np.mean(np.abs(X / (1 + X)) ** 2)))

@@ -209,7 +209,10 @@ class PeriodMemory:
 
 
 def iterative_learning(node: Node) -> PeriodMemory:
-    """Return the update law w <- Q (w + gain e) of `iterative_learning`; e is the error `lead` steps later."""
+    """Return the update law w <- Q (w + gain e) of a block `iterative_learning`.
+
+    The error e is that of the sample `lead` steps later.
+    """
     gain, lead, smooth = (float(node.value(name)[0]) for name in ("gain", "lead", "smooth"))
     n = node.dims["n"]
     q = np.array([smooth, 1 - 2 * smooth, smooth])

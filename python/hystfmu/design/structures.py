@@ -136,7 +136,7 @@ FAST = 3.0  # poles and zeros (rad/s) above this multiple of the sampling rate (
 
 @functools.lru_cache(maxsize=64)
 def robust_filters(plant: Plant, h: float, weight: float, zero: float) -> tuple[Node, ...]:
-    """Return the robust controller without its integral as filters of static gain 1; () if it cannot be stable.
+    """Return filters of static gain 1 for use in front of an integral, or () if no stable controller exists.
 
     The delay of the plant includes the computing time. The weight of the loop shaping has an integral of gain `weight`
     (1/s) and a zero with the time constant `zero` (s). `h` is the step (s).
@@ -250,7 +250,7 @@ class Structure:
     resonant: bool = False  # whether the structure needs an identified mode
 
     def response(self, design: Design, values: Values, z: Complex) -> Speed:
-        """Return a function that maps Ki (1/s) to the response from e to u at z and to the response of the inner loop.
+        """Return a function of Ki (1/s) that returns two responses at z: from e to u, and of the inner loop.
 
         The inner loop is the feedback inside the controller through the predictor. It is None without a predictor. The
         controller is stable only if the inner loop is stable.
@@ -300,7 +300,7 @@ class Structure:
 def _predicting(
     design: Design, nodes: list[Node], wires: list[tuple[str, str]]
 ) -> tuple[list[Node], list[tuple[str, str]], tuple[str, ...]]:
-    """Add a Smith predictor to the controller.
+    """Add a Smith predictor to the nodes and wires of a controller.
 
     The predictor adds the output of the plant model without delay minus its output with delay.
 

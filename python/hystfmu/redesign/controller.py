@@ -291,7 +291,10 @@ def _nominal(systems: dict[str, System], spec: ScenarioSpec) -> tuple[str, Opene
 def _corners(
     trial: Scenario, first: str, systems: dict[str, System], off: float
 ) -> tuple[list[Corner], tuple[float, float]]:
-    """Return all loops of the design, with a controller of gain 1, and the sector of the incremental gain."""
+    """Return all loops for which the controller is designed, and the sector of the incremental gain.
+
+    In these loops, the controller has the gain 1.
+    """
     ready = trial.ready()
     stated = ready.spec.margins.slopes if ready.spec.margins is not None else None
     loops: dict[str, OpenedLoop] = {}
@@ -306,7 +309,7 @@ def _corners(
 
 
 def _limits(system: System, old: Controllers) -> tuple[float, float] | None:
-    """Return the limits of the command that the old controllers have, or None."""
+    """Return the limits of the command in the old controllers, or None if they have no limits."""
     for p in system.parts:
         if p.name in old.units:
             for n in p.own.nodes:

@@ -49,7 +49,7 @@ def highest(opened: OpenedLoop, n: int) -> float:
 
 
 class Search:
-    """Search for a cutoff and a gain whose filters are stable in all corners. The first corner is the nominal loop.
+    """Search for a cutoff and a gain with which the loop is stable in all corners. The first corner is nominal.
 
     `h` is the step (s). `n` is the number of steps in a period. `peak` is the largest allowed peak of the sensitivity
     of the nominal loop with learning.
@@ -77,7 +77,8 @@ class Search:
         """Return filters, cutoff and gain: the largest stable gain, and the largest stable cutoff for this gain.
 
         A reduction of the error at the harmonics increases the sensitivity between the harmonics. If possible, the
-        chosen cutoff and gain also meet the limit of the sensitivity. If no filter is stable, an InputError is raised.
+        chosen cutoff and gain also meet the limit of the sensitivity. If the loop is unstable for all tested filters,
+        an InputError is raised.
         """
         if cutoff is not None and not 0 < cutoff < 0.5 / self._h:
             raise InputError(f"The cutoff must be a float in (0, {0.5 / self._h:g}) Hz. Got {cutoff:g} instead.")
@@ -297,7 +298,10 @@ def repetitive(
 def _stable_corners(
     loops: Mapping[str, OpenedLoop], limits: MarginsSpec | None, shares: Sequence[float]
 ) -> tuple[list[Corner], float]:
-    """Return the corners for the first relative error of the modes with which the loop is stable, and this error."""
+    """Return the corners for the first value in `shares` with which all loops are stable, and this value.
+
+    `shares` contains relative errors of the natural frequencies of the plant.
+    """
     for share in shares[:-1]:
         with suppress(InputError):
             return corners(loops, limits, share), share
