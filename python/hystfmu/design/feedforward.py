@@ -31,8 +31,8 @@ def scan_harmonics(n: Array, turn: float) -> Array:
 
     The harmonic n is sin(2 pi n f t), where f is the frequency of the triangle.
 
-    The acceleration of a triangle consists of impulses. If the corners of the triangle are rounded, the impulses become
-    rectangles, whose spectrum is a sinc function. The straight parts of the triangle are then steeper.
+    The acceleration of a triangle consists of impulses. If the turning points of the triangle are rounded, the impulses
+    become rectangles, whose spectrum is a sinc function. The straight parts of the triangle are then steeper.
 
     Parameters
     ----------

@@ -67,7 +67,10 @@ class Search:
         self._design = np.array([c.learnt(filter_angles()) for c in found if c.delay == 0])
 
     def at(self, cutoff: float, gain: float) -> RepetitiveFilters:
-        """Design filters, and compute the largest factor by which an error changes per period in each corner."""
+        """Design filters for a cutoff (Hz) and a gain, and compute the convergence factor of each corner.
+
+        The convergence factor is the largest factor by which an error changes per period.
+        """
         n_q, n_l = (min(math.ceil(k / (cutoff * self._h)), self._n - 1, MOST) for k in (SIDE_Q, SIDE_L))
         made = learning_filters(self._design, self._h, cutoff, gain, n_q, n_l, REST, FLOOR)
         Q, L = zero_phase_at(made.q, self._z), taps_at(made.l, self._z)

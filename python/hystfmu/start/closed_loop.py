@@ -268,9 +268,10 @@ class _Runs(LoopPlan):
         return tuple(rows)
 
     def shaped(self, tuned: Tuned | None) -> float:
-        """Return the smallest factor for the time constant of the reference filter that limits the overshoot.
+        """Return the factor by which the time constant of the reference filter is multiplied.
 
-        If no tested factor is sufficient, return 1.
+        It is the smallest tested factor with which the overshoot meets its limit and the slew rate of the amplifier is
+        sufficient, or 1 if no tested factor is large enough.
         """
         jumps = [t for t in self.tried if t.jumps]
         for slower in SLOWER if jumps else ():
@@ -296,7 +297,7 @@ class _Runs(LoopPlan):
     def bounds(self) -> dict[str, float]:
         """Return the largest allowed tracking error in percent for the simulation with each device.
 
-        This is twice the error without feedback, plus a share for the sensor noise.
+        This is twice the error without feedback, plus an allowance for the sensor noise.
         """
         loop = self.scenario(None, {})
         noise = 100 * NOISY * self.found.noise / (2 * self.tried[0].amplitude)

@@ -1,6 +1,7 @@
 """Diagrams of a study.
 
-They show shares of variations inside the limits, total effects of the parameters, all variations, and metrics.
+They show the shares of variations inside the limits, the total effects of the parameters, all variations in parallel
+coordinates, and the distributions of the metrics.
 
 In a notebook, the result of a study is shown as HTML, and the metrics are shown as a diagram.
 

@@ -27,7 +27,7 @@ class Sampler(Protocol):
     def outside(self, k: int) -> str:
         """Return the limits that variation k of the last batch exceeds, as far as they are known without a simulation.
 
-        The variation is simulated only if the returned text is empty.
+        The limits are returned as text. The variation is simulated only if this text is empty.
         """
 
     @property
