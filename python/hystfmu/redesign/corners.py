@@ -65,7 +65,7 @@ class Roles:
 
 
 def roles(opened: OpenedLoop) -> Roles:
-    """Return the names of reference, measured output and command of an opened loop, and the limits of the command.
+    """Find reference, measured output and command of an opened loop from its connections, and limits of the command.
 
     An InputError is raised if the path from the plant to the controllers has branches, so that the controllers do not
     have one common measured input.

@@ -43,7 +43,7 @@ class Taps:
 
 
 def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: str) -> dict[str, Any]:
-    """Return the table of a scenario to which the block `repetitive` and the sum of command and correction are added.
+    """Return the table of a scenario with an added block `repetitive` and an added sum of command and correction.
 
     `roles` contains the names of the signals of the loop. `taps` contains the settings of the block, and `text` is its
     description.

@@ -42,7 +42,7 @@ LEAST_NOISE = 1e-4  # of the span: a fit without noise
 
 
 def information(model: Model, data: Dataset, u: Array, h: float) -> float:
-    """Return the information about the model parameters that an input u (m,) with the step h (s) adds to `data`.
+    """Return the information about the model that an input u (m,) with the step h (s) adds to `data`.
 
     `data` is the record to which the model was fitted.
     """
