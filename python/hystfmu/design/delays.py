@@ -2,8 +2,8 @@
 
 The core stores all values that change during a run in one vector. Each column of the matrices A, B, C and D is a
 difference quotient of one step, for a small change of one element of this vector or of one input at rest. At rest all
-values of a controller are zero. Therefore the differences lose no digits, and a small step stays in the linear range of
-a switching term. A hysteresis has no tangent at rest, so the caller must replace the hysteresis by a gain.
+values of a controller are zero. Therefore the differences lose no digits, and a small change stays in the linear range
+of a switching term. A hysteresis has no tangent at rest, so the caller must replace the hysteresis by a gain.
 
 In discrete form, a delay of n steps has exactly n states. In continuous form, a delay has no finite order, so a Pade
 approximant can replace the delay.
@@ -68,7 +68,10 @@ def cut(graph: Graph, sort: bool = True) -> Cut:
 
 
 def unfolded(graph: Graph) -> Graph:
-    """Replace each FIR filter (`polynomial_narx` of degree 1 in its input) by one-step delays and a sum."""
+    """Return a graph in which one-step delays and a sum replace each FIR filter.
+
+    An FIR filter is a block `polynomial_narx` of degree 1 that depends only on its input.
+    """
     nodes: list[Node] = []
     wires, own, to = list(graph.wires), list[tuple[str, str]](), dict[str, str]()
     for n in graph.nodes:
@@ -157,7 +160,7 @@ CHECKED, SAME = 40, 1e-4
 
 
 def sampled(graph: Graph, h: float) -> StateSpace:
-    """Return A, B, C, D of one step h (s) of a graph at rest with all inputs zero. Delays become states.
+    """Linearise one step h (s) of a graph at rest with all inputs zero. Delays become states.
 
     Parameters
     ----------
@@ -234,7 +237,7 @@ def _closure(edges: NDArray[np.bool_], first: NDArray[np.bool_]) -> NDArray[np.b
 
 
 def _check(graph: Graph, h: float, system: StateSpace) -> None:
-    """Raise an InputError if the response of a graph to small signals differs from the response of its tangent."""
+    """Raise an InputError if a graph and its linearisation `system` respond differently to small signals."""
     A, B, C, D = system
     m, p = B.shape[1], C.shape[0]
     u = np.zeros((CHECKED, m))

@@ -27,17 +27,19 @@ from hystfmu.model import Model
 
 
 def scan_harmonics(n: Array, turn: float) -> Array:
-    """Return the Fourier amplitudes of sin(2 pi n f t) in the triangle of the block ``reference`` with amplitude 1.
+    """Return the Fourier amplitude of each harmonic n of the triangle of the block ``reference`` with amplitude 1.
 
-    The acceleration of a triangle consists of impulses. If the turns have a length above 0, the impulses become
-    rectangles, whose spectrum is a sinc function. The straight parts of the triangle are then steeper.
+    The harmonic n is sin(2 pi n f t), where f is the frequency of the triangle.
+
+    The acceleration of a triangle consists of impulses. If the turning points of the triangle are rounded, the impulses
+    become rectangles, whose spectrum is a sinc function. The straight parts of the triangle are then steeper.
 
     Parameters
     ----------
     n : array, shape (m,)
         Numbers of the harmonics, from 1 on. Even harmonics have the amplitude 0.
     turn : float
-        Fraction of the period that the rounded turns take, as in the block ``reference``.
+        Fraction of the period in which the triangle is rounded, as in the block ``reference``.
     """
     return np.asarray(8 / (np.pi * n) ** 2 * np.sin(np.pi * n / 2) * np.sinc(n * turn / 2) / (1 - turn / 2))
 
@@ -156,10 +158,10 @@ def preview(plant: Plant, h: float) -> Preview:
 
 
 def transfer_function(plant: Plant, name: str) -> Node:
-    """Return a plant without its delay as one transfer function that starts in the steady state.
+    """Return a plant without its delay as a block `transfer_function` called `name`, which starts in the steady state.
 
-    The static part of the plant (`Plant.rest`) would be direct feed-through. A mode that is much faster than the other
-    modes replaces it.
+    The static part of the plant (`Plant.rest`) would be direct feed-through. Therefore a mode that is much faster than
+    the other modes replaces the static part.
     """
     f_n, zeta, share = list(plant.f_n), list(plant.zeta), list(plant.share)
     if abs(plant.rest) > 1e-9:
@@ -188,9 +190,9 @@ def _times(polynomials: list[Array]) -> Array:
 
 
 def _zeros(plant: Plant, seen: list[int]) -> Node | None:
-    """Return the filter that compensates the zeros between modes and all modes except the first.
+    """Return the filter that compensates all modes except the first, and the zeros between the modes.
 
-    Return None if this filter is not stable.
+    `seen` contains the indices of the modes. Return None if this filter is not stable.
     """
     total = sum(plant.share[i] for i in seen)
     dens = [_second_order(plant.f_n[i], plant.zeta[i]) for i in sorted(seen, key=lambda i: plant.f_n[i])]

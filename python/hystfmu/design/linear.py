@@ -54,8 +54,8 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
     Returns
     -------
     control.TransferFunction or control.StateSpace
-        With a step, the result is a state space. The block `transfer_function` is discretised exactly, with the hold
-        that the block states.
+        With a step, the result is a state space. The block `transfer_function` is discretised exactly, for the hold
+        that is set in the block.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
 
 
 def feedthrough(part: Graph | Model) -> StateSpace:
-    """Return the direct feed-through of a graph as a state space. Only delays are states."""
+    """Return a graph without its continuous states as a state space, whose only states are the delays."""
     opened = cut(part.graph if isinstance(part, Model) else part)
     A, B, C, D = linearise(opened.graph)
     static = A[:0, :0], B[:0], C[:, :0], D
@@ -282,7 +282,10 @@ def _super_twisting(node: Node, h: float) -> StateSpace:
 
 
 def _repetitive(node: Node, h: float) -> StateSpace:
-    """Return w = z^-n (Q w + L e) as a register of n + m steps with taps, where m is the longer half of the filters."""
+    """Return the block `repetitive`, w = z^-n (Q w + L e), as a state space whose step is `h` (s).
+
+    The states are a shift register of n + m steps. m is the number of taps on one side of the longer filter.
+    """
     n, q, l = node.dims["n"], node.value("q"), node.value("l")  # noqa: E741
     n_q, n_l = len(q) - 1, len(l) // 2
     m = max(n_q, n_l)

@@ -6,8 +6,9 @@ polynomials; with creep it also changes the response. Hysteresis is a gain, for 
 A gain at which the Nyquist curve passes through -1 is not always a limit, because a loop may stay stable although the
 curve crosses -1. A conditionally stable loop has a lower and an upper limit of the gain.
 
-Frequency responses are computed on a grid up to half the sampling frequency; angles are omega h. Many cases have equal
-controllers and equal plants. Therefore the responses are cached by content.
+Frequency responses are computed on a grid up to half the sampling frequency; angles are omega h. Many cases of a
+scenario have the same controller and the same plant. Therefore the frequency response of each state space is computed
+only once and stored.
 """
 
 from __future__ import annotations
@@ -43,7 +44,10 @@ BESIDE = np.sinh(np.linspace(-np.arcsinh(30.0), np.arcsinh(30.0), 61))
 
 @functools.lru_cache(maxsize=8)
 def grid(period: int = 0) -> Array:
-    """Return angles in (0, pi], shape (m,), fine enough for the harmonics of a memory of `period` steps."""
+    """Return a grid of angles omega h in (0, pi], shape (m,).
+
+    If `period` is above 0, the grid resolves the harmonics of a period memory with `period` steps.
+    """
     angles = np.geomspace(1e-4, 1.0, POINTS) * np.pi
     if period:
         angles = np.union1d(angles, np.linspace(0, np.pi, period * PER_LINE // 2 + 1)[1:])
@@ -52,10 +56,11 @@ def grid(period: int = 0) -> Array:
 
 
 def beside(poles: Complex, angles: Array) -> Array:
-    """Return additional angles around the resonances of poles, shape (k,), where the grid is too coarse.
+    """Return additional angles, shape (k,), near lightly damped poles for which the grid `angles` is too coarse.
 
-    Trap: two crossings of abs(L) = 1 on both sides of a lightly damped mode may lie between two points of the grid, and
-    their margins would be missed. Poles of creep may lie below the grid; angles down to them are added.
+    Trap: two crossings of abs(L) = 1 on both sides of a lightly damped mode may lie between two points of the grid. The
+    margins at these crossings would be missed. The poles of creep may have angles below the grid. Therefore angles down
+    to these poles are added.
     """
     at, width = np.abs(np.angle(poles)), np.abs(1 - np.abs(poles))
     spacing = np.maximum(at, angles[0]) * (angles[1] / angles[0] - 1)
@@ -89,7 +94,7 @@ def response_of(system: StateSpace, z: Complex) -> Complex:
 
 
 def on_grid(system: StateSpace, period: int = 0) -> Complex:
-    """Return the frequency response of a system on `grid(period)`. The responses of equal systems are cached."""
+    """Return the frequency response of a state space on `grid(period)`. It is computed once for equal state spaces."""
     return _on_grid(tuple((m.shape, np.ascontiguousarray(m).tobytes()) for m in system), period)
 
 
@@ -100,7 +105,7 @@ def _on_grid(content: tuple[tuple[tuple[int, ...], bytes], ...], period: int) ->
 
 
 def roots(f: Callable[[Array], Array], angles: Array, values: Array) -> Array:
-    """Return the angles at which f changes its sign, at most one per interval of a grid, by bisection.
+    """Compute by bisection the angles at which f changes its sign, at most one in each interval of a grid.
 
     `values` is f on the grid of `angles`, shape (m,).
     """
@@ -114,9 +119,10 @@ def roots(f: Callable[[Array], Array], angles: Array, values: Array) -> Array:
 
 
 def least(f: Callable[[Array], Array], angles: Array, values: Array) -> float:
-    """Return the smallest value of f.
+    """Return the smallest value of a function f of the angle.
 
-    The smallest value on a grid is refined by golden-section search between the neighbouring points.
+    `values` is f on the grid of `angles`, shape (m,). Finer grids between the neighbours of the smallest value refine
+    the result.
     """
     k = int(np.argmin(values))
     a, b = angles[max(k - 1, 0)], angles[min(k + 1, len(angles) - 1)]
@@ -230,7 +236,7 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
 
 
 def _behind_hold(plant: Node | Graph | Model, h: float) -> Any:
-    """Return the sampled plant for a loop in which each sample is taken before the command of the same step."""
+    """Return the sampled plant for a loop in which a sample is taken before the command of its step is applied."""
     control = python_control()
     G, step = to_control(plant, h), control.ss(*shift_registers((1,)), h)
     if (G.noutputs, G.ninputs) != (1, 1):
@@ -335,7 +341,7 @@ SAME = 1e-6  # two factors with a smaller relative difference are equal
 
 
 def crossed(L: Callable[[Array], Complex], angles: Array, values: Complex) -> Array:
-    """Return the factors of the gain, shape (k,), at which the Nyquist curve passes through -1.
+    """Return the factors, shape (k,), with which the loop gain must be multiplied so that L passes through -1.
 
     L is the response of the open loop at angles omega h; `values` is L on the grid of `angles` up to pi, shape (m,).
     """
@@ -346,7 +352,10 @@ def crossed(L: Callable[[Array], Complex], angles: Array, values: Complex) -> Ar
 
 
 def _static(L: Callable[[Array], Complex], beside: complex) -> Array:
-    """Return L at z = 1, shape (1,); shape (0,) if L has a pole there."""
+    """Return L at z = 1, shape (1,), or an empty array if L has a pole at z = 1.
+
+    `beside` is L at the smallest angle of the grid.
+    """
     with suppress(np.linalg.LinAlgError), np.errstate(all="ignore"):
         found = L(np.zeros(1))
         if abs(found[0] - beside) < 0.5 * abs(beside):
@@ -355,10 +364,10 @@ def _static(L: Callable[[Array], Complex], beside: complex) -> Array:
 
 
 def first_lost(factors: Array, stable: Callable[[float], bool]) -> float:
-    """Return the smallest factor above 1 beyond which a loop is unstable, or infinity if no factor is.
+    """Return the smallest gain factor beyond which a loop is unstable, or infinity if the loop always stays stable.
 
-    `factors`, shape (k,), contains all factors at which stability may change. `stable` returns whether the loop is
-    stable for a factor.
+    `factors`, shape (k,), contains all factors above 1 at which stability may change. `stable` returns whether the loop
+    is stable for a factor.
     """
     found = np.sort(factors)
     found = found[np.diff(found, prepend=0.0) > SAME * found]

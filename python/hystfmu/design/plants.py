@@ -135,7 +135,7 @@ class Unseen:
 
 @dataclass(frozen=True)
 class PlantSet:
-    """Plants that agree with a record, and the responses of these plants."""
+    """Plants that agree with a record, and the frequency responses of these plants."""
 
     h: float  # step of the controller (s)
     plants: tuple[Plant, ...]  # the identified plant is first. The delays include the computing time.
@@ -146,9 +146,9 @@ class PlantSet:
     beside: tuple[tuple[Plant, Plant], ...] = ()
 
     def missed(self, z: Complex) -> Array:
-        """Return the expected power of 1 - G'/G at z, shape (m,).
+        """Return the expected value of abs(1 - G'/G)^2 at z, shape (m,).
 
-        This is the relative error if a feed-forward designed for the identified plant G drives a device G'.
+        1 - G'/G is the relative error if a feed-forward that is designed for the identified plant G drives a device G'.
         """
         G = self.plants[0].response(z, self.h)
         total = np.zeros(len(z))
@@ -158,7 +158,7 @@ class PlantSet:
 
     @property
     def z(self) -> Complex:
-        """Points e^(j omega h) on the unit circle, shape (m, k)."""
+        """Points e^(j omega h) on the unit circle for each of the m plants, shape (m, k)."""
         return np.asarray(np.exp(1j * self.angles))
 
 
@@ -179,7 +179,7 @@ def plant_set(
     identified : Plant
         Identified plant without the computing time.
     h, slopes, unseen
-        See `PlantSet`, and `Unseen` for a resonance in addition to the identified modes.
+        See `PlantSet`. `unseen` is a possible resonance in addition to the identified modes, see `Unseen`.
     errors, delay_error
         Standard errors of f_n (Hz), zeta and static gain of each mode, and standard error of the delay (s).
     computing : float
@@ -219,7 +219,7 @@ def _beside(
 
 
 def _differing(p: Plant, errors: Sequence[tuple[float, float, float]], delay_error: float, h: float) -> Iterator[Plant]:
-    """Yield plants whose modes and delay are at the ends of the confidence intervals."""
+    """Yield plants with other natural frequencies, less damping or more delay, within the uncertainty of the record."""
     sides = (-1.0, 0.0, 1.0) if p.f_n else (0.0,)
     for side, damping, more in product(sides, (1.0, LESS_DAMPED) if p.f_n else (1.0,), LATER):
         if side == 0 and damping == 1 and more == 0:
@@ -239,7 +239,10 @@ def _later(more: float) -> str:
 
 
 def _angles(p: Plant, h: float) -> Array:
-    """Return `POINTS` angles that resolve all resonances of a plant, including aliases of high frequencies."""
+    """Return `POINTS` angles omega h that resolve all resonances of a plant.
+
+    A resonance above half the sampling rate is resolved at the lower frequency (alias) to which sampling maps it.
+    """
     at, width = [], []
     for f, zeta in zip(p.f_n, p.zeta, strict=True):
         turn = 2 * np.pi * f * h

@@ -38,17 +38,21 @@ EQUAL = 1.05  # the error of a more complex structure must be smaller by this fa
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits that a tuned loop must meet. Structures below the bandwidth get a penalty."""
+    """Limits of a tuned loop.
 
-    # largest allowed peak of the sensitivity with every plant of the set (dB)
+    A loop that violates a limit of the peak is excluded. For a loop with a bandwidth below `bandwidth`, the error is
+    multiplied by a penalty factor.
+    """
+
     ms_db: float = MS_DB  # largest allowed peak of the sensitivity with the identified plant (dB)
+    # largest allowed peak of the sensitivity with every plant of the set (dB)
     set_ms_db: float = SET_MS_DB
     bandwidth: float = 0.0  # required bandwidth (Hz), up to which the sensitivity is below -3 dB
 
 
 @dataclass(frozen=True)
 class Aim:
-    """Disturbances of the loop as powers, shape (k,), in the square of the unit of measure of the output."""
+    """Powers of the disturbances of a loop at k frequencies, in the square of the unit of measure of the output."""
 
     f: Array  # Hz
     power: Array  # power of the model error at the input of the dynamics
@@ -99,7 +103,11 @@ def race(
     limits: Limits = Limits(),
     names: Sequence[str] = tuple(STRUCTURES),
 ) -> Race:
-    """Tune the named controller structures, and sort them by their expected RMS error."""
+    """Tune the controller structures in `names` for a set of plants, and sort them by their expected RMS error.
+
+    `design` contains the identified plant and the step. `aim` contains the disturbances, and `limits` the limits of the
+    loop.
+    """
     found: list[Tuned] = []
     refused: dict[str, str] = {}
     for name in names:
@@ -127,7 +135,10 @@ def race(
 
 
 def tune(structure: Structure, plants: PlantSet, design: Design, aim: Aim, limits: Limits) -> Tuned | None:
-    """Return one structure with tuned values, or None if no gain meets the limits."""
+    """Tune one `structure` for a set of plants; return None if no gain meets the limits.
+
+    The arguments `plants`, `design`, `aim` and `limits` are those of `race`.
+    """
     # imported here, so that a process for a foreign FMU does not wait for the import
     from scipy.optimize import minimize
     from scipy.stats import qmc
@@ -176,7 +187,11 @@ class _View:
         self.G_wide = plants.plants[0].response(self.wide, plants.h)
 
     def best(self, structure: Structure, design: Design, values: Mapping[str, float]) -> tuple[float, float]:
-        """Return the smallest expected RMS error and its gain; infinity and 0 if no gain meets the limits."""
+        """Return the integral gain with the smallest expected RMS error for these values of a structure.
+
+        Return this error (multiplied by the penalty factor) and the gain, or infinity and 0 if no gain meets the
+        limits.
+        """
         C = structure.response(design, values, self.z)
         lowest, highest = LEAST / self.plants.h, MOST / self.plants.h
         if not self.allowed(*C(lowest)):
@@ -194,7 +209,7 @@ class _View:
         return costs[k], gains[k]
 
     def allowed(self, C: Complex, inner: Complex | None) -> bool:
-        """Return whether the controller C is stable and its loops with all plants meet the limits."""
+        """Return whether the controller C is stable, and the loops of C with all plants meet the limits of the peak."""
         if inner is not None and not unencircled(inner[:1]).all():
             return False
         X = C * self.G
@@ -205,7 +220,7 @@ class _View:
         return bool(unencircled(X).all())
 
     def narrow(self, C: Complex) -> float:
-        """Return the penalty factor of the error for a bandwidth below the limit; 1 if the bandwidth is sufficient."""
+        """Return the factor by which the error is multiplied if the bandwidth is too small; 1 if it is sufficient."""
         missing = self.limits.bandwidth / max(self.bandwidth(C[0] * self.G[0]), 1e-9)
         return 1.0 if missing <= 1 else TOO_SLOW * missing**4
 
@@ -215,13 +230,16 @@ class _View:
         return float(self.plants.angles[0][large[0]] / (2 * np.pi * self.plants.h)) if len(large) and large[0] else 0.0
 
     def error(self, C: Complex, C_wide: Complex) -> float:
-        """Return the expected RMS error of the loop, caused by model error, differences of the device and noise."""
+        """Return the expected RMS error of the loop.
+
+        Model error, uncertainty of the plant and sensor noise cause this error.
+        """
         left = float((self.power / np.abs(1 + C * self.low) ** 2).sum())
         X = C_wide * self.G_wide
         return float(np.sqrt(left + self.aim.noise**2 * np.mean(np.abs(X / (1 + X)) ** 2)))
 
     def figures(self, structure: Structure, design: Design, values: dict[str, float], Ki: float) -> Tuned:
-        """Return the structure with these values, and the properties of its loop."""
+        """Return the structure with these values and the integral gain `Ki`, and the properties of its loop."""
         X = structure.response(design, values, self.z)(Ki)[0] * self.G
         at, wide = (structure.response(design, values, z)(Ki)[0] for z in (self.at, self.wide))
         near = distances(X, self.plants.slopes).min(axis=1)
@@ -255,7 +273,7 @@ class _View:
 
 
 def distances(X: Complex, slopes: tuple[float, float]) -> Array:
-    """Return the smallest distance of k X from -1 over all factors k in a sector, in the shape of X.
+    """Return the smallest distance of k X from -1 over all factors k in the sector `slopes`, for each element of X.
 
     k X lies on the straight line from slopes[0] X to slopes[1] X. The nearest point of this line has a closed form.
     """

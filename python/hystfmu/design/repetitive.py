@@ -45,7 +45,7 @@ class RepetitiveFilters:
     contraction: tuple[float, ...]
 
     def error_ratio(self, L: Any, w: Array, n: int) -> Array:
-        """Return the ratio of the error with to the error without repetitive control, at frequencies w (rad/s).
+        """Return the factor by which repetitive control changes the error at each frequency.
 
         Parameters
         ----------
@@ -128,8 +128,8 @@ def learning_filters(
     cutoff, gain, n_q, n_l
         See `repetitive_filters`.
     rest : float
-        Value of Q at frequency 0. If it is below 1, corrections without effect decay, such as a constant correction in
-        front of an integrator.
+        Value of Q at frequency 0. If it is below 1, corrections that have no effect on the error decay, for example a
+        constant correction in front of an integrator.
     floor : float
         Regularisation: this fraction of the mean square of the responses below the cutoff is added at each frequency,
         so that frequencies with a small response are not inverted. Trap: without regularisation, a zero of T at one
@@ -187,7 +187,7 @@ class PeriodMemory:
     lifted: bool
 
     def factor(self, angles: Array, error: Complex) -> Complex:
-        """Return Q + L E. The correction of a period multiplied by this factor is the correction of the next period.
+        """Return Q + L E, the factor between the corrections of two successive periods.
 
         Parameters
         ----------
@@ -209,7 +209,10 @@ class PeriodMemory:
 
 
 def iterative_learning(node: Node) -> PeriodMemory:
-    """Return the update law w <- Q (w + gain e) of `iterative_learning`; e is the error `lead` steps later."""
+    """Return the update law w <- Q (w + gain e) of a block `iterative_learning`.
+
+    The error e is that of the sample `lead` steps later.
+    """
     gain, lead, smooth = (float(node.value(name)[0]) for name in ("gain", "lead", "smooth"))
     n = node.dims["n"]
     q = np.array([smooth, 1 - 2 * smooth, smooth])
@@ -220,7 +223,7 @@ def iterative_learning(node: Node) -> PeriodMemory:
 
 
 def repetitive(node: Node) -> PeriodMemory:
-    """Return the update law of the block `repetitive`."""
+    """Return the update law of a block `repetitive`."""
     q = node.value("q")
     return PeriodMemory(node.dims["n"], np.concatenate([q[:0:-1], q]), node.value("l"), lifted=False)
 

@@ -186,9 +186,9 @@ def _drifts(node: Node) -> bool:
 
 
 def _against_rest(v: Array, moved: NDArray[np.intp], chain: Sequence[Graph], h: float) -> Array:
-    """Return the part of the last output that the last change of the path causes, at the given rows.
+    """Return, for each row in `moved`, the change of the output that the last change of the path `v` causes.
 
-    The change is the difference from the output for a path that is constant since the previous row.
+    This is the output of the last unit minus its output for a path that is constant since the previous row.
     """
     units = [graph.executor() for graph in chain]
     ends = [[next(p.reference for p in g.ports if p.kind == kind) for kind in ("input", "output")] for g in chain]

@@ -10,11 +10,11 @@ integral, Abramovitch et al. 2008; integral resonant control (IRC), Aphale, Flem
 and Structures 16, 439-446; positive position feedback (PPF), Fanson & Caughey 1990, AIAA Journal 28, 717-724; internal
 model, Smith 1957; H-infinity loop shaping, McFarlane & Glover 1992.
 
-H-infinity loop shaping: the controller that is most robust against perturbations of a shaped plant.
+H-infinity loop shaping designs the controller that is most robust against perturbations of a shaped plant.
 
-McFarlane & Glover, IEEE Trans. Automat. Control 37 (1992) 759-769; Skogestad & Postlethwaite, Multivariable Feedback
-Control, 2nd ed., section 9.4. For a discrete plant, the design uses the bilinear transformation, which preserves all
-norms. The resulting controller is realised as second-order filters in series, followed by an integral.
+Sources: McFarlane & Glover, IEEE Trans. Automat. Control 37 (1992) 759-769; Skogestad & Postlethwaite, Multivariable
+Feedback Control, 2nd ed., section 9.4. For a discrete plant, the design uses the bilinear transformation, which
+preserves all norms. The resulting controller is realised as second-order filters in series, followed by an integral.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
 
 
 def robust_controller(system: StateSpace, ratio: float) -> tuple[StateSpace, float]:
-    """Return the robust controller of a shaped plant for negative feedback, and the smallest norm 1 / b_opt.
+    """Return the robust controller of a shaped plant for negative feedback, and 1 / b_opt (`LoopShaping.b_opt`).
 
     The plant has one input and one output. `ratio`, above 1, is the ratio of the optimal margin to the margin of the
     controller. Source: Skogestad & Postlethwaite, eq. 9.69 to 9.73.
@@ -167,7 +167,7 @@ def robust_filters(plant: Plant, h: float, weight: float, zero: float) -> tuple[
 
 
 def _factors(roots: Any) -> list[Any]:
-    """Return real polynomials of degree 2 with the given roots, and one of degree 1 if their number is odd."""
+    """Return real polynomials of degree 2 with the given roots, and one of degree 1 if the number of roots is odd."""
     pairs = [np.poly([r, r.conjugate()]).real for r in roots if r.imag > 0]
     real = sorted((r.real for r in roots if abs(r.imag) <= 1e-9 * abs(r)), key=abs)
     pairs += [np.poly(real[k : k + 2]) for k in range(0, len(real) - 1, 2)]
@@ -230,7 +230,7 @@ class Design:
 
     @property
     def known_steps(self) -> int:
-        """Number of steps of delay that a predictor compensates."""
+        """Whole number of steps of delay that a Smith predictor compensates."""
         return round(self.plant.delay / self.h) + self.computing
 
 
@@ -250,7 +250,7 @@ class Structure:
     resonant: bool = False  # whether the structure needs an identified mode
 
     def response(self, design: Design, values: Values, z: Complex) -> Speed:
-        """Return a function that maps Ki (1/s) to the response from e to u at z and to the response of the inner loop.
+        """Return a function of Ki (1/s) that returns two responses at z: from e to u, and of the inner loop.
 
         The inner loop is the feedback inside the controller through the predictor. It is None without a predictor. The
         controller is stable only if the inner loop is stable.
@@ -300,7 +300,7 @@ class Structure:
 def _predicting(
     design: Design, nodes: list[Node], wires: list[tuple[str, str]]
 ) -> tuple[list[Node], list[tuple[str, str]], tuple[str, ...]]:
-    """Add a Smith predictor to the controller.
+    """Add a Smith predictor to the nodes and wires of a controller.
 
     The predictor adds the output of the plant model without delay minus its output with delay.
 
@@ -398,7 +398,7 @@ def _robust_bounds(design: Design) -> dict[str, tuple[float, float]]:
 
 
 def _slowest(design: Design) -> float:
-    """Return the lowest natural frequency (Hz), or a quarter of the sampling rate if that is lower."""
+    """Return the lowest natural frequency of the plant (Hz), but at most a quarter of the sampling rate."""
     return min((*design.plant.f_n, 0.25 / design.h))
 
 

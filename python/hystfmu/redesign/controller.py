@@ -31,17 +31,17 @@ LIMITS = ("u_min", "u_max")  # names of the limits of a command, which the new c
 
 @dataclass(frozen=True)
 class Controllers:
-    """The controllers that are replaced, in their order, and the feed-forward signal that they add to the command."""
+    """Names of the controllers that are replaced, in their order, and of the feed-forward signal that they add."""
 
     units: tuple[str, ...]
     feedforward: str | None
 
 
 def controllers(system: System, of: Roles) -> Controllers:
-    """Find the units between the measured output and the command.
+    """Find the controllers of a loop: the units between the measured output and the command, named in `of`.
 
-    An InputError is raised if there is no such unit, or if these units read several signals other than reference and
-    measured output.
+    An InputError is raised if there is no such unit, or if these units have several inputs in addition to the reference
+    and the measured output.
     """
     owner = {p.name: k for k, p in enumerate(system.parts)}
     ends = [(system.names[n.source], system.parts[n.to].name, system.parts[n.to].inputs[n.input]) for n in system.links]
@@ -71,9 +71,10 @@ def controllers(system: System, of: Roles) -> Controllers:
 def replaced(
     loop: Scenario, of: Roles, old: Controllers, name: str, unit: What, text: str, kept: Sequence[str]
 ) -> Scenario:
-    """Return the scenario with one `unit` instead of its controllers. The unit has inputs y_d, y, u_ff and output u.
+    """Return the scenario `loop` with one `unit` in place of the controllers `old`.
 
-    The new scenario contains the cases in `kept` that do not depend on the old controllers (see `depends`).
+    The unit has inputs y_d, y, u_ff and output u. It gets the name `name` and the description `text`. `of` contains the
+    names of the signals of the loop. The new scenario contains only the cases in `kept`.
     """
     table = loop.table
     gone = set(old.units)
@@ -104,9 +105,9 @@ def replaced(
 
 
 def depends(case: Mapping[str, Any], old: Controllers) -> bool:
-    """Return whether a case sets a parameter of a controller other than the limits of the command.
+    """Return whether a case changes the controllers `old` in more than the limits of the command.
 
-    Such a case cannot be simulated without this controller.
+    Such a case sets a parameter, a connection or a unit of these controllers, so it cannot be simulated without them.
     """
     gone = set(old.units)
     sets = {k.rpartition(".")[2] for k in case.get("set", {}) if k.partition(".")[0] in gone}
@@ -120,7 +121,10 @@ def _parameter(key: str, gone: set[str], name: str) -> str:
 
 
 def _signal(end: str, of: Roles, gone: set[str], name: str) -> str | None:
-    """Return the signal that replaces an output: the new command, or None for a removed inner signal."""
+    """Return the signal that replaces `end`: the new command for the old one, None for other outputs of controllers.
+
+    All other signals stay unchanged.
+    """
     if end == of.driver:
         return f"{name}.u"
     return None if end.partition(".")[0] in gone else end
@@ -188,9 +192,9 @@ def controller(
 ) -> Controller:
     """Replace the controllers of a scenario by one tuned controller.
 
-    One new unit replaces all units between the measured output and the command. The new unit reads the same reference,
-    measurement and feed-forward. The new controller is tuned for the loops of all cases, for the incremental gains
-    (`slopes`) and delays in `[margins]` of the scenario, and for shifted natural frequencies (see
+    One new unit replaces all units between the measured output and the command. The new unit has the same reference,
+    measured output and feed-forward as inputs. The new controller is tuned for the loops of all cases, for the
+    incremental gains (`slopes`) and delays in `[margins]` of the scenario, and for shifted natural frequencies (see
     `hystfmu.design.race`).
 
     Parameters
@@ -287,7 +291,10 @@ def _nominal(systems: dict[str, System], spec: ScenarioSpec) -> tuple[str, Opene
 def _corners(
     trial: Scenario, first: str, systems: dict[str, System], off: float
 ) -> tuple[list[Corner], tuple[float, float]]:
-    """Return all loops of the design, with a controller of gain 1, and the sector of the incremental gain."""
+    """Return all loops for which the controller is designed, and the sector of the incremental gain.
+
+    In these loops, the controller has the gain 1.
+    """
     ready = trial.ready()
     stated = ready.spec.margins.slopes if ready.spec.margins is not None else None
     loops: dict[str, OpenedLoop] = {}
@@ -302,7 +309,7 @@ def _corners(
 
 
 def _limits(system: System, old: Controllers) -> tuple[float, float] | None:
-    """Return the limits of the command that the old controllers have, or None."""
+    """Return the limits of the command in the old controllers, or None if they have no limits."""
     for p in system.parts:
         if p.name in old.units:
             for n in p.own.nodes:
@@ -314,7 +321,7 @@ def _limits(system: System, old: Controllers) -> tuple[float, float] | None:
 
 
 def _for_gain(graph: Graph, nominal: float) -> Graph:
-    """Return a controller whose error is divided by the nominal incremental gain of the plant."""
+    """Return a controller in which the control error is divided by the nominal incremental gain of the plant."""
     if nominal == 1.0:
         return replace_step(graph)
     error = next(n for n in graph.nodes if n.name == "error")

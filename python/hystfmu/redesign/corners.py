@@ -1,8 +1,8 @@
-"""Loops of a scenario that a controller design must cover, and the roles of the signals of a loop.
+"""Loops of a scenario for which a controller must be designed, and the signals of a loop by their role.
 
 A corner is a worst-case parameter set: a case with an incremental gain of inverse and plant, an additional delay, and
-shifted natural frequencies of the plant. The roles of the signals are found from the connections, not from the names of
-the units.
+shifted natural frequencies of the plant. The roles of the signals are reference, measured output and command. They are
+found from the connections, not from the names of the units.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Limit:
     high: float
     keys: tuple[str, str]  # names of the two limits in the key `set` of a case
     # True if the limit saturates the signal. A saturated signal has reached the limit if its distance from the limit is
-    # # at most a millionth of the range.
+    # at most a millionth of the range.
     clipped: bool = False
 
     def ends(self, said: Mapping[str, Any]) -> tuple[float, float]:
@@ -54,7 +54,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Roles:
-    """Names of the signals and units of a loop in a scenario, by role."""
+    """Names of reference, measured output and command of a loop in a scenario, and limits of the command."""
 
     reference: str  # output of the reference, with which the tracked output is compared
     measured: str  # tracked output after the sensor and its converter, which is the input of the controllers
@@ -65,7 +65,7 @@ class Roles:
 
 
 def roles(opened: OpenedLoop) -> Roles:
-    """Return the roles of the signals of an open loop.
+    """Find reference, measured output and command of an opened loop from its connections, and limits of the command.
 
     An InputError is raised if the path from the plant to the controllers has branches, so that the controllers do not
     have one common measured input.
@@ -109,7 +109,7 @@ def _measured(system: System, place: int, plant: int, led: set[int]) -> int:
 
 
 def _limits(system: System, command: Link, entry: Link) -> Iterator[Limit]:
-    """Yield the limits of the command of the controllers, and the limits of units between command and plant."""
+    """Yield the limits of the command in the last controller, and in the units between the command and the plant."""
     last = system.maker(command)
     for n in getattr(last.graph, "nodes", ()):
         if set(COMMAND) <= {v.name for v in n.block.parameters}:
@@ -139,9 +139,10 @@ def _is_reference(system: System, k: int) -> bool:
 
 @dataclass(frozen=True)
 class Corner:
-    """A loop that a design must cover: case with its variation, open loop, and incremental gain (`slope`).
+    """A loop for which a controller must be designed.
 
-    `delay` is the additional delay compared with the case (steps).
+    `name` contains the case and its variation, `opened` is the open loop, and `slope` is the incremental gain. `delay`
+    is the additional delay compared with the case (steps).
     """
 
     name: str
@@ -200,7 +201,11 @@ def corners(
 
 
 def _off(case: str, opened: OpenedLoop, off: float) -> Iterator[tuple[str, OpenedLoop]]:
-    """Yield the name and the open loop for four scaled natural frequencies of the plant (s / f replaces s)."""
+    """Yield four open loops with their names, in which the natural frequencies of the plant are multiplied by a factor.
+
+    The factors are 1 - off, 1 - off / 2, 1 + off / 2 and 1 + off. Nothing is yielded if `off` is 0 or the plant is
+    static.
+    """
     A, B, C, D = opened.plant
     for f in (1 - off, 1 - off / 2, 1 + off / 2, 1 + off) if off and len(A) else ():
         yield f"{case}, modes {100 * (f - 1):+.3g} %", replace(opened, plant=(f * A, f * B, C, D))
@@ -243,7 +248,7 @@ class LoopPlant(Plant):
 
 
 def loop_plants(found: Sequence[Corner], slopes: tuple[float, float]) -> PlantSet:
-    """Return the set of plants of these corners, whose controller has the gain 1. The first plant is the nominal one.
+    """Return the set of plants of the corners `found`, in which the controller has the gain 1; the first is nominal.
 
     `slopes` is the sector of the incremental gain, divided by the nominal incremental gain.
     """
@@ -263,9 +268,10 @@ def loop_plants(found: Sequence[Corner], slopes: tuple[float, float]) -> PlantSe
 
 
 def known(opened: OpenedLoop) -> Design:
-    """Return the data for the design of a structure: modes of the plant, and delay of the loop in whole steps.
+    """Return the plant and the delay of an opened loop as data for the design of a controller structure.
 
-    A pair of complex poles is a mode with a part of the static gain. A real pole counts as a part without dynamics.
+    A pair of complex poles is a mode with a part of the static gain. A real pole counts as a part without dynamics. The
+    delay is a whole number of steps.
     """
     A, B, C, _ = opened.plant
     f_n, zeta, share = [], [], []

@@ -43,7 +43,10 @@ class Taps:
 
 
 def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: str) -> dict[str, Any]:
-    """Return the complete table of a scenario with the repetitive block and the sum that adds its corrections.
+    """Return the table of a scenario with an added block `repetitive` and an added sum of command and correction.
+
+    `roles` contains the names of the signals of the loop. `taps` contains the settings of the block, and `text` is its
+    description.
 
     An InputError is raised if a unit already has the name of the block or of the sum.
     """
@@ -87,7 +90,9 @@ def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: st
 
 
 def _within(limits: Sequence[Limit], n: int, h: float) -> dict[str, Any]:
-    """Return a unit whose output is 1 if all commands stayed within their limits during the last periods.
+    """Return a unit whose output is 1 if all limited signals stayed within `limits` during the last periods.
+
+    A period has n steps of h (s).
 
     Trap: if learning ignores the error in only a part of each period, an integrator does not remove the mean error, and
     the corrections wind up. Therefore learning ignores the whole period if a limit is reached in it.
@@ -116,7 +121,7 @@ def _within(limits: Sequence[Limit], n: int, h: float) -> dict[str, Any]:
 
 
 def _changed(limits: Sequence[Limit], said: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings of this unit for a case that sets its own limits."""
+    """Return the limits of the unit of `_within` for a case that sets other limits in its key `set`."""
     if not any(key in said for v in limits for key in v.keys):
         return {}
     ends = [v.ends(said) for v in limits]
@@ -126,7 +131,7 @@ def _changed(limits: Sequence[Limit], said: Mapping[str, Any]) -> dict[str, Any]
 def repeating(
     table: Mapping[str, Any], cases: Sequence[str], sources: Sequence[str], n: int, periods: int
 ) -> dict[str, Any]:
-    """Return the complete scenario table with only the given cases, for a reference with a period of n steps.
+    """Return the table of a scenario with only the given cases, for a reference with a period of n steps.
 
     `sources` are the units that produce the reference. A run has `periods` periods. Metrics are computed over the last
     period.

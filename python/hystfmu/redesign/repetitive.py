@@ -42,14 +42,14 @@ MOST = 1500  # largest number of taps on each side
 
 
 def highest(opened: OpenedLoop, n: int) -> float:
-    """Return the upper limit of the default cutoff (Hz)."""
+    """Return the upper limit of the default cutoff (Hz) for an opened loop and a period of n steps."""
     mode = fastest_mode(opened)
     wanted = HARMONICS / (n * opened.h) if mode is None else ABOVE_MODE * mode
     return min(wanted, HIGHEST / opened.h)
 
 
 class Search:
-    """Search for a cutoff and a gain whose filters are stable in all corners. The first corner is the nominal loop.
+    """Search for a cutoff and a gain with which the loop is stable in all corners. The first corner is nominal.
 
     `h` is the step (s). `n` is the number of steps in a period. `peak` is the largest allowed peak of the sensitivity
     of the nominal loop with learning.
@@ -67,17 +67,21 @@ class Search:
         self._design = np.array([c.learnt(filter_angles()) for c in found if c.delay == 0])
 
     def at(self, cutoff: float, gain: float) -> RepetitiveFilters:
-        """Return filters, and the factor by which an error changes per period in each corner."""
+        """Design filters for a cutoff (Hz) and a gain, and compute the convergence factor of each corner.
+
+        The convergence factor is the largest factor by which an error changes per period.
+        """
         n_q, n_l = (min(math.ceil(k / (cutoff * self._h)), self._n - 1, MOST) for k in (SIDE_Q, SIDE_L))
         made = learning_filters(self._design, self._h, cutoff, gain, n_q, n_l, REST, FLOOR)
         Q, L = zero_phase_at(made.q, self._z), taps_at(made.l, self._z)
         return RepetitiveFilters(made.q, made.l, tuple(np.abs(Q - L * self._T).max(axis=1).tolist()))
 
     def best(self, cutoff: float | None, gain: float | None, top: float) -> tuple[RepetitiveFilters, float, float]:
-        """Return filters, cutoff and gain for the largest stable gain and the largest cutoff for this gain.
+        """Return filters, cutoff and gain: the largest stable gain, and the largest stable cutoff for this gain.
 
         A reduction of the error at the harmonics increases the sensitivity between the harmonics. If possible, the
-        chosen cutoff and gain also meet the limit of the sensitivity. If no filter is stable, an InputError is raised.
+        chosen cutoff and gain also meet the limit of the sensitivity. If the loop is unstable for all tested filters,
+        an InputError is raised.
         """
         if cutoff is not None and not 0 < cutoff < 0.5 / self._h:
             raise InputError(f"The cutoff must be a float in (0, {0.5 / self._h:g}) Hz. Got {cutoff:g} instead.")
@@ -97,13 +101,13 @@ class Search:
         return first
 
     def _peak_with(self, filters: RepetitiveFilters) -> float:
-        """Return the peak of the sensitivity of the nominal loop with learning, for any period."""
+        """Return the peak of the sensitivity of the nominal loop with learning, as the maximum over all periods."""
         Q, L = zero_phase_at(filters.q, self._z), taps_at(filters.l, self._z)
         turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)[:, None]
         return float((np.abs((1 - turn * Q) / (1 - turn * (Q - L * self._T_nominal))) * self._S).max())
 
     def worst(self, filters: RepetitiveFilters, cutoff: float) -> tuple[str, float]:
-        """Return the corner in which errors up to half the cutoff decrease slowest, and the factor per period."""
+        """Return the corner in which errors decrease slowest, and the factor per period, up to half the cutoff."""
         top = max(math.floor(self._n * cutoff * self._h / 2), 1)
         angles = 2 * np.pi * np.arange(1, top + 1) / self._n
         z = np.exp(1j * angles)
@@ -119,7 +123,7 @@ class Search:
         return np.array([float(f"{top / STEP**i:.4g}") for i in range(k + 1)])
 
     def _refusal(self, cutoff: float | None, gain: float | None, top: float) -> str:
-        """Return an error message with the corner in which an error grows, and with a stable cutoff and gain."""
+        """Return an error message that states the corner in which an error grows, and a stable cutoff or gain."""
         g, f = gain or GAINS[0], cutoff or top
         left = self.at(f, g).contraction
         k = int(np.argmax(left))
@@ -297,7 +301,10 @@ def repetitive(
 def _stable_corners(
     loops: Mapping[str, OpenedLoop], limits: MarginsSpec | None, shares: Sequence[float]
 ) -> tuple[list[Corner], float]:
-    """Return the corners for the first relative error of the modes with which the loop is stable, and this error."""
+    """Return the corners for the first value in `shares` with which all loops are stable, and this value.
+
+    `shares` contains relative errors of the natural frequencies of the plant.
+    """
     for share in shares[:-1]:
         with suppress(InputError):
             return corners(loops, limits, share), share

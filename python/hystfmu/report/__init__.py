@@ -1,1 +1,1 @@
-"""HTML pages, plots and terminal output. This package does not depend on models or scenarios."""
+"""HTML pages, plots and terminal output, independent of models and scenarios."""

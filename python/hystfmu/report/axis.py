@@ -21,7 +21,10 @@ LETTER = 7.7  # width of a digit in a tick label, in points
 
 
 def axis(values: Array) -> tuple[tuple[float, float], list[float]]:
-    """Return the range of an axis for given values, and its ticks. Their distance is 1, 2 or 5 times a power of ten."""
+    """Return the range and the ticks of an axis for given values.
+
+    The distance of the ticks is 1, 2 or 5 times a power of ten.
+    """
     lo, hi = float(values.min()), float(values.max())
     if hi - lo < 1e-9 * max(abs(lo), abs(hi), 1e-300):
         pad = max(abs(hi), 1e-12) * 0.5
@@ -97,9 +100,9 @@ def dots(x: Array, y: Array) -> str:
 
 
 def thin(x: Array, y: Array, points: int, envelope: bool = False) -> tuple[Array, Array]:
-    """Return a curve with at most `points` rows, with constant distances between the selected rows.
+    """Return at most `points` evenly selected points of a curve.
 
-    With `envelope`, the curve is divided into pieces, and the lowest and the highest row of each piece are returned.
+    With `envelope`, the curve is divided into pieces, and the lowest and the highest point of each piece are returned.
     """
     n = len(x)
     if n <= points:

@@ -41,7 +41,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Memory:
-    """States of the node `block` that represent its memory: turning points, plays, or other states with `names`.
+    """States of the node `block` that contain its memory: turning points, states of plays, or states with `names`.
 
     `node` is the index of the node, and `place` is the index of the first number of the memory among its states.
     For plays, `widths` is the first value reference of the half-widths, and `size` is the number of half-widths.

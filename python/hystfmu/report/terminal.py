@@ -88,7 +88,7 @@ def verdict(text: str, good: bool) -> None:
 
 @contextmanager
 def timed(what: str) -> Iterator[None]:
-    """Print the duration of this context on stderr if the option -v is given."""
+    """Measure the duration of the `with` block, and print it after the text `what` on stderr if -v is given."""
     begin = time.monotonic()
     yield
     if level() >= VERBOSE:
@@ -282,16 +282,20 @@ def _shown(label: str) -> Iterator[Callable[[float, str], None]]:
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """Show a progress bar in this context. The context yields a function of the completed fraction, 0 to 1."""
+    """Show a progress bar with a label during the `with` block.
+
+    The context manager yields a function that updates the bar for a completed fraction, 0 to 1.
+    """
     with _shown(label) as draw:
         yield lambda fraction: draw(fraction, "")
 
 
 @contextmanager
 def counter(label: str, what: str = "runs") -> Iterator[Callable[[int, int, float], None]]:
-    """Show a progress bar with numbers in this context.
+    """Show a progress bar with numbers of completed runs during the `with` block. `what` is the noun for runs.
 
-    The context yields a function of the number of completed runs, the number of all runs, and the rate (1/s).
+    The context manager yields a function that updates the bar. The function is called with the number of completed
+    runs, the number of all runs, and the rate (1/s).
     """
     with _shown(label) as draw:
         yield lambda done, total, rate: draw(done / max(total, 1), f"{done}/{total} {what}, {rate:.3g} {what}/s")

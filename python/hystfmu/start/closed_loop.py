@@ -1,8 +1,8 @@
 """Designs and simulates the closed loop for a fitted model, and decides whether the loop is approved.
 
 The design considers a set of plants that agree with the record. A controller is used only if the loop has the required
-margins for all these plants, and if the error of every simulated device stays bounded. Otherwise the loop consists of
-feed-forward and inverse, and a note states the reason.
+margins for all these plants, and if the tracking error stays bounded in the simulation with every device. Otherwise the
+loop consists of feed-forward and inverse, and a note states the reason.
 
 The table of compared controller structures states the expected error for each reference, overshoot and settling time.
 """
@@ -47,7 +47,7 @@ class StepResponse:
 
 
 def step_response(tried: Tried, result: Result) -> StepResponse:
-    """Return overshoot and settling time in the simulated case of a reference with steps."""
+    """Return overshoot and settling time in the simulation `result` with a reference `tried` that has steps."""
     trace = result.trace
     if trace is None:
         return StepResponse(tried.name, np.inf, np.inf)
@@ -99,13 +99,13 @@ class ClosedLoop:
         """True if the loop is approved.
 
         A loop is approved if the model reproduces its record, the loop has the required margins for all plants of the
-        set, the errors of all simulated devices stay bounded, and all requirements are met.
+        set, the tracking error stays bounded in the simulation with every device, and all requirements are met.
         """
         return self.results.passed and not self.margins.broken() and not self.misfitted
 
     @property
     def misfitted(self) -> tuple[str, ...]:
-        """Reasons why the model does not reproduce its record; empty if it does."""
+        """Reasons why the model does not reproduce its record. If it does, there are none."""
         return tuple(dict.fromkeys(p.why for p in self.promises if not p.follows))
 
     @property
@@ -191,7 +191,7 @@ def close(
 
 
 def _margins(into: Path) -> tuple[MarginTable, str]:
-    """Return the margins of a scenario, and a line of text for the first violated limit, or ""."""
+    """Return the margins of a scenario, and a line of text about the first violated limit ("" if there is none)."""
     try:
         table = margin_table([into])
     except InputError as e:  # such as a case that its command drives into saturation
@@ -208,7 +208,10 @@ def _raced(found: Device, plants: PlantSet, aim: Aim, asked: Requirements) -> Ra
 
 
 def _aim(found: Device, missed: Misfit, tried: tuple[Tried, ...]) -> Aim:
-    """Return the aim of the tuning: mean spectra of model error and reference over all references, and the noise."""
+    """Return the disturbances for which the loop is tuned.
+
+    These are the spectra of model error and reference, each as the mean over all references, and the sensor noise.
+    """
     f = np.unique(np.concatenate([t.frequency * HARMONICS for t in tried]))
     f = f[f < 0.45 / found.h]
     if found.band:
@@ -265,7 +268,11 @@ class _Runs(LoopPlan):
         return tuple(rows)
 
     def shaped(self, tuned: Tuned | None) -> float:
-        """Return the factor on the time constant of the reference filter with which the overshoot meets its limit."""
+        """Return the factor by which the time constant of the reference filter is multiplied.
+
+        It is the smallest tested factor with which the overshoot meets its limit and the slew rate of the amplifier is
+        sufficient, or 1 if no tested factor is large enough.
+        """
         jumps = [t for t in self.tried if t.jumps]
         for slower in SLOWER if jumps else ():
             loop = self.scenario(tuned, {}, slower)
@@ -288,7 +295,10 @@ class _Runs(LoopPlan):
         return f"{t.name}: needs a slew rate of {needs:.3g}; the amplifier has {amplifier.slew:.3g}"
 
     def bounds(self) -> dict[str, float]:
-        """Return the largest allowed error of each simulated device: twice the error without feedback, plus noise."""
+        """Return the largest allowed tracking error in percent for the simulation with each device.
+
+        This is twice the error without feedback, plus an allowance for the sensor noise.
+        """
         loop = self.scenario(None, {})
         noise = 100 * NOISY * self.found.noise / (2 * self.tried[0].amplitude)
         return {

@@ -1,8 +1,8 @@
 """Splits a fitted model into the parts that a loop needs: hysteresis with inverse, and linear dynamics.
 
-The dynamics come from the evidence in the record (`hystfmu.identify.evidence`), not from the fit. The record does not
-determine a natural frequency outside the band in which input and output are coherent. In this case the plant is static,
-with a possible resonance at any frequency above the band.
+The dynamics are estimated from the record (`hystfmu.identify.evidence`) and not taken from the fitted model. The record
+does not determine a natural frequency outside the band in which input and output are coherent. In this case the plant
+is static, with a possible resonance at any frequency above the band.
 """
 
 from __future__ import annotations
@@ -89,8 +89,8 @@ def device(
 
     `resonance` contains the natural frequency (Hz) and the damping ratio of a mode that the user states. `commands`
     contains the limits of the amplifier; a finite limit replaces the limit of the input in the record. An InputError is
-    raised if the model has further inputs, dynamics within the hysteresis, or no inverse, or if a constant input cannot
-    hold an output.
+    raised if the model has several inputs, dynamics within the hysteresis, or no inverse. It is also raised if no
+    constant input can hold an output.
     """
     if fault := unsuited(model):
         raise InputError(f"{data.path or data.name}: {fault}")
@@ -127,10 +127,10 @@ def device(
 
 
 def _determined(evidence: Evidence) -> tuple[Mode, ...]:
-    """Return the modes that the record determines, or () if the sum of their shares is far from the static gain 1.
+    """Return the modes that the record determines, or () if their static gains do not add up to about 1.
 
-    Aliasing: a mode above half the sampling rate of the record appears as a broad mode below this frequency. The share
-    of such a mode is meaningless.
+    Aliasing: a mode above half the sampling rate of the record appears as a broad mode below this frequency. The static
+    gain of such a mode is meaningless.
     """
     modes = tuple(m for m in evidence.modes if m.share_se < SHARE_KNOWN and m.f_n_se < FREQUENCY_KNOWN * m.f_n)
     return modes if SHARES[0] < sum(m.share for m in modes) < SHARES[1] else ()

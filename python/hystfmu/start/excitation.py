@@ -42,7 +42,10 @@ LEAST_NOISE = 1e-4  # of the span: a fit without noise
 
 
 def information(model: Model, data: Dataset, u: Array, h: float) -> float:
-    """Return the information about the model that an input u (m,) with the step h (s) adds to the data of the fit."""
+    """Return the information about the model that an input u (m,) with the step h (s) adds to `data`.
+
+    `data` is the record to which the model was fitted.
+    """
     values = {
         f"{model.graph.nodes[p.node].name}.{p.var.name}": np.asarray(p.start, dtype=np.float64)
         for p in model.graph.ports
@@ -58,7 +61,7 @@ def information(model: Model, data: Dataset, u: Array, h: float) -> float:
     runs, sigma = Runs(model.graph), max(float(model.fit.get("rms", 0.0)), LEAST_NOISE * data.span)
 
     def scaled(v: Array, step: float) -> Array:
-        """Return the derivatives of the output divided by sigma, on rows that represent all, shape (rows, changes)."""
+        """Return the derivatives of the output divided by sigma, on evenly selected rows, shape (rows, changes)."""
         rows = np.arange(len(v))[:: -(-len(v) // MOST_COUNTED)]
         j = runs.sensitivities(v.reshape(-1, 1), step, changes, rows)[1]
         return np.asarray(j * (np.sqrt(len(v) / len(rows)) / sigma))
@@ -94,7 +97,8 @@ def write_excitation(
     """Write the columns t and u of `excitation` to a CSV file.
 
     Return a line of text with the last frequency of the sweep, the number of rows, the duration and the sampling rate.
-    The line also states whether the sampling rate is higher than in the record.
+    The line also states whether the sampling rate is higher than in the record `data`. `frequency`, `up_to` and `model`
+    are those of `excitation`.
     """
     u, h = excitation(data, frequency, up_to, model)
     unit = f" [{data.unit_u}]" if data.unit_u else ""

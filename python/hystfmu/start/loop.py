@@ -76,7 +76,7 @@ def draws(found: Device) -> tuple[Draw, ...]:
 class LoopPlan:
     """Parts of the scenario of a loop: device, feed-forward of its dynamics, model error, references, requirements.
 
-    Each reference in `tried` becomes a case of the scenario. The cases with other devices use the first reference.
+    The scenario has one case for each reference in `tried`. The cases with other devices use the first reference.
     """
 
     found: Device

@@ -1,4 +1,4 @@
-"""Writes the report of `hystfmu start`: verdict, plots without and with the loop, errors, explorer and controller.
+"""Writes the report of `hystfmu start`, with the verdict on the loop, plots, errors, explorer and controller.
 
 If no loop could be built, the report states the reason.
 
@@ -107,7 +107,7 @@ def verdict(loop: ClosedLoop | str) -> dict[str, Any]:
 
 
 def sentence(told: dict[str, Any]) -> str:
-    """State the verdict in one line."""
+    """Return the verdict `told` as one line of text."""
     word = "approved" if told["approved"] else "not approved"
     with_ = {"full": "feedback", "slow": "slow feedback", "none": "no feedback"}[told["feedback"]]
     why = f": {told['reasons'][0]}" if not told["approved"] and told["reasons"] else ""
@@ -135,7 +135,10 @@ def write_page(
     told: dict[str, Any],
     notes: list[str],
 ) -> Path:
-    """Write report.html, and return its path. `told` is the verdict; `loop` may be the reason for a missing loop."""
+    """Write report.html, and return its path.
+
+    `told` is the verdict. `loop` is the loop, or the reason why no loop could be built.
+    """
     if isinstance(loop, str):
         path = folder / "report.html"
         write_text(path, fit_page(model, data, f"{sentence(told)}."))
@@ -204,7 +207,10 @@ def race_table(loop: ClosedLoop, page: bool = True) -> tuple[list[str], list[lis
 
 
 def _verdict(loop: ClosedLoop, data: Dataset, told: dict[str, Any]) -> tuple[Section, Section]:
-    """Return two sections: the verdict with plots for a gain alone and for the loop, and the table of errors."""
+    """Return two sections: the verdict with plots, and the table of expected errors.
+
+    The plots compare the output for a static gain in place of the inverse with the output of the loop.
+    """
     shown = {"before: a gain alone": "neither", "after: the loop": loop.promises[0].name}
     unit = f" ({data.unit_y})" if data.unit_y else ""
     plots, under = [], []

@@ -49,11 +49,11 @@ class Misfit:
 
     @property
     def rms(self) -> float:
-        """RMS value of the residual in front of the dynamics."""
+        """RMS value of the residual, converted to the input of the dynamics."""
         return float(np.sqrt(self.power.sum()))
 
     def lines(self, frequency: float) -> tuple[Array, Array]:
-        """Return the frequencies (Hz) and powers of the sines that represent the bands, for a reference frequency (Hz).
+        """Return frequencies (Hz) and powers of sines for a reference frequency (Hz). One sine represents each band.
 
         Behind the dynamics, each sine has the same power as all harmonics of its band. This matters if a harmonic
         excites a lightly damped mode that the sine does not excite.
@@ -87,10 +87,10 @@ class Misfit:
 
 
 def misfit(model: Model, data: Dataset, cycle: float, noise: float, plant: Plant) -> Misfit:
-    """Compute the power of the residual in each band, in front of the dynamics `plant`.
+    """Compute the power of the residual of a model in each band, converted to the input of the dynamics `plant`.
 
-    `data` is the record of the fit, `cycle` the rate of its cycles (Hz), and `noise` the RMS of the white noise of the
-    sensor.
+    `data` is the record of the fit, `cycle` its mean cycle frequency (Hz), and `noise` the RMS of the white noise of
+    the sensor.
     """
     e = data.y - free_run(model, data)
     ratio = float(model.fit.get("validation_percent", 0.0)) / max(float(model.fit.get("rms_percent", 1.0)), 1e-12)
@@ -213,7 +213,7 @@ def misfitted(model: Model, noise: float) -> str:
 
 
 def _left(found: Device, plants: PlantSet, aim: Aim, tuned: Tuned | None, t: Tried) -> float:
-    """Return the power of the error that uncertain modes and delay cause."""
+    """Return the power of the tracking error that the uncertainty of modes and delay causes."""
     z = np.exp(2j * np.pi * aim.f * found.h)
     S = _sensitivity(found, plants, tuned, aim.f)
     return float((t.powers(aim.f) * plants.missed(z) * S**2).sum())

@@ -1,7 +1,7 @@
 """The steps of `hystfmu start`: fit, invert, tune, simulate, export, report.
 
-It also writes a study file. This study simulates random devices around the fitted model, and computes the share of
-devices that meet the limits.
+A study file is also written. The study simulates the loop with random devices similar to the fitted model, and computes
+the share of devices with which the loop meets the limits.
 """
 
 from __future__ import annotations
@@ -250,7 +250,7 @@ def _value(text: str) -> Any:
 
 
 def _fit_words(model: Model, key: str, seed: int, purpose: str) -> list[str]:
-    """Return the options of `hystfmu fit` that produce the model."""
+    """Return the options with which `hystfmu fit` produces the model."""
     options = model.provenance.get("options", {}) if key == "auto" and "auto" not in model.provenance else {}
     words = ["--for", purpose] if key == "auto" and not options else ["--model", model.key]
     words += [w for k, v in options.items() for w in ("--set", f"{k}={v}")]
@@ -265,7 +265,7 @@ def _fitted(model: Model) -> str:
 
 
 def _files_of_model(folder: Path, name: str, model: Model, fitting: Sequence[str]) -> dict[str, tuple[Path, str]]:
-    """Write the FMU of the model, and return the files of the model with their commands."""
+    """Write the FMU of a model, and return the files of the model with the commands that create them."""
     file = folder / f"{name}.model.toml"
     made = model.export(folder / f"{name}.fmu")
     return {
@@ -275,7 +275,10 @@ def _files_of_model(folder: Path, name: str, model: Model, fitting: Sequence[str
 
 
 def _files_of_loop(folder: Path, name: str, model: Model, loop: ClosedLoop) -> dict[str, tuple[Path, str]]:
-    """Write the inverse, the FMU of the inverse and a study, and return the files of the loop with their commands."""
+    """Write the inverse, the FMUs of inverse and controller, and a study.
+
+    Return the files of the loop with the commands that create or use them.
+    """
     file, back, into = folder / f"{name}.model.toml", folder / f"{name}_inverse.model.toml", folder / "loop"
     inverse = model.inverse()
     inverse.save(back)

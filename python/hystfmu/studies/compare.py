@@ -1,4 +1,8 @@
-"""Compare two studies on one page: shares of variations inside the limits, distributions, changed verdicts."""
+"""Compare two studies on one page.
+
+The page shows the shares of variations inside the limits, the distributions of the metrics, and the variations whose
+outcome (inside the limits, outside, unstable, failed) changed.
+"""
 
 from __future__ import annotations
 
@@ -31,10 +35,12 @@ UNPAIRED = "The draws of the two studies differ. Therefore no draw has two verdi
 
 
 def compare_studies(before: str | Path, after: str | Path, out: str | Path) -> list[Change]:
-    """Write a page that compares two studies. Each path is the folder of a study, or the report.json in this folder.
+    """Write the page `out` that compares two studies.
+
+    `before` and `after` are each the folder of a study, or the report.json in this folder.
 
     Return the differences of the shares inside the limits (percent) and of the percentiles of the metrics. An
-    InputError is raised if ``hystfmu study`` did not write the file.
+    InputError is raised if `before` or `after` is not a result of ``hystfmu study``.
     """
     for path, other in ((before, after), (after, before)):
         if is_study(path) and not is_study(other):
@@ -58,7 +64,7 @@ def compare_studies(before: str | Path, after: str | Path, out: str | Path) -> l
 
 
 def _paired(both: tuple[Read, Read]) -> bool:
-    """Return whether a variation has the same number and the same parameters in both studies."""
+    """Return whether the variations with the same number have the same parameter values in both studies."""
     a, b = both
     return list(a.facts.parameters) == list(b.facts.parameters) and np.array_equal(a.values, b.values, equal_nan=True)
 
@@ -90,7 +96,11 @@ def _inside(r: Read) -> Bools:
 
 
 def _sign_test(gained: int, lost: int) -> float:
-    """Return the two-sided p-value of McNemar's test (1947, Psychometrika 12, 153-157)."""
+    """Return the two-sided p-value of McNemar's test (1947, Psychometrika 12, 153-157).
+
+    `gained` and `lost` are the numbers of variations that only the second and only the first study has inside the
+    limits.
+    """
     return min(1.0, 2 * float(bdtr(min(gained, lost), gained + lost, 0.5)))
 
 
@@ -99,7 +109,7 @@ def _within(r: Read, pair: tuple[str, str]) -> Bools:
 
 
 def _pairs(both: tuple[Read, Read]) -> list[tuple[str, str]]:
-    """Return the case and metric of each limit that both studies have, sorted by the share that meets it."""
+    """Return case and metric of each limit of both studies; the limit that the fewest variations meet is first."""
     common = [pair for pair in both[0].metrics if pair in both[1].metrics]
     return sorted(common, key=lambda pair: min(float(_within(r, pair).mean()) for r in both))
 
@@ -145,7 +155,7 @@ def _distributions(both: tuple[Read, Read]) -> list[Plot]:
 
 
 def _verdicts(both: tuple[Read, Read]) -> Section:
-    """Return a section with a table and a plot of the variations whose verdict changed."""
+    """Return a section with a table and a plot of the variations that have different outcomes in the two studies."""
     a, b = both
     title = "Draws that changed their verdict"
     if not _paired(both):
@@ -168,7 +178,7 @@ def _verdicts(both: tuple[Read, Read]) -> Section:
 
 
 def _changes(both: tuple[Read, Read]) -> tuple[list[Change], list[Change]]:
-    """Return the properties of the studies that differ, and the properties that are equal."""
+    """Return the shares and percentiles that differ between the two studies, and those that are equal."""
     every = [Change("all cases", "inside the limits, %", *(100 * float(_inside(r).mean()) for r in both))]
     for pair in _pairs(both):
         title, metric = f"{both[1].facts.scenario}/{pair[0]}", label(pair[1], both[1].facts.units.get(pair[1], ""))

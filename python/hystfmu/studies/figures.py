@@ -1,4 +1,7 @@
-"""Diagrams of a study: shares with intervals, total effects, all variations, scatter plots, distributions.
+"""Diagrams of a study.
+
+They show the shares of variations inside the limits, the total effects of the parameters, all variations in parallel
+coordinates, and the distributions of the metrics.
 
 In a notebook, the result of a study is shown as HTML, and the metrics are shown as a diagram.
 
@@ -124,7 +127,7 @@ LONGEST = 3.0  # a limit above this multiple of the worst value is not plotted, 
 
 
 def shares(summary: Summary) -> Bars | None:
-    """Plot the shares of variations inside all limits and inside each limit; None if there is no limit."""
+    """Plot the shares of variations inside all limits and inside each limit. Return None if there is no limit."""
     limited = sorted((s.within, f"{s.case}: {s.metric}") for s in summary.spreads if s.within is not None)
     if not limited:
         return None
@@ -141,7 +144,11 @@ def shares(summary: Summary) -> Bars | None:
 
 
 def strongest(names: Sequence[str], metric: str, found: Effects, column: int) -> Bars | None:
-    """Plot the total effects of the parameters on a metric, the largest first; None if no parameter has an effect."""
+    """Plot the total effects of the parameters on a metric, the largest first.
+
+    `names` contains the names of the parameters, and `column` is the column of the metric in the effects `found`.
+    Return None if no parameter has an effect.
+    """
     order = _order(found, column)
     if not order:
         return None
@@ -165,9 +172,10 @@ def all_draws(
     rows: Sequence[Row],
     objective: tuple[str, Mapping[int, float]] | None = None,
 ) -> Parallel | None:
-    """Plot the parameters of each variation, and its largest ratio of a metric to the limit, as parallel coordinates.
+    """Plot the variations of a study in parallel coordinates.
 
-    A large study is reduced to evenly selected variations. Return None for a single parameter. `labels` contains the
+    The axes are the parameters and, as the last axis, the largest ratio of a metric to its limit. A large study is
+    reduced to evenly selected variations. Return None if there are fewer than two variations. `labels` contains the
     labels of the parameters in the order of the axes. If there are no limits, `objective` replaces the ratio.
     `objective` contains a name and one value for each variation.
     """
@@ -240,7 +248,10 @@ def distribution(metric: str, label: str, values: Array, limit: float | None) ->
 
 
 def tuning(scores: Mapping[int, float], label: str) -> Plot | None:
-    """Plot the objective of the variations inside the limits, and the best value so far; None if there are none."""
+    """Plot the objective in `scores` of each variation inside the limits, and the best value so far.
+
+    Return None if no variation is inside the limits.
+    """
     if not scores:
         return None
     x = np.array(sorted(scores), dtype=np.float64)

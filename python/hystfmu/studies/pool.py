@@ -1,11 +1,13 @@
-"""Run a study in local worker processes, or on a Dask cluster. A worker may crash, hang or exceed its memory limit.
+"""Run a study in local worker processes, or on a Dask cluster.
+
+A worker may crash, hang or exceed its memory limit.
 
 The parent supervises its workers. A worker receives several tasks in one message and returns the rows in batches,
 because a message takes as long as a short run. The worker counts started tasks in shared memory, so that the parent
-knows the current task. If a worker dies, the parent starts another worker and repeats the task, because another process
-may have killed the worker. The table must not depend on this. The parent also repeats tasks that were finished but not
-yet reported. If a task kills its worker twice or exceeds the time limit, its row states the reason. A worker ends when
-its parent has ended.
+knows the current task. If a worker dies, the parent starts another worker and repeats the task. The reason is that
+another process may have killed the worker, and the table must not depend on other processes. The parent also repeats
+tasks that were finished but not yet reported. If a task kills its worker twice or exceeds the time limit, its row
+states the reason. A worker ends when its parent has ended.
 
 If a study only uses the C core, its workers are forks. A fork starts without delay, because it shares the imports of
 the parent. It only uses functions that are safe in a fork of a process with threads. All other workers (FMUs, foreign
@@ -86,7 +88,7 @@ def _work(pipe: Any, begun: Any, parent: int, folder: str, systems: list[System]
 
 
 def _answer(row: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
-    """Return the fields of a row that the worker sends to the parent."""
+    """Return status, reason and metrics of a row, which the worker sends to the parent."""
     return row["status"], row["reason"], row["metrics"]
 
 
@@ -184,7 +186,7 @@ class _Worker:
         return "a script that runs a study must be a file with its main part under if __name__ == '__main__'"
 
     def kill(self) -> None:
-        """Start to end the worker and all processes that foreign code in the worker started."""
+        """Terminate the worker and all processes that foreign code started in it. Do not wait for their end."""
         if self._supervised:
             self.process.terminate()
         else:
@@ -246,7 +248,7 @@ class Pool:
             w.end()
 
     def stop(self) -> None:
-        """Announce the end of the tasks. The workers end while the parent continues."""
+        """Terminate the workers, because there are no more tasks. The parent does not wait for their end."""
         for w in self._workers:
             w.kill()
 
@@ -378,10 +380,13 @@ class DaskPool:
         self._client.close()
 
     def stop(self) -> None:
-        """Announce the end of the tasks. The workers belong to the cluster and continue to run."""
+        """Do nothing, because the workers belong to the cluster and continue to run."""
 
     def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
-        """Yield each row when its run ends. A chunk that kills its workers is split to find the faulty task."""
+        """Yield the rows of at most n tasks. Tasks are sent in groups, and the rows of a group are yielded together.
+
+        If a group kills its worker, each of its tasks is sent alone, to find the faulty one.
+        """
         source = iter(tasks)
         lanes = 2 * max(1, len(self._client.scheduler_info()["workers"]))
         running = self._dask.as_completed([])

@@ -1,4 +1,4 @@
-"""Report of a study: share inside the limits, distributions, effects of the parameters, worst cases, failures."""
+"""Report of a study: share of variations inside the limits, distributions, effects of parameters, worst runs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,11 @@ MOST_PLOTS = 24
 
 
 class StudyCase:
-    """Finished rows of one case, and the worst rows. `labels` contains the parameters with their units of measure."""
+    """Results of the successful runs of one case, for the report.
+
+    Each row is the result of one run. `worst` contains the worst rows. `labels` contains the parameters with their
+    units of measure.
+    """
 
     def __init__(
         self, study: Study, labels: dict[str, str], system: System, rows: Sequence[Row], worst: Sequence[Row]
@@ -173,7 +177,7 @@ def _label(study: Study, systems: Sequence[System], parameter: str) -> str:
 def _answer(
     study: Study, labels: dict[str, str], least: StudyCase | None, rows: list[Row], summary: Summary | None
 ) -> Section:
-    """Return the first section: result, shares with intervals, strictest limits, and a table of the ranges."""
+    """Return the first section: result, shares inside the limits, strictest limits, and ranges of the parameters."""
     failed = [r for r in rows if r["status"] not in ("ok", OUTSIDE)]
     left_out = sum(r["status"] == OUTSIDE for r in rows)
     tables = [
@@ -216,7 +220,7 @@ def _answer(
 
 
 def _objective(study: Study) -> str:
-    """Return the name of the quantity that the study minimises."""
+    """Return the name of the quantity that the study minimises, or "" if it minimises nothing."""
     objective = study.spec.objective
     if objective is None:
         return ""
@@ -224,7 +228,10 @@ def _objective(study: Study) -> str:
 
 
 def best_variation(study: Study, rows: list[Row]) -> Row | None:
-    """Return a row of the variation with the smallest objective inside the limits, or None."""
+    """Return a row of the best variation: the one with the smallest objective among those inside the limits.
+
+    Return None if no variation is inside the limits.
+    """
     objective, scores = study.spec.objective, _scores(study, rows)
     loop = LoopLimits(study, objective.loop) if objective is not None and objective.loop else None
     first = {r["variation"]: r for r in reversed(rows)}

@@ -28,7 +28,10 @@ _LIMIT_OF = {"timeout": "timeout", "memory": "memory", "killed": "memory"}  # na
 
 
 def with_limits(row: dict[str, Any], spec: StudySpec) -> dict[str, Any]:
-    """Return a row for storage. The row of a failed run also contains the limits of time and memory."""
+    """Return a row of the table in the form in which it is stored.
+
+    The row of a failed run also contains the limits of time and memory.
+    """
     return row if row["status"] == "ok" else row | {"limits": {"timeout": spec.timeout, "memory": spec.memory}}
 
 
@@ -136,7 +139,8 @@ def study(
     path : str or Path
         A file ``*.study.toml``.
     folder : str or Path, optional
-        Folder for the table and the report. If the folder already contains this study, the command continues it.
+        Folder for the table and the report. If the folder already contains results of this study, only the missing runs
+        are simulated.
 
         The default is a folder with the name of the study file, in the current folder.
     workers : int in [1, 1024], optional
@@ -238,7 +242,9 @@ def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first:
 
 
 class _Missing:
-    """Iterator over the tasks without a row. Each task occurs once, even if a sampler proposes a variation twice.
+    """Iterator over the tasks that have no row in the table yet.
+
+    Each task occurs once, even if a sampler proposes a variation twice.
 
     Each task is created on demand, while other tasks run. At the end, `all` contains every task, and `there` is the
     number of tasks that already had a row. Tasks of the variations in `leave_out` do not run. They are stored in

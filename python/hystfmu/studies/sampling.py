@@ -25,7 +25,10 @@ class Sampler(Protocol):
         """Receive the rows of the last batch, in the order of its variations, with one row per case."""
 
     def outside(self, k: int) -> str:
-        """Return the limits that variation k of the last batch exceeds without a run. If "", the variation runs."""
+        """Return the limits that variation k of the last batch exceeds, as far as they are known without a simulation.
+
+        The limits are returned as text. The variation is simulated only if this text is empty.
+        """
 
     @property
     def n(self) -> int:
@@ -56,7 +59,7 @@ class Fixed:
 
 
 class Asked:
-    """Optuna's TPE sampler with a fixed seed and batch size, so that the number of workers has no effect.
+    """Optuna's TPE sampler with a fixed seed and batch size. The number of workers does not change the variations.
 
     A resumed study proposes the same variations, and finds their rows in the table. Therefore an interruption does not
     change the result.
@@ -95,7 +98,7 @@ class Asked:
             yield batch
 
     def outside(self, k: int) -> str:
-        """Return the limits of the linearised loop that a variation exceeds, which are known without a simulation."""
+        """Return the limits of the linearised loop that variation k exceeds. No simulation is needed to know them."""
         return ", ".join(name for name, excess in self._excess[k].items() if excess > 0)
 
     def _ask(self, trial: Any) -> dict[str, float]:
@@ -108,7 +111,10 @@ class Asked:
         return values
 
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
-        """Report the results to Optuna: a failed case as a failed trial, an exceeded limit as an infeasible trial."""
+        """Report the results to Optuna.
+
+        A variation with a failed run is a failed trial. A variation that exceeds a limit is an infeasible trial.
+        """
         for trial, cases, excess in zip(self._trials, rows, self._excess, strict=True):
             for name, value in excess.items():
                 trial.set_constraint(name, value)

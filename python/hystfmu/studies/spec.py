@@ -36,7 +36,7 @@ PREFIX = "design."
 
 
 class LearntLoops(pydantic.BaseModel):
-    """Loops of one case that the design of a repetitive controller covers."""
+    """Loops of one case for which the filters of a repetitive controller are designed."""
 
     model_config = STRICT
     case: Name
@@ -45,7 +45,10 @@ class LearntLoops(pydantic.BaseModel):
 
 
 class RepetitiveDesign(pydantic.BaseModel):
-    """Filters of a unit `repetitive` for several loops. A study varies `design.cutoff` (Hz) and `design.gain`."""
+    """Design of the filters of a unit `repetitive` for several loops.
+
+    A study varies the cutoff `design.cutoff` (Hz) and the gain `design.gain`.
+    """
 
     model_config = STRICT
     method: Literal["repetitive_filters"]
@@ -64,7 +67,7 @@ class RepetitiveDesign(pydantic.BaseModel):
         return tuple(loop.case for loop in self.loops)
 
     def settings(self, cases: Mapping[str, Case], values: Mapping[str, float]) -> dict[str, Any]:
-        """Return the taps in the form of `set` of a scenario."""
+        """Design the filters for `values` of the parameters, and return their taps as the key `set` of a case."""
         for spec in self.loops if not self._opened else ():
             case = cases[spec.case]
             opened = open_loop(build(replace(case, overrides={**case.overrides, **spec.set})), (1.0, 1.0))
@@ -76,7 +79,7 @@ class RepetitiveDesign(pydantic.BaseModel):
 
 
 def behind_memory(opened: OpenedLoop, slope: float) -> Any:
-    """Return the open loop without the memory of one period.
+    """Return the open loop without its period memory, for the incremental gain `slope`.
 
     The complementary sensitivity of the returned loop is the response to the corrections of the memory. An InputError
     is raised if the loop has no such memory.
@@ -92,7 +95,10 @@ def behind_memory(opened: OpenedLoop, slope: float) -> Any:
 
 
 class Weight(pydantic.BaseModel):
-    """Names of the varied parameters of W = K (1 + K_1 / s) (1 + K_2 / s) (T_z s + 1) / (T_p s + 1); Ki / s for K."""
+    """Weight W = K (1 + K_1 / s) (1 + K_2 / s) (T_z s + 1) / (T_p s + 1) with varied parameters.
+
+    Each field is the name of a varied parameter of the study. If `Ki` is given instead of `K`, Ki / s replaces K.
+    """
 
     model_config = STRICT
     K: str | None = None
@@ -120,7 +126,10 @@ class Weight(pydantic.BaseModel):
 
 
 class LoopShapingDesign(pydantic.BaseModel):
-    """Most robust controller for a weight with varied parameters, as transfer functions in parallel."""
+    """Design of the most robust controller by H-infinity loop shaping, for a weight with varied parameters.
+
+    The result is a set of transfer functions in parallel.
+    """
 
     model_config = STRICT
     method: Literal["loop_shaping"]
@@ -144,7 +153,10 @@ class LoopShapingDesign(pydantic.BaseModel):
         return (self.case,)
 
     def settings(self, cases: Mapping[str, Case], values: Mapping[str, float]) -> dict[str, Any]:
-        """Return the coefficients in the form of `set` of a scenario."""
+        """Design the controller for `values` of the parameters.
+
+        Return the coefficients of its transfer functions as the key `set` of a case.
+        """
         control = python_control()
         opened = open_loop(build(cases[self.case]), (1.0, 1.0))
         G = control.ss(*opened.plant) * control.ss(control.tf(*control.pade(self.delay * opened.h, self.order)))
@@ -267,14 +279,14 @@ class ParameterSpec(pydantic.BaseModel):
         return lo, hi
 
     def at(self, fraction: float) -> float:
-        """Return the value at a fraction in [0, 1] of the range."""
+        """Return the value at the position `fraction` in the range, 0 to 1."""
         if self.values is not None:
             return self.values[min(int(fraction * len(self.values)), len(self.values) - 1)]
         lo, hi = self.bounds
         return float(lo * (hi / lo) ** fraction) if self.log else lo + (hi - lo) * fraction
 
     def fraction(self, value: float) -> float:
-        """Return the fraction in [0, 1] for a value. Random fractions are uniformly distributed."""
+        """Return the position of a value in the range, 0 to 1. Positions of random values are uniformly distributed."""
         if self.values is not None:
             span = max(self.values) - min(self.values)
             return (value - min(self.values)) / span if span else 0.0
@@ -282,7 +294,7 @@ class ParameterSpec(pydantic.BaseModel):
         return math.log(value / lo) / math.log(hi / lo) if self.log else (value - lo) / (hi - lo)
 
     def coordinates(self, name: str) -> dict[str, ParameterSpec]:
-        """Return the independently varied quantities by name.
+        """Return the independently varied quantities of the parameter `name`, by name.
 
         This is the parameter itself, or the quantities from which the parameter is computed.
         """
@@ -291,12 +303,12 @@ class ParameterSpec(pydantic.BaseModel):
         return {f"{name}.{k}": p for k, p in self.second_order.coordinates.items()}
 
     def setting(self, value: float) -> float | str:
-        """Return the value in the form of `set` of a scenario."""
+        """Return the value as an entry of the key `set` of a case."""
         return f"*{value!r}" if self.scale is not None else value
 
 
 class LoopSpec(pydantic.BaseModel):
-    """Limits of the linearised loop: peak of the sensitivity in one case, and stability in the worst-case sets."""
+    """Limits of the linearised loop: peak of the sensitivity in one case, stability for worst-case parameter sets."""
 
     model_config = STRICT
     case: Name = Field(description="case whose sensitivity is limited, for slope 1 of plant and inverse")
@@ -469,7 +481,7 @@ class Study:
         return {name: m.limit for name, m in case.metrics.items() if m.limit is not None}
 
     def settings(self, values: Mapping[str, float]) -> dict[str, Any]:
-        """Return the values of a variation in the form of `set` of a scenario."""
+        """Return the values of a variation as the key `set` of a case."""
         settings: dict[str, Any] = {}
         for name, p in self.spec.parameters.items():
             if name.startswith(PREFIX):

@@ -2,8 +2,8 @@
 
 Each row is one line of `journal.jsonl` with CRC-32, tab and JSON. The line is appended when the run ends. If a run has
 two rows, the later row is valid. A lock prevents that two studies use the folder, in this process or in another. A full
-journal is converted to a Parquet file (a part) by an atomic rename. The name of the part ends with its CRC-32. Columns
-and seed are stored in two files each.
+journal is converted to a Parquet file (a part) by an atomic rename. The name of the part ends with its CRC-32. The
+names of the columns are stored in two files, and so is the seed.
 
 Truncated or damaged data are found at the next start. Damaged lines are moved to `damaged.jsonl`, damaged parts are
 renamed, and their runs are repeated. The final table is `results.parquet`, sorted by row. This table does not depend on
@@ -34,9 +34,9 @@ _HELD: dict[int, tuple[int, int, int]] = {}  # process, device and file number o
 def open_locked(path: Path) -> int:
     """Open a file for reading and writing, and lock it until `close_locked`.
 
-    The lock belongs to this process, and not to forked workers, which may end slightly later. The lock of the operating
-    system does not exclude a second study in this process. This lock is also lost when this process closes another
-    handle of the file. This function prevents both cases.
+    The lock belongs to this process, and not to forked workers, which may end slightly later. A lock of the operating
+    system has two weaknesses: it does not exclude a second study in this process, and it is lost when this process
+    closes another handle of the file. Therefore this function refuses a file that this process has already locked.
 
     An InputError means that another study has the lock, or that the file cannot be written. An OSError means that the
     file system does not support locks.
@@ -240,7 +240,7 @@ class Store:
         return f"{self._in_journal} rows are safe: free some space and run the study again"
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield one row for each id of a run, in no particular order. Damaged parts are renamed."""
+        """Yield the stored row of each run, in no particular order. Damaged Parquet files are renamed."""
         found = {row["id"]: row for part in self._parts() for row in self._of_part(part)}
         yield from (found | {row["id"]: row for row in self._of_journal()}).values()
 

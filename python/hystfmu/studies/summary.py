@@ -221,7 +221,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Facts(pydantic.BaseModel):
-    """Data of a study in its report.json.
+    """Data of a study that report.json contains.
 
     `outcomes` contains one letter of `WORDS` for each variation, in the order of the variations.
     """

@@ -40,7 +40,7 @@ class LoopLimits:
         self._systems = {name: build(study.scenario_cases[name]) for name in {spec.case, *spec.corners}}
 
     def excess(self, settings: Mapping[str, Any]) -> dict[str, float]:
-        """Return how much a variation exceeds each limit. The variation meets the limit if the value is at most 0.
+        """Return by how much a variation exceeds each limit. A value of at most 0 means that it meets the limit.
 
         The settings ``{"unit.parameter": value}`` have the form of `set` of a scenario.
         """
@@ -62,7 +62,9 @@ class LoopLimits:
 
 
 def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float]:
-    """Return the metrics of the linearised loop of a case with other settings, opened at the input of the plant.
+    """Return the metrics of the linearised loop of a case with the given settings.
+
+    The loop is opened at the input of the plant.
 
     ``Ms_db`` is the peak of the sensitivity for the nominal incremental gain (dB), or infinity for an unstable loop.
     ``radius`` is the largest modulus of a pole for the incremental gains along the path of the case.
@@ -140,7 +142,7 @@ def identity(of_case: str, settings: dict[str, Any], margins: bool = False) -> s
 
 
 def row_of(task: Task, case: str, status: str, reason: str, metrics: dict[str, float] | None = None) -> dict[str, Any]:
-    """Return the row of a task. `reason` is the reason if the row has no metrics."""
+    """Return the row of a task in the table. `reason` states why the run has no metrics, or is ""."""
     row = {"index": task.index, "variation": task.variation, "id": task.id, "case": case, "values": task.values}
     return {**row, "metrics": metrics or {}, "status": status, "reason": reason}
 
