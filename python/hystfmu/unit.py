@@ -1,4 +1,4 @@
-"""Co-simulation unit in Python, with the variables, calls and bit-identical results of an exported FMU."""
+"""Co-simulation unit in Python, with the variables and functions of an exported FMU and bit-identical results."""
 
 from __future__ import annotations
 

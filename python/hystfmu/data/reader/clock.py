@@ -31,7 +31,7 @@ def is_stamp(cell: str) -> bool:
 
 
 def stamps(cells: Sequence[str], place: Callable[[int], str]) -> Stamps:
-    """Convert a column of times of day, with or without dates, to `Stamps`; `place` returns the name of a row.
+    """Convert a column of times of day, with or without dates, to `Stamps`; `place` identifies a row in a message.
 
     Raises
     ------

@@ -107,7 +107,10 @@ Progress = Callable[[float], None]
 
 
 class _Watch:
-    """Reader of the notes of a running child process. The time limit of a check starts when its note appears."""
+    """Reader of the notes of a running child process: a JSON file with its findings and its current check.
+
+    The time limit of a check starts when the file names this check.
+    """
 
     def __init__(self, result: Path, progress: Progress) -> None:
         self.result, self.progress = result, progress

@@ -134,7 +134,7 @@ class Notes:
 
     @contextmanager
     def check(self, doing: str, tried: str = "") -> Iterator[None]:
-        """Record the current activity, to which a crash is attributed. At its end, record the extent of the check."""
+        """Note the current activity before a check, to which a crash is attributed, and its extent after the check."""
         self.doing = doing
         self.save(False)
         begin, known, before = time.monotonic(), len(self.problems), TALLY.copy()

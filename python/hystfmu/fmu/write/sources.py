@@ -33,7 +33,10 @@ def _sections() -> dict[str, str]:
 
 
 def wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
-    """Return whether the source of an FMU needs the section `name`. It needs the used blocks and one FMI version."""
+    """Return whether the source of an FMU needs the section `name` of the amalgamated source.
+
+    The sections of unused blocks and of the other version of FMI are not needed.
+    """
     folder, _, file = name.rpartition("/")
     if folder.startswith("core/blocks/") and file.endswith(".c"):
         return file.removesuffix(".c") in blocks
