@@ -163,7 +163,7 @@ class Unit:
 
     @property
     def state(self) -> Array:
-        """Copy of the complete state, shape (n,). An assignment restores the state."""
+        """Copy of the complete state, shape (n,). Assigning such a copy restores the state."""
         return self._executor.state
 
     @state.setter

@@ -96,7 +96,7 @@ def meant(word: str, known: Iterable[str]) -> str:
 
 
 def meant_file(path: str | Path) -> str:
-    """Return ``" Did you mean 'x'?"`` for a missing path, or "".
+    """Return ``" Did you mean 'x'?"`` with names similar to a missing path, or "" if none is similar.
 
     The function compares the first missing part of the path with the names in the last existing folder of the path.
     """

@@ -99,7 +99,10 @@ def refusal(path: str | Path) -> InputError:
 
 @contextmanager
 def together() -> Iterator[None]:
-    """Give all files written in this context their final names at its end; after an exception, rename no file."""
+    """Give all files written in this context their final names at the end of the context.
+
+    After an exception, no file is renamed.
+    """
     waiting: list[_New] = []
     before = _WAITING.set(waiting)
     try:

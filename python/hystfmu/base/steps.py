@@ -38,7 +38,7 @@ class Steps:
     def claim(self, *of: Any, removed: Sequence[Path] = ()) -> None:
         """Reserve the folder for the results of the inputs that the values `of` identify.
 
-        JSON must support these values.
+        JSON must support the values `of`.
 
         Afterwards, the command may replace the results that it wrote earlier for the same inputs. The command will
         remove the files and folders `removed` and write them again.

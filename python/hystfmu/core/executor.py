@@ -175,7 +175,7 @@ class Executor:
 
     @property
     def state(self) -> Array:
-        """Copy of the complete state, shape (n,). An assignment restores the state."""
+        """Copy of the complete state, shape (n,). Assigning such a copy restores the state."""
         return self._state.copy()
 
     @state.setter
@@ -202,7 +202,7 @@ class ContinuousExecutor(Executor):
 
     @property
     def x(self) -> Array:
-        """Copy of the continuous states, shape (n,). An assignment sets them."""
+        """Copy of the continuous states, shape (n,). An assignment sets the continuous states."""
         return np.array([place[0] for place in self._places])
 
     @x.setter

@@ -127,7 +127,7 @@ def starts_of(starts: Sequence[int], n: int, where: str) -> tuple[int, ...]:
 
 
 def check_one_step(t: Array, records: Sequence[slice], where: str) -> None:
-    """Refuse records with different time steps."""
+    """Refuse times t (n,) in which the records have different time steps."""
     steps = [float(t[r][-1] - t[r][0]) / (r.stop - r.start - 1) for r in records]
     for k, step in enumerate(steps):
         if abs(step - steps[0]) > SAME_STEP * steps[0]:

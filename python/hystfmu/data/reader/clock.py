@@ -108,7 +108,7 @@ _EPOCH = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}  # counts per second
 
 @dataclass(frozen=True)
 class Clock:
-    """Times t (n,) of the rows of a table in s, and a text `said` with the unit of measure and the assumptions.
+    """Times t (n,) in s of the rows of a table, and a text `said` with the unit of measure and the assumptions.
 
     The function `digits` returns the value (s) of one unit of the last digit of each time. It is None if the times
     were computed from a sampling rate.

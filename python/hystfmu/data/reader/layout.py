@@ -132,12 +132,12 @@ class Line:
 class Layout:
     """Layout of a file.
 
-    A row has `width` cells, including an empty cell after a trailing separator. The separator None means blanks.
-    `labels` and `units` are headings and units of measure, or empty lists. `named` is the line number of the headings,
-    or 0 if there are no headings. `preamble` is the number of lines above the headings that are neither empty nor
-    comments. `kinds` contains the kind of content of each column. `header` contains texts that may state a time step or
-    units of measure, with their cells: the lines above the headings, the comments, and the cells to the left of the
-    numbers in the first rows.
+    A row has `width` cells, including an empty cell after a trailing separator. If `separator` is None, blanks separate
+    the cells. `labels` and `units` are headings and units of measure, or empty lists. `named` is the line number of the
+    headings, or 0 if there are no headings. `preamble` is the number of lines above the headings that are neither empty
+    nor comments. `kinds` contains the kind of content of each column. `header` contains texts that may state a time
+    step or units of measure, with their cells: the lines above the headings, the comments, and the cells to the left of
+    the numbers in the first rows.
     """
 
     separator: str | None

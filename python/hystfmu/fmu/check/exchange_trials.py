@@ -269,7 +269,7 @@ _PERIODIC = {"constant", "fixed", "calculated", "tunable", "changing"}
 
 
 class _Scheduler:
-    """Scheduler that activates model partitions by time and priority. Triggered clocks tick in the first ticks only."""
+    """Scheduler that activates model partitions by time and priority. Triggered clocks tick only in its first ticks."""
 
     def __init__(self, fmu: ForeignFmu, made: Instance) -> None:
         self.fmu, self.made = fmu, made

@@ -134,7 +134,10 @@ class Notes:
 
     @contextmanager
     def check(self, doing: str, tried: str = "") -> Iterator[None]:
-        """Note the current activity before a check, to which a crash is attributed, and its extent after the check."""
+        """Write the activity `doing` to the notes before a check, and the extent of the check after the check.
+
+        A crash is attributed to the activity in the notes.
+        """
         self.doing = doing
         self.save(False)
         begin, known, before = time.monotonic(), len(self.problems), TALLY.copy()

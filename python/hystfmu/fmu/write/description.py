@@ -112,7 +112,7 @@ def _of_input(port: Port, span: object) -> Facts:
 def facts_of(model: Model, y: Array) -> Mapping[str, Facts]:
     """Return the data about the real ports of a model by name; y (n, n_outputs) is its reference response.
 
-    This is the output in the reference experiment.
+    The reference response is the output in the reference experiment.
 
     The data of an input contain its range in the training rows. The data of an output contain its largest magnitude in
     the reference experiment. They contain no range, because the output of a model may exceed the range of the training

@@ -171,7 +171,9 @@ int {name}_step(const {name}_inputs *in, double *u) {{
 
 
 def target_files(graph: Graph, name: str, step: float, text: str) -> dict[str, bytes]:
-    """Return the files ``name.h`` and ``name.c`` for a graph with one scalar output, which is called every `step` (s).
+    """Return the files ``name.h`` and ``name.c`` for a graph with one scalar output.
+
+    The target calls the code every `step` (s).
 
     Every public symbol begins with ``name_``. `text` is a description in one line.
     """
