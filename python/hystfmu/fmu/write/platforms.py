@@ -71,8 +71,9 @@ def _installed(file: str) -> Path:
 
 
 def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
-    """Return the path of the prebuilt binary of a platform; None if it is not installed. Every FMU contains the same
-    binary.
+    """Return the path of the prebuilt binary of a platform; None if it is not installed.
+
+    The same binary serves every FMU.
 
     An FMU for all platforms contains the cross-compiled binary if there is one, because it runs with older C libraries.
     """
