@@ -1,4 +1,4 @@
-"""Co-simulation unit in Python, with the variables, calls and bit-identical results of an exported FMU."""
+"""Co-simulation unit in Python, with the variables and functions of an exported FMU and bit-identical results."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ class Unit:
 
     @property
     def state(self) -> Array:
-        """Copy of the complete state, shape (n,). An assignment restores the state."""
+        """Copy of the complete state, shape (n,). Assigning such a copy restores the state."""
         return self._executor.state
 
     @state.setter

@@ -1,4 +1,4 @@
-"""Foundations that every other room may import: errors, arrays, untrusted files, child processes, package files."""
+"""Foundations that every other subpackage may import: errors, arrays, untrusted files, child processes."""
 
 from __future__ import annotations
 

@@ -1,9 +1,10 @@
 """One-line errors for wrong calls of public functions.
 
-After an exception, the arguments are compared with the type annotations of the function.
+If a function with the decorator `checked` raises an exception, the arguments are compared with the type annotations of
+the function. An argument of a wrong type raises InputError instead of the exception.
 
-`checked` does not check the arguments of a call that succeeds. If all arguments have correct types, the exception is
-raised again unchanged.
+If all arguments have correct types, the exception is raised again unchanged. The arguments of a successful call are not
+checked.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ def checked(thing: T) -> T:
 
 
 def _fault(function: Callable[..., Any], arguments: tuple[Any, ...], named: Mapping[str, Any]) -> str | None:
-    """Return the error message for a failed call; None if all arguments have correct types."""
+    """Return an error message about the first wrong argument of a call; None if all types are correct."""
     parts = [p for p in function.__qualname__.split(".") if p not in ("<locals>", "__init__")]
     title, signature = f"{'.'.join(parts)}()", inspect.signature(function)
     bound_to = [p for p in signature.parameters if p in ("self", "cls")]
@@ -102,7 +103,7 @@ def _fault(function: Callable[..., Any], arguments: tuple[Any, ...], named: Mapp
 
 
 class _Names(dict[str, Any]):
-    """Type names that a module imports only for the type checker."""
+    """Dictionary that finds types by name, for types that a module imports only for the type checker."""
 
     def __missing__(self, name: str) -> Any:
         for home in _HOMES:
@@ -112,7 +113,7 @@ class _Names(dict[str, Any]):
 
 
 def _resolved(function: Callable[..., Any], annotation: Any) -> Any:
-    """Return the type for the text of an annotation; Any if the type cannot be found."""
+    """Return the type that the text of an annotation describes; Any if the type cannot be found."""
     if annotation is inspect.Parameter.empty:
         return Any
     if not isinstance(annotation, str):
@@ -162,7 +163,7 @@ def _fits(value: Any, hint: Any) -> bool:
 
 
 def _parts(inside: tuple[Any, ...]) -> tuple[bool, list[Any]]:
-    """Return whether a union type contains the types of numpy's ArrayLike, and list its other types."""
+    """Return whether a union type contains the types of numpy's ArrayLike, and the other types of the union."""
     if not any("_SupportsArray" in str(typing.get_origin(h)) for h in inside):
         return False, list(inside)
     like = (bool, int, float, complex, str, bytes)

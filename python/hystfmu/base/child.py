@@ -1,9 +1,11 @@
-"""Child processes that run foreign native code. A crash, a hang or memory growth of it does not affect the parent.
+"""Child processes that run foreign native code.
+
+A crash, a hang or memory growth of this code does not affect the parent process.
 
 The foreign code may replace a result file by a link to a file that the code itself cannot read, or by a pipe that
-blocks the reader. So results are opened with checks. A `PipedChild` also has a pipe for function calls; it does not
-exist on Windows. It inherits less than a child of `multiprocessing`: it has no terminal, no main module, and no helper
-process that removes shared memory. It reads its task from a file.
+blocks the reader. Therefore every result file is checked when it is opened. A `PipedChild` also has a pipe for function
+calls; Windows does not support this class. Unlike a process of `multiprocessing`, a `PipedChild` does not inherit the
+terminal and the main module, and has no helper process that removes shared memory. It reads its task from a file.
 """
 
 from __future__ import annotations
@@ -86,15 +88,16 @@ def tell_unconfined() -> None:
 
 
 class Child:
-    """A Python process with this package on its path, in its own session. Its output is written to a file.
+    """A Python process that can import this package, in its own session. Its output is written to a file.
 
     The output does not use a pipe. A pipe stays open until all processes that the child has started end, and a reader
     of the pipe would wait for them. On Linux a supervisor ends these processes together with the child. On other
     systems the process group of the child is ended. On Windows only the child is ended.
 
-    A `box` confines the child as far as this system supports it, and the child then gets only some environment
-    variables. With `told`, the protections that this system does not offer are printed once. The file descriptors
-    `keep` stay open in the child; Windows does not support this.
+    The `arguments` are the command-line arguments of Python. A `box` confines the child as far as this system supports
+    confinement. The child then gets only the environment variables that `known` returns. If `told` is true, the
+    protections that this system does not offer are printed once. The file descriptors `keep` stay open in the child;
+    Windows does not support this.
     """
 
     def __init__(self, *arguments: str, box: Box | None = None, keep: Collection[int] = (), told: bool = True) -> None:
@@ -126,7 +129,7 @@ class Child:
 
     @property
     def ending(self) -> str:
-        """Description of how the process ended, "crashed (SIGSEGV)" or "ended with status 1"."""
+        """Description of how the process ended, such as "crashed (SIGSEGV)" or "ended with status 1"."""
         return f"crashed ({_signal_name(-self.status)})" if self.status < 0 else f"ended with status {self.status}"
 
     def finish(self, seconds: float, look: Callable[[], bool] = lambda: False) -> tuple[list[str], bool]:
@@ -149,7 +152,7 @@ class Child:
             return self._last_output().decode(errors="replace").strip().splitlines(), in_time
 
     def poll(self) -> int | None:
-        """Return the exit status if the child has ended, else None. Delete old output above the size limit."""
+        """Return the exit status if the child has ended, else None. Delete old output if it exceeds the size limit."""
         self._drop_output()
         return self._process.poll()
 
@@ -200,14 +203,14 @@ _FLAGS = [getattr(os, f"O_{name}", 0) for name in ("NOFOLLOW", "NONBLOCK", "BINA
 
 
 def open_result(path: str | Path) -> BufferedReader:
-    """Open a result file that must be a regular file with a single name, not a link.
+    """Open a result file for reading; refuse links, files with several hard links, and special files.
 
     The opened file is checked, so the foreign code cannot replace the file after the check.
 
     Raises
     ------
     InputError
-        There is no such file, or the file is not regular.
+        There is no such file, the file is a link or not regular, or it has several hard links.
     """
     try:
         handle = os.open(path, os.O_RDONLY | sum(_FLAGS))

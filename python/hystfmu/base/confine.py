@@ -1,4 +1,4 @@
-"""Confine foreign native code on Linux to the files that it needs, without network and other processes.
+"""Confine foreign native code on Linux to the files that it needs, without access to network or other processes.
 
 The module uses Landlock, filters of seccomp(2), and the removal of capabilities(7). None of them needs privileges. They
 do not affect files that are already open, such as the result and output files of the process. Neither the process nor
@@ -132,7 +132,7 @@ def can_refuse() -> bool:
 
 
 def refuse_calls(signals: bool) -> None:
-    """Install a filter that refuses system calls to services and other processes of the user.
+    """Install a filter that refuses system calls that affect services or other processes of the user.
 
     Calls that act on the calling process itself are permitted. A filter knows only process numbers, so it treats
     another thread as another process. A program for another processor architecture uses other call numbers, so the
@@ -209,7 +209,7 @@ _KNOWN = re.compile(
 
 
 def known(variables: Mapping[str, str]) -> dict[str, str]:
-    """Return the environment variables that foreign code may read."""
+    """Return those of the given environment variables that foreign code may read."""
     return {name: value for name, value in variables.items() if _KNOWN.fullmatch(name)}
 
 
@@ -246,7 +246,7 @@ class Box:
 
     @classmethod
     def of(cls, folder: str | os.PathLike[str], *read: str | os.PathLike[str]) -> Box:
-        """Return a box that also gives access to the files of this Python installation."""
+        """Return a box with the given paths, in which code may also read the files of this Python installation."""
         python = [sys.prefix, sys.base_prefix, sys.exec_prefix, os.path.realpath(sys.executable), *_packages()]
         libraries = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
         paths = dict.fromkeys(os.path.abspath(p) for p in (*python, *libraries, *read) if p)

@@ -96,7 +96,10 @@ def meant(word: str, known: Iterable[str]) -> str:
 
 
 def meant_file(path: str | Path) -> str:
-    """Return ``" Did you mean 'x'?"`` for a missing path, or "". Names come from its last existing folder."""
+    """Return ``" Did you mean 'x'?"`` with names similar to a missing path, or "" if none is similar.
+
+    The function compares the first missing part of the path with the names in the last existing folder of the path.
+    """
     missing = Path(path)
     while not missing.parent.exists():
         missing = missing.parent

@@ -54,7 +54,7 @@ _WAITING: ContextVar[list[_New] | None] = ContextVar("waiting", default=None)
 
 @contextmanager
 def keeping(force: bool) -> Iterator[None]:
-    """Refuse in this context to replace a file by different content; with `force`, permit it."""
+    """Within this context, refuse to replace a file by different content unless `force` is true."""
     before = _RULE.set(_Rule(force))
     try:
         yield
@@ -63,9 +63,9 @@ def keeping(force: bool) -> Iterator[None]:
 
 
 def own(*paths: str | Path) -> None:
-    """Permit the command to replace these files, and all files in these folders.
+    """Permit the running command to replace the given files, and all files in the given folders.
 
-    The command wrote these files in an earlier run, or its task is to change them.
+    These are files that the command wrote in an earlier run, or files that the user wants to change by the command.
     """
     if rule := _RULE.get():
         rule.own.update(_real(p) for p in paths)
@@ -78,7 +78,9 @@ def may_replace(path: str | Path) -> bool:
 
 
 def refuse_existing(*paths: str | Path) -> None:
-    """Refuse existing files before the command computes anything, for files whose content differs in each run.
+    """Raise an error if one of the files exists and the command may not replace this file.
+
+    The check takes place before the command computes anything. It is used for files whose content differs in each run.
 
     Raises
     ------
@@ -97,7 +99,10 @@ def refusal(path: str | Path) -> InputError:
 
 @contextmanager
 def together() -> Iterator[None]:
-    """Give all files written in this context their final names at its end; after an exception, rename no file."""
+    """Give all files written in this context their final names at the end of the context.
+
+    After an exception, no file is renamed.
+    """
     waiting: list[_New] = []
     before = _WAITING.set(waiting)
     try:
@@ -280,7 +285,8 @@ def read_toml(path: str | Path, kind: type[M], most: int = MOST_BYTES) -> M:
     Raises
     ------
     InputError
-        The file is invalid. The message is one line; it states the file, the key, the rule and the value of all errors.
+        The file is invalid. The message is one line; for every error, it states the file, the key, the rule and the
+        value.
     """
     return check(load_toml(path, most), kind, path)
 
@@ -334,8 +340,8 @@ def _check_printable(table: dict[str, Any], path: str | Path) -> None:
 def check_format(data: dict[str, Any], present: int, path: str | Path, required: bool = False) -> None:
     """Refuse a file whose format number is not `present`, before its keys are checked.
 
-    With `required`, the key `format` must exist; a file without this key is refused as one of an older version. The
-    InputError states the file, its format and the remedy: an upgrade, or a new file.
+    If `required` is true, a file without the key `format` is refused, because older versions of HystFMU wrote such
+    files. The message of the InputError states the remedy: an upgrade of HystFMU, or a new file.
     """
     found = data.get("format", None if required else present)
     if found is None or (isinstance(found, int) and found != present):
@@ -393,7 +399,7 @@ def _faults(e: pydantic.ValidationError, kind: type[M], path: str | Path | Calla
 def write_toml(
     path: str | Path, data: dict[str, Any], heading: str = "", apart: re.Pattern[bytes] | None = None
 ) -> None:
-    """Write a dictionary as a TOML file atomically. Floats that are read from the file are bit-identical.
+    """Write a dictionary as a TOML file atomically. Reading the file gives bit-identical floats.
 
     The text `heading` precedes the tables as a comment; `written` explains the argument `apart`.
 

@@ -1,4 +1,4 @@
-"""Printable text for terminals, XML files and pages. Visible escapes replace unprintable characters.
+"""Printable text for terminals, XML files and HTML pages. Visible escapes replace unprintable characters.
 
 Control characters, including U+0080 to U+009F, can control a terminal. Bidirectional overrides can display a name as a
 different name. XML 1.0 permits only few control characters, and UTF-8 permits no surrogates.
@@ -40,7 +40,7 @@ def escape(text: str, quote: bool = True) -> str:
 
 
 def xml_text(text: str) -> str:
-    """Return text that is valid in XML 1.0. Valid text stays unchanged, so that other tools find the same names."""
+    """Return text in which escapes replace the characters that XML 1.0 does not permit."""
     return _NO_XML.sub(lambda m: _escaped(m[0]), text)
 
 

@@ -36,10 +36,12 @@ class Steps:
         self.kept: list[str] = []
 
     def claim(self, *of: Any, removed: Sequence[Path] = ()) -> None:
-        """Reserve the folder for the results of inputs, which the values `of` identify. JSON must support these values.
+        """Reserve the folder for the results of the inputs that the values `of` identify.
 
-        Afterwards, the command may replace its earlier results of the same inputs. The files and folders `removed` are
-        removed before the command writes them again.
+        JSON must support the values `of`.
+
+        Afterwards, the command may replace the results that it wrote earlier for the same inputs. The command will
+        remove the files and folders `removed` and write them again.
 
         Raises
         ------

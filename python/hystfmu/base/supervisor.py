@@ -32,7 +32,8 @@ def supervise(parent: int) -> None:
     Parameters
     ----------
     parent : int
-        Process number of the parent of the supervisor. When this process ends, the supervisor ends all descendants.
+        Process number of the parent of the supervisor. If this parent ends, the supervisor ends all its own
+        descendants.
     """
     prctl = C.CDLL(None).prctl
     awaited = {signal.SIGTERM, signal.SIGCHLD}
@@ -102,7 +103,8 @@ def _end_descendants() -> None:
 def main() -> None:
     """Run ``python -m hystfmu.base.supervisor PARENT BOX ARGUMENTS``.
 
-    The command starts Python with ARGUMENTS, confined to BOX, a table of JSON. BOX is null for no confinement.
+    The command starts Python with ARGUMENTS. BOX is a JSON object with the files and folders to which this Python
+    process is confined, or null for a process without confinement.
     """
     parent, box, arguments = int(sys.argv[1]), json.loads(sys.argv[2]), sys.argv[3:]
     supervise(parent)

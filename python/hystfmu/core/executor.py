@@ -79,11 +79,11 @@ class Executor:
         return _message(self._lib.hyst_graph_error(self._g).contents)
 
     def get(self, reference: int) -> float:
-        """Return the value of the variable with a value reference."""
+        """Return the value of the variable with the value reference `reference`."""
         return float(self._lib.hyst_graph_value(self._g, reference)[0])
 
     def set(self, reference: int, value: float) -> None:
-        """Set the parameter or the input with a value reference.
+        """Set the parameter or the input with the value reference `reference`.
 
         Raises
         ------
@@ -132,13 +132,16 @@ class Executor:
     ) -> tuple[Array, Array]:
         """Compute the outputs like `run`, and their derivatives with respect to parameters and initial states.
 
-        One column of the derivatives belongs to one variable, which may change several parameters.
+        Each column of the derivatives belongs to one variable of a fit. Such a variable may determine several
+        parameters.
 
-        The array `seeds` (m,) of the type `SEED` contains the parameters that each column changes. It is sorted by
-        column, and within a column by node. The columns are sorted by the first node that they change; columns with
-        several seeds for this node come first. For blocks without a function `sensitivity`, derivatives are finite
-        differences with the change `step` of the column variable. Returns y (k, n_outputs) and dy (k, n_outputs,
-        columns) in the ascending `rows` (k,), or in all rows.
+        Each element of the array `seeds` (m,), of the type `SEED`, contains a parameter, the column whose variable
+        determines this parameter, and the derivative of the parameter with respect to this variable. The elements are
+        sorted by column, and within a column by the node of the parameter. The columns are sorted by their first node.
+        Of the columns with the same first node, those with several seeds for this node come first. If a block has no
+        function `sensitivity`, its derivatives are finite differences, for which the variable is changed by `step`.
+        Returns the outputs (k, n_outputs) and their derivatives (k, n_outputs, columns) in the ascending `rows` (k,);
+        by default, in all rows.
 
         Raises
         ------
@@ -172,7 +175,7 @@ class Executor:
 
     @property
     def state(self) -> Array:
-        """Copy of the complete state, shape (n,). An assignment restores the state."""
+        """Copy of the complete state, shape (n,). Assigning such a copy restores the state."""
         return self._state.copy()
 
     @state.setter
@@ -199,7 +202,7 @@ class ContinuousExecutor(Executor):
 
     @property
     def x(self) -> Array:
-        """Copy of the continuous states, shape (n,). An assignment sets them."""
+        """Copy of the continuous states, shape (n,). An assignment sets the continuous states."""
         return np.array([place[0] for place in self._places])
 
     @x.setter
@@ -208,7 +211,10 @@ class ContinuousExecutor(Executor):
             place[0] = v
 
     def evaluate(self, t: float) -> None:
-        """Compute the outputs at time `t` (s) for the present inputs and continuous states. No memory changes."""
+        """Compute the outputs at time `t` (s) for the present inputs and continuous states.
+
+        The hysteretic memories stay unchanged.
+        """
         self._lib.hyst_graph_evaluate(self._g, t)
 
     def derivatives(self) -> Array:

@@ -25,7 +25,7 @@ _I = C.POINTER(C.c_int)
 
 
 def _fields(text: str) -> list[tuple[str, Any]]:
-    """Return the fields of a ctypes structure from a text such as "name:s kind:i"; a letter states the type."""
+    """Return the fields of a ctypes structure from a text such as "name:s kind:i", in which letters state types."""
     kinds: dict[str, type] = {"s": C.c_char_p, "i": C.c_int, "h": C.c_ushort, "d": C.c_double, "p": C.c_void_p}
     return [(name, kinds[letter]) for name, _, letter in (word.partition(":") for word in text.split())]
 
@@ -93,7 +93,7 @@ class Var:
     kind : str
         One of `KINDS`.
     size : str
-        Number of elements, as a C expression in the names of the sizes of the block.
+        Number of elements, as a C expression that may contain the names of the sizes of the block.
     type : str
         ``real``, ``int``, ``bool``, or the values of an enumeration separated by ``|``.
     unit : str
@@ -158,13 +158,14 @@ class BlockType:
     tolerance : str
         Main cause of the numerical error: rounding, iteration or integration.
     rule_error, rule_step : float
-        Bound of the relative integration error, and step (s) below which the error is not visible, or 0. Both are
-        stated only for the tolerance integration.
+        Bound of the relative error of the numerical integration, and time step (s) below which this error is
+        negligible. A value of 0 means that no bound or step is stated. Both are stated only if `tolerance` is
+        integration.
     smooth : float
         Distance from a point within which the tangent at this point is valid.
     trial : int
-        Number of an input, counted from 1, or 0. If it is not 0, the executor searches the output for which this input
-        equals the first input.
+        Number of an input, counted from 1; 0 for most blocks. If it is not 0, the executor searches the output of the
+        block for which this input equals the first input.
     hold : str
         Interpolation of the inputs within a step, zoh or foh, for blocks without a parameter `hold`.
     """
@@ -216,7 +217,7 @@ class BlockType:
         return "".join(w.capitalize() for w in self.name.split("_"))
 
     def of(self, *kinds: str) -> tuple[Var, ...]:
-        """Return the variables of the given kinds, in the order of the table."""
+        """Return the variables of the given kinds, in the order of the table in the C file."""
         return tuple(v for v in self.vars if v.kind in kinds)
 
     @property

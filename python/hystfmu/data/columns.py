@@ -48,7 +48,7 @@ def read_header(path: str | Path, most: int) -> tuple[list[str], str, str]:
 
 
 def csv_rows(columns: Iterable[Array]) -> str:
-    """Return columns of equal length as CSV lines. Numbers that are read from this text are bit-identical."""
+    """Return columns of equal length as CSV lines. Reading the lines gives bit-identical numbers."""
     text = io.StringIO()
     for row in zip(*(np.asarray(c, dtype=np.float64).tolist() for c in columns), strict=True):
         text.write(",".join(map(repr, row)) + "\n")
@@ -81,12 +81,12 @@ _RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
 
 
 def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "data") -> slice:
-    """Return the training rows, e.g. "first:end", as a slice of the `n` rows of the data.
+    """Convert training rows, e.g. the text "first:end", to a slice of the `n` rows of the data.
 
     Raises
     ------
     InputError
-        The form is wrong, there are fewer than 4 training rows, or they are outside the data.
+        `train` has a wrong form, there are fewer than 4 training rows, or they are outside the data.
     """
     if train is None:
         return slice(0, n)
@@ -116,7 +116,7 @@ def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "
 
 
 def starts_of(starts: Sequence[int], n: int, where: str) -> tuple[int, ...]:
-    """Return the first rows of the records as a tuple; refuse invalid rows."""
+    """Return the indices of the first rows of the records; the first must be 0, and no record may be too short."""
     found = tuple(int(s) for s in starts)
     if found[:1] != (0,) or any(b - a < LEAST_ROWS for a, b in zip(found, (*found[1:], n), strict=True)):
         raise InputError(
@@ -127,7 +127,7 @@ def starts_of(starts: Sequence[int], n: int, where: str) -> tuple[int, ...]:
 
 
 def check_one_step(t: Array, records: Sequence[slice], where: str) -> None:
-    """Refuse records with different time steps."""
+    """Refuse times t (n,) in which the records have different time steps."""
     steps = [float(t[r][-1] - t[r][0]) / (r.stop - r.start - 1) for r in records]
     for k, step in enumerate(steps):
         if abs(step - steps[0]) > SAME_STEP * steps[0]:
@@ -138,12 +138,12 @@ def check_one_step(t: Array, records: Sequence[slice], where: str) -> None:
 
 
 def row_of(where: str, row: int, first: int = 0) -> str:
-    """Return the name of a row for a message. The row is counted from row `first` of the data."""
+    """Return a text that names the data and a row, for a message; `row` is counted from row `first` of the data."""
     return f"{where}: row {first + row}"
 
 
 def line_of(where: str, lines: Sequence[int], row: int) -> str:
-    """Return the name of a row for a message, with the number of its line in the file."""
+    """Return a text that names the file and the line of a row, for a message; `lines` contains the line numbers."""
     return f"{where}: line {lines[row]}"
 
 
@@ -159,7 +159,7 @@ STEP_TOLERANCE = 1e-6  # permitted deviation of a step, relative to the step
 
 
 def check_increasing(t: Array, place: Callable[[int], str]) -> None:
-    """Refuse times t (n,) in s that do not increase; `place` returns the name of a row for the message."""
+    """Refuse times t (n,) in s that do not increase; `place` returns a text that identifies a row in the message."""
     back = np.diff(t) <= 0
     if back.any():
         n = int(np.argmax(back)) + 1
@@ -173,7 +173,7 @@ def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array
     The steps may differ by 1e-6 of the step. Printed times may differ from a uniform grid by half a unit of their last
     digit, if this unit is at most a quarter of the step; then the times of the grid are returned. Coarser times could
     hide a missing sample. The function `digits` returns the value (s) of one unit of the last printed digit of each
-    time; it is called only if needed. `place` returns the name of a row for the message.
+    time; it is called only if needed. `place` returns a text that identifies a row in the message.
 
     Raises
     ------
@@ -207,7 +207,8 @@ _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 class Covariates:
     """Measured covariates: values (n, m), names and units of measure.
 
-    The names are identifiers; a model uses the same names for its inputs. If no unit of measure is stated, it is empty.
+    The names are identifiers; a model uses the same names for its inputs. A unit of measure that is not stated is an
+    empty text.
     """
 
     names: tuple[str, ...]
@@ -238,9 +239,11 @@ class Covariates:
 
     @classmethod
     def of(cls, given: Mapping[str, ArrayLike], n: int, where: str, place: Callable[[int], str]) -> Covariates:
-        """Return covariates with the given values (n,) by label, ``T`` or ``T [degC]``; refuse invalid ones.
+        """Return covariates from a dict of values (n,). A key is a name, optionally with a unit of measure.
 
-        `where` is the name of the data for messages, and `place` returns the name of a row.
+        Examples of keys are ``T`` and ``T [degC]``.
+
+        `where` is the name of the data for messages, and `place` returns a text that identifies a row.
 
         Raises
         ------

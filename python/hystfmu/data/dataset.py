@@ -62,8 +62,8 @@ class Dataset:
     unit_u, unit_y : str
         Units of measure of input and output.
     starts : sequence of int
-        First rows of the records, beginning with 0. All records have the same step. Each record has its own times, and
-        a model starts each record from rest.
+        Index of the first row of each record; the first index is 0. All records have the same step. Each record has its
+        own times, and a model starts each record from rest.
     covariates : dict of str to array, shape (n,), optional
         Further measured inputs by name, such as load or temperature. The name may contain a unit of measure in square
         brackets, as in ``{"T [degC]": values}``.
@@ -362,7 +362,7 @@ class Dataset:
         return cls(t, u, y, name, train=slice(None) if train is None else train)
 
     def with_train(self, train: slice | Sequence[int] | str | None) -> Dataset:
-        """Return the same data with the training rows `train`, in a form that `Dataset` accepts."""
+        """Return the same data with other training rows. `train` has one of the forms that `Dataset` accepts."""
         return self._of_same_rows(replace(self, train=train_rows(train, len(self.t), self.path or self.name)))
 
     def resampled(self, rate: float) -> Dataset:
@@ -389,7 +389,7 @@ class Dataset:
         Parameters
         ----------
         lag : int
-            Delay of the output in rows. The result has this number of rows less than the record.
+            Delay of the output in rows. The result is shorter than the record by this number of rows.
 
         Raises
         ------
@@ -416,7 +416,7 @@ class Dataset:
         return self._of_same_rows(replace(self, y=y))
 
     def with_names(self, names: Sequence[str]) -> Dataset:
-        """Return the same data with other names of the covariates, in their order.
+        """Return the same data with new names for the covariates, in the order of the covariates.
 
         If `names` contains the present names in another order, the data stay unchanged.
         """
@@ -425,7 +425,7 @@ class Dataset:
         return self._of_same_rows(replace(self, covariates=replace(self.covariates, names=tuple(names))))
 
     def place(self, row: int) -> str:
-        """Return the name of a row, counted from 0, for a message: its line in the file, or its number."""
+        """Return a text that identifies a row, counted from 0, in a message: its line in the file, or its number."""
         where = self.path or self.name
         return row_of(where, row) if self._lines is None else line_of(where, self._lines, row)
 
@@ -443,15 +443,15 @@ class Dataset:
         return self
 
     def to_csv(self, path: str | Path) -> None:
-        """Write t, u, y and the covariates to the CSV file `path`. Values that are read from it are bit-identical."""
+        """Write t, u, y and the covariates to the CSV file `path`. Reading the file gives bit-identical values."""
         columns = dict(zip(self.covariates.labels, self.covariates.values.T, strict=True))
         write_csv(path, {"t": self.t, "u": self.u, "y": self.y, **columns})
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the data as a data frame with the index ``t [s]`` and the columns u, y and covariates.
 
-        The column names contain the units of measure in brackets. `hystfmu.read` converts the data frame to the same
-        data.
+        The column names contain the units of measure in brackets. `hystfmu.read` converts the data frame back to a data
+        set with the same values.
 
         Raises
         ------

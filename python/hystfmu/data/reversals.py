@@ -3,9 +3,9 @@
 The noise is estimated from differences of the signal (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625-633;
 Hall, Kay & Titterington, Biometrika 77 (1990) 521-528). The k-th difference of a smooth signal decreases with the k-th
 power of the step. The k-th difference of white noise has the RMS sigma sqrt(C(2k, k)). Its sign changes in the fraction
-arccos(-k / (k + 1)) / pi of the rows. The estimate uses the smallest order k for which the sign changes about as often.
-The median of the absolute k-th differences gives sigma; the median is robust to kinks. Trap: without the test of the
-sign changes, a coarsely sampled sine is taken for noise.
+arccos(-k / (k + 1)) / pi of the rows. The estimate uses the smallest order k for which the sign changes about as often
+as in white noise. The median of the absolute k-th differences gives sigma; the median is robust to kinks. Trap: without
+the test of the sign changes, a coarsely sampled sine is taken for noise.
 
 Resampling to a fixed rate uses linear interpolation, which removes a turning point between two new rows. But the memory
 of hysteresis consists of extrema. So the new row nearest to a turning point of u gets the measured values of this
@@ -86,8 +86,8 @@ FASTER = 2.0  # maximum new rate, relative to the mean rate of the data; a highe
 class Unevenness:
     """Deviations of time stamps from a uniform grid of `rate` (Hz): jitter and lost samples.
 
-    `lost` of the `rows` grid points have no sample. `off` is the largest distance of a stamp from its grid point, in
-    steps.
+    `rows` is the number of grid points, and `lost` is the number of grid points without a sample. `off` is the largest
+    distance of a stamp from its grid point, in steps.
     """
 
     rate: float
@@ -135,12 +135,12 @@ def resample(
     place: Callable[[int], str] | None = None,
     rows: slice = slice(None),
 ) -> tuple[Array, Array, Array, slice]:
-    """Return t (s), u and y, each (n,), resampled to equal time steps, and the new numbers of given rows.
+    """Return t (s), u and y with equal time steps, and the slice of new rows that corresponds to `rows`.
 
     The output y is NaN where it was not measured. By default, the new step is the median step; otherwise `rate` (Hz)
     defines it. The new rows begin at the first time and end at most one step before the last time. The returned slice
-    covers the same time span as the slice `rows`. `where` is the name of the data for messages, and `place` returns the
-    name of a row.
+    covers the same time span as the slice `rows`. `where` is the name of the data for messages, and `place` returns a
+    text that identifies a row.
 
     Raises
     ------

@@ -47,8 +47,9 @@ def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samp
 def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Array:
     """Return a signal of alternating ramps up and down with steps of about `step`, shape (n,).
 
-    The signal starts at 0. Its `count` reversals are random. Each is uniformly distributed between the last reversal
-    and +1 or -1, so that many loops are nested. The number `seed` initialises the random generator.
+    The signal starts at 0. Its `count` reversals are random. The value at each reversal is uniformly distributed
+    between the last reversal and the end of the range: +1 for a ramp up, -1 for a ramp down. So many loops are nested.
+    The number `seed` initialises the random generator.
     """
     rng = np.random.default_rng(seed)
     levels = [0.0]

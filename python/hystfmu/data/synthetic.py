@@ -46,7 +46,7 @@ FINER = 4
 
 
 def plays(u: Array, r: Array, z: float = 0.0) -> Array:
-    """Return the outputs (rows, n) of plays with half-widths r (n,) for an input u (rows,), from the state z."""
+    """Return the outputs (rows, n) of plays with half-widths r (n,) and initial output z, for an input u (rows,)."""
     state = np.full(len(r), z)
     out = np.empty((len(u), len(r)))
     for k, value in enumerate(u):
@@ -58,9 +58,9 @@ def plays(u: Array, r: Array, z: float = 0.0) -> Array:
 def stack(x: Array, h: float) -> Array:
     """Return the displacement (n,) of the piezo stack, about [-1, 1], for an input x (n,) in [-1, 1], from rest.
 
-    The step between rows is h (s). The plant is a series connection of three parts: the sum of ten backlash operators
-    and a linear term with an asymmetric static nonlinearity, creep, and second-order mechanics. Each row is computed in
-    four substeps with linearly interpolated input.
+    The step between rows is h (s). The plant is a series connection of four parts. The first part is the sum of ten
+    backlash operators and a linear term. The others are an asymmetric static nonlinearity, creep, and second-order
+    mechanics. Each row is computed in four substeps with linearly interpolated input.
     """
     from scipy.signal import lfilter
 
@@ -78,7 +78,10 @@ def stack(x: Array, h: float) -> Array:
 
 
 def displacement(u: Array, h: float) -> Array:
-    """Return the displacement (n,) in um of the piezo stack without noise, for a voltage u (n,) in V, step h (s)."""
+    """Return the displacement (n,) in um of the piezo stack without noise, for a voltage u (n,) in V.
+
+    The step between rows is h (s).
+    """
     return STROKE * stack(u / (VOLTS / 2) - 1, h)
 
 

@@ -160,7 +160,7 @@ def _temporary() -> tempfile.TemporaryDirectory[str]:
 
 
 def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
-    """Unpack an untrusted archive into the cache, or find its copy in the cache. It must contain the file `needs`.
+    """Unpack an untrusted archive into the cache, or find its copy there. The archive must contain the file `needs`.
 
     Returns the folder of the unpacked archive, and the SHA-256 hash of the archive.
 

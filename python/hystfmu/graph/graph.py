@@ -1,4 +1,4 @@
-"""Graphs of blocks: their definition, their serialisation as block files, and their steps.
+"""Graphs of blocks: their definition, their serialisation as block files, and their time steps.
 
 The ends of a wire are written as in Modelica, with indices from 1. `"u"` is an input of the graph. `"net.u[2]"` is the
 second element of the variable `u` of the node `net`. `"net.u"` is the whole variable. The block file
@@ -199,9 +199,9 @@ class Graph:
 
     # ---- ends of wires --------------------------------------------------------------------------------------------
     def _endpoint(self, text: str, kinds: tuple[str, ...]) -> tuple[int, int, int, Var]:
-        """Return the node and the variable at the end of a wire, as (node, first index, number of elements, row).
+        """Return what an end of a wire connects: index of the node, first element, number of elements, variable.
 
-        The index is counted over all variables of the given kinds.
+        The first element is an index over the elements of all variables of the given kinds.
         """
         m = _ENDPOINT.match(text)
         index = {n.name: i for i, n in enumerate(self.nodes)}
@@ -224,7 +224,11 @@ class Graph:
         )
 
     def _resolve(self) -> list[tuple[int, int, int, int, int]]:
-        """Return the wires as tuples (node, place, source or -1, place, size), sorted by node."""
+        """Return the wires as tuples of indices, sorted by the node to which they lead.
+
+        A tuple contains the node, the first connected element of its inputs, the source node (-1 for an input of the
+        graph), the first connected element of its outputs, and the number of elements.
+        """
         links: list[tuple[int, int, int, int, int]] = []
         for a, b in self.wires:
             to, to_place, n, _ = self._endpoint(b, ("input",))

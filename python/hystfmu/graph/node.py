@@ -88,7 +88,7 @@ class Output:
 
 @dataclass(frozen=True)
 class Port:
-    """A variable of a unit that an importer can access. Each element has a value reference.
+    """A variable of a graph that an importer of the FMU can access. Each element has a value reference.
 
     Attributes
     ----------
@@ -99,7 +99,8 @@ class Port:
     var : Var
         Row of the variable in the table of the block.
     place : int
-        Index of the first element: for an input among all inputs of the graph, otherwise in the variable of the block.
+        Index of the first element. For an input, it is counted over all inputs of the graph; otherwise, it is counted
+        in the variable of the block.
     reference, size : int
         Value reference of the first element, and number of elements.
     unit : str
@@ -132,7 +133,7 @@ class Port:
 
 @dataclass(frozen=True)
 class ContinuousState:
-    """One continuous state of a unit, with its name in Model Exchange. The name of its derivative is `der(name)`."""
+    """One continuous state of a graph, with its name in Model Exchange. The name of its derivative is `der(name)`."""
 
     name: str
     unit: str
@@ -150,7 +151,7 @@ MOST_ELEMENTS, MOST_VALUES = 3, 6  # maximum number of elements of an array, and
 
 
 def shown(values: Mapping[str, Any]) -> list[str]:
-    """Return the text of values for a repr. Long arrays and long lists of values are shortened."""
+    """Return texts ``name=value`` for a repr. Long arrays and long lists of values are shortened."""
     found = [f"{k}={_short(v)}" for k, v in list(values.items())[:MOST_VALUES]]
     return [*found, "..."] if len(values) > MOST_VALUES else found
 
@@ -340,7 +341,10 @@ class Node:
         return bool(self.block.raw.feedthrough(dims, p.ctypes.data_as(C.POINTER(C.c_double))))
 
     def raw_arguments(self) -> tuple[C.Array[C.c_int], Array]:
-        """Return the arrays of sizes and parameters for the C functions of the block. Derived values are 0."""
+        """Return the arrays of sizes and parameters for the C functions of the block.
+
+        The array of parameters ends with a 0 for each element that the block itself derives from its parameters.
+        """
         sizes, kind = self.sizes, self.block
         derived = sum(sizes[v.name] for v in kind.of("derived"))
         return kind.raw_dims(self.dims), np.concatenate([self.parameters(), np.zeros(derived)])

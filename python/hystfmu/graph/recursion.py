@@ -80,7 +80,7 @@ def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursi
 
 
 def discretised(node: Node, h: float) -> Recursion:
-    """Return the discrete filter of a transfer function block for the step h (s), from its steady state.
+    """Return the discrete filter of a transfer function block for the step h (s), which starts in steady state.
 
     Raises
     ------

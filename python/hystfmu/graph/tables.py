@@ -17,7 +17,7 @@ Value = bool | int | float | str | list[bool | int | float]
 
 
 class BlockTable(pydantic.BaseModel):
-    """Table of one block."""
+    """TOML table of one block."""
 
     model_config = STRICT
     name: Name
@@ -27,7 +27,7 @@ class BlockTable(pydantic.BaseModel):
 
 
 class InputTable(pydantic.BaseModel):
-    """Table of one input of the graph."""
+    """TOML table of one input of a graph."""
 
     model_config = STRICT
     name: Name
@@ -38,7 +38,7 @@ class InputTable(pydantic.BaseModel):
 
 
 class OutputTable(pydantic.BaseModel):
-    """Table of one output of the graph."""
+    """TOML table of one output of a graph."""
 
     model_config = STRICT
     name: Name
@@ -48,7 +48,7 @@ class OutputTable(pydantic.BaseModel):
 
 
 class GraphTable(pydantic.BaseModel):
-    """Tables of a graph: blocks in the order of evaluation, wires, inputs and outputs."""
+    """TOML tables of a graph: blocks in the order of evaluation, wires, inputs and outputs."""
 
     model_config = STRICT
     blocks: list[BlockTable] = Field(min_length=1, max_length=1000)

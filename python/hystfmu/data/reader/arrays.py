@@ -1,7 +1,7 @@
 """Conversion of binary files and data frames to a `Table`. Arrays of equal length become its columns.
 
-Optional packages parse binary files. They run in a confined process, which returns only numbers and names. The code
-uses no package of data frames.
+Optional packages parse binary files. They run in a confined process, which returns only numbers and names. Data frames
+are read through methods that pandas, polars and pyarrow have in common.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ MOST_COLUMNS = 10_000
 class Named:
     """Description of an array in a file, whose values are not read yet.
 
-    The name includes the group of the array if there is one, as in ``run1/u``. It is empty for the only array of a
-    file. For an array of times, `first` is the first time stamp, and the values are seconds since this stamp.
+    The name includes the group of the array if there is one, as in ``run1/u``. The name is empty if the file contains a
+    single array without name. For an array of times, `first` is the first time stamp, and the values are seconds since
+    this stamp.
     """
 
     name: str
@@ -55,8 +56,8 @@ def table_of(
     Raises
     ------
     InputError
-        There is no column, or there are too many columns. Later, when the table reads values, columns are too large or
-        have different lengths.
+        There is no column, or there are too many columns. The table raises the same error later, when its values are
+        read, if columns are too large or have different lengths.
     """
     sized = [(a, *_columns(a.shape)) for a in arrays]
     places = [_Place(a, n, i, k) for a, n, k in sized if n > 1 for i in range(k)]
@@ -94,7 +95,7 @@ class _Place:
 
 
 class Arrays:
-    """Cells of a file of arrays, for the protocol `Source`; `table_of` explains the arguments."""
+    """Values of the arrays in a file, as the `Source` of a table; `table_of` explains the arguments."""
 
     def __init__(
         self, path: str | Path, places: Sequence[_Place], read: Callable[[str], np.ndarray], most: int
@@ -337,9 +338,9 @@ def _parsed(
 ) -> tuple[list[str], list[Named], dict[str, np.ndarray | str]]:
     """Return the remarks of the parser, the descriptions of all arrays, and values by name.
 
-    The values are those of the array `asked`, or of all arrays. An array whose values cannot be read has a text with
-    the reason instead of values. Raises _Damaged if the parser refuses the file, crashes, does not end in time, or
-    writes an invalid result.
+    The values are those of the array with the name `asked`, or those of all arrays if `asked` is empty. An array whose
+    values cannot be read has a text with the reason instead of values. Raises _Damaged if the parser refuses the file,
+    crashes, does not end in time, or writes an invalid result.
     """
     program = str(Path(__file__).with_name("formats.py"))
     with tempfile.TemporaryDirectory(prefix="hystfmu-read-") as folder:

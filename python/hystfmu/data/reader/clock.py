@@ -31,7 +31,7 @@ def is_stamp(cell: str) -> bool:
 
 
 def stamps(cells: Sequence[str], place: Callable[[int], str]) -> Stamps:
-    """Convert a column of times of day, with or without dates, to `Stamps`; `place` returns the name of a row.
+    """Convert a column of times of day, with or without dates, to `Stamps`; `place` identifies a row in a message.
 
     Raises
     ------
@@ -108,7 +108,7 @@ _EPOCH = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}  # counts per second
 
 @dataclass(frozen=True)
 class Clock:
-    """Times t (n,) of the rows of a table in s, and a text `said` with the unit of measure and the assumptions.
+    """Times t (n,) in s of the rows of a table, and a text `said` with the unit of measure and the assumptions.
 
     The function `digits` returns the value (s) of one unit of the last digit of each time. It is None if the times
     were computed from a sampling rate.

@@ -42,7 +42,7 @@ _CELL = "\x1f"  # separator of cells; `text_of` refuses files with this characte
 
 
 class Rows:
-    """The rows of numbers of a text file, a `Source`; `titles` name its columns, for messages.
+    """The rows of numbers in a text file, as the `Source` of a table; `titles` are column names for messages.
 
     `decimal` is the decimal sign; with None, the reader finds the sign.
 

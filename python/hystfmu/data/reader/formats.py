@@ -1,7 +1,8 @@
 """Parsers of binary files. This file is run as a program in a confined process.
 
 The packages for these formats are native code, and an untrusted file can crash them. The process writes one line of
-JSON with all arrays, followed by one line and npy data for each array. Of HystFMU, the process imports only `base`.
+JSON with the descriptions of all arrays. Then it writes, for each array, one line of JSON and the values in npy format.
+The process imports only the subpackage `base` of HystFMU.
 """
 
 from __future__ import annotations
@@ -70,7 +71,10 @@ def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Seq
 
 
 def _write(out: IO[bytes], found: Sequence[Found], said: list[str], most: int, asked: str) -> None:
-    """Write the descriptions of all arrays, and those values that the size limit permits."""
+    """Write the descriptions of all arrays, and the values of the array `asked`, or of all arrays if it is empty.
+
+    Arrays whose values exceed the remaining size limit `most` (bytes) are written without values.
+    """
     _line(out, {"said": said, "arrays": [[a.name, list(map(int, a.shape)), a.unit, a.first] for a in found]})
     for a in found:
         if asked not in ("", a.name) or len(a.shape) > 2 or a.nbytes > most:
@@ -188,7 +192,7 @@ def _hdf5_values(item: Any, turn: int) -> np.ndarray:
 
 
 def _hdf5_attributes(item: Any, prefix: str) -> list[Found]:
-    """Return the single numbers, such as a time step, in the attributes of an item."""
+    """Return the single numbers, such as a time step, in the attributes of a group or dataset of HDF5."""
     found = []
     for key in item.attrs:
         value = np.asarray(item.attrs[key])
@@ -297,7 +301,7 @@ def xlsx(source: str) -> Told:
 
 
 def _cell(value: Any) -> str:
-    """Return the text of a cell. Times of day have milliseconds, because openpyxl rounds them."""
+    """Return the text of a cell. Times of day are written with three decimals of the second."""
     if value is None:
         return ""
     if isinstance(value, datetime.datetime):

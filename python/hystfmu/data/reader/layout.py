@@ -62,8 +62,8 @@ POINT, COMMA = ".", ","
 def _evidence(sign: str) -> re.Pattern[str]:
     """Return a pattern for numbers in which `sign` must be the decimal sign, not a thousands separator.
 
-    In such a number, the digits after the sign are not exactly three, or an exponent follows them, or there is no
-    digit, a zero or at least four digits before the sign.
+    Such a number has at least one of three properties: the number of digits after the sign is not three; an exponent
+    follows these digits; or the sign follows no digit, a zero, or at least four digits.
     """
     s = re.escape(sign)
     before = rf"(?<![\d.,'])(?:0\d*|\d{{4,}}|(?<![\w]))?{s}\d"
@@ -98,7 +98,7 @@ def decimal_sign(text: str) -> str | None:
 
 
 def column_sign(text: str) -> str | None:
-    """Return the decimal sign of one column in a file with point and comma; None if the sign is ambiguous."""
+    """Return the decimal sign of one column in a file with points and commas; None if the sign is ambiguous."""
     sign = decimal_sign(text)
     if sign == POINT and POINT in text and not (_DECIMAL[POINT].search(text) or _PARTED[COMMA].search(text)):
         return None
@@ -132,11 +132,12 @@ class Line:
 class Layout:
     """Layout of a file.
 
-    A row has `width` cells, including an empty cell after a trailing separator. The separator None means blanks.
-    `labels` and `units` are headings and units of measure, or empty lists. `named` is the line number of the headings,
-    or 0. `preamble` is the number of lines above the headings that are neither empty nor comments. `kinds` contains the
-    kind of content of each column. `header` contains texts that may state a time step or units of measure, with their
-    cells: the lines above the headings, the comments, and the cells to the left of the numbers in the first rows.
+    A row has `width` cells, including an empty cell after a trailing separator. If `separator` is None, blanks separate
+    the cells. `labels` and `units` are headings and units of measure, or empty lists. `named` is the line number of the
+    headings, or 0 if there are no headings. `preamble` is the number of lines above the headings that are neither empty
+    nor comments. `kinds` contains the kind of content of each column. `header` contains texts that may state a time
+    step or units of measure, with their cells: the lines above the headings, the comments, and the cells to the left of
+    the numbers in the first rows.
     """
 
     separator: str | None
@@ -245,7 +246,7 @@ def _is_row(cells: list[str]) -> bool:
 
 
 def _separator(lines: list[Line]) -> tuple[str | None, int]:
-    """Return the separator for which the last rows contain the largest fraction of numbers, and the width of a row."""
+    """Return the separator that gives the largest fraction of numbers in the last rows, and the cells per row."""
     best: tuple[bool, float] = (False, -1.0)
     found: tuple[str | None, int] = (",", 1)
     for separator in SEPARATORS:

@@ -215,7 +215,7 @@ def _records(table: Table, roles: Roles, n: int) -> list[slice]:
 
 
 def _place(table: Table, rows: slice = slice(0, None)) -> Callable[[int], str]:
-    """Return a function that returns the name of a row of a record for messages."""
+    """Return a function that returns, for a row of a record, a text that identifies this row in messages."""
     if table.lines is None:
         return lambda k: row_of(table.path, rows.start + k)
     lines = table.lines[rows]

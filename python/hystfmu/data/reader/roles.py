@@ -49,7 +49,7 @@ _NUMBERED = re.compile(
 
 @dataclass(frozen=True)
 class Roles:
-    """Indices of the chosen columns, counted from 0. None means that there is no column with this role.
+    """Indices of the columns with each role, counted from 0. None means that there is no column with this role.
 
     `by_order` states whether input and output were distinguished only by the order of the columns.
     """
@@ -76,7 +76,7 @@ def chosen(
     rate: float | None,
     covariates: Sequence[str | int] = (),
 ) -> Roles:
-    """Return the columns of time, input, output, records and covariates.
+    """Find the columns of time, input, output, record number and covariates in a table.
 
     A column is given by its heading, with or without the unit of measure, or by its number, counted from 1. If the
     column of time, input or output is not given, it is recognised by its name, or otherwise by its unit of measure. If

@@ -103,7 +103,7 @@ _LINE = re.compile(
 
 
 def stated_step(name: str, value: float, unit: str = "") -> float:
-    """Return the time step (s) that a number in a file states; 0 if the number is neither a time step nor a rate.
+    """Return the time step (s) that a named number states; 0 if it is neither a time step nor a sampling rate.
 
     The name is for example ``fs``, ``Sample Interval`` or ``run/dt``. If the unit is empty, a rate is in Hz and a step
     in s.
@@ -203,7 +203,8 @@ class Source(Protocol):
 class Column:
     """Heading of a column, e.g. ``Zeit [ms]``, with its name, unit of measure, and kind of cells.
 
-    The name is the label without the unit of measure. The unit has the spelling of this package, or is empty.
+    `label` is the complete heading. `name` is the heading without the unit of measure. The unit has the spelling of
+    this package, or is empty.
     """
 
     label: str
@@ -217,7 +218,7 @@ class Column:
 
     @classmethod
     def of(cls, label: str, unit: str = "", kind: Kind = "number") -> Column:
-        """Return the column for a label with name and unit of measure. The argument `unit` has priority."""
+        """Return the column with the heading `label`. A nonempty `unit` replaces the unit of measure in the heading."""
         name, found = split_name(label)
         return cls(label, name, unit or found, kind)
 

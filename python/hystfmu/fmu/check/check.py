@@ -50,7 +50,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Place:
-    """Check at which a child process begins, after an earlier check has ended another child process.
+    """Start point of a child process: the first check that it makes after a check has ended the previous process.
 
     `first` is the number of the check, and `steps` is the number of steps that the FMU can make. `failed` contains the
     names of the checks that could not be completed; a check that needs one of them is skipped.
@@ -62,7 +62,7 @@ class Place:
 
     @classmethod
     def of(cls, notes: Any) -> Place:
-        """Return the start point that a child process has written to its notes. The FMU may have changed the notes.
+        """Return the start point in the notes of a child process, a JSON file that the FMU may have changed.
 
         Raises
         ------
@@ -82,7 +82,7 @@ class Findings(list[str]):
 
 
 def checks_of(notes: Any) -> list[Check]:
-    """Return the checks that a child process has written to its notes. The FMU may have changed the notes.
+    """Return the checks in the notes of a child process, a JSON file that the FMU may have changed.
 
     Raises
     ------
@@ -107,7 +107,10 @@ Progress = Callable[[float], None]
 
 
 class _Watch:
-    """Reader of the notes of a running child process. The time limit of a check starts when its note appears."""
+    """Reader of the notes of a running child process: a JSON file with its findings and its current check.
+
+    The time limit of a check starts when the file names this check.
+    """
 
     def __init__(self, result: Path, progress: Progress) -> None:
         self.result, self.progress = result, progress

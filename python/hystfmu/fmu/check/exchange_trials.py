@@ -34,13 +34,13 @@ class _Unit:
         self.x, self.z = self.time.states(), self.time.indicators()
 
     def put(self, t: float, k: int, x: list[float]) -> None:
-        """Set the time (s), the continuous states, and the continuous inputs to their values in row k."""
+        """Set the time (s) and the continuous states, and set the continuous inputs to row k of their test signals."""
         self.time.put(t, x)
         for v in self.fmu.continuous:
             self.made.set(v, self.fmu.excitation(v, k))
 
     def event(self, k: int) -> None:
-        """Handle an event. In Event Mode, all inputs that are not continuous get their values in row k."""
+        """Handle an event. In Event Mode, set all inputs that are not continuous to row k of their test signals."""
 
         def put() -> None:
             for v in self.fmu.discrete:
@@ -269,7 +269,7 @@ _PERIODIC = {"constant", "fixed", "calculated", "tunable", "changing"}
 
 
 class _Scheduler:
-    """Scheduler that activates model partitions by time and priority. Triggered clocks tick in the first ticks only."""
+    """Scheduler that activates model partitions by time and priority. Triggered clocks tick only in its first ticks."""
 
     def __init__(self, fmu: ForeignFmu, made: Instance) -> None:
         self.fmu, self.made = fmu, made

@@ -1,4 +1,4 @@
-"""A foreign FMU during its check, with instances that are driven by varying inputs; the class of trials.
+"""A foreign FMU during its check, with instances whose inputs follow test signals, and the class `Trial`.
 
 Only the child process of `validate` uses this module, because the FMU executes foreign native code.
 """
@@ -22,7 +22,9 @@ _ROUNDING = 2**-50  # relative rounding error, four units in the last place
 
 
 def tangent_differs(got: float, value: Callable[[float], float], e: float) -> str:
-    """Return the central difference as text if a derivative differs from finite differences of step e, otherwise "".
+    """Return "" if a derivative agrees with finite differences of `value`, otherwise the central difference as text.
+
+    `got` is the derivative of the function `value` at 0, and e is the step of the differences.
 
     At a kink, each one-sided difference is also accepted. At a discontinuity, every value is accepted, because no
     derivative exists. The tolerance includes the rounding errors of the values.
@@ -104,7 +106,7 @@ class ForeignFmu:
         return values * count(v) if len(values) == 1 else values
 
     def excitation(self, v: Any, k: int, off: float = 0.0) -> Values:
-        """Return the value of an input in row k, shifted by `off`. The input is a modulated oscillation in its range.
+        """Return row k of the test signal of an input, a modulated oscillation in the range of v, shifted by `off`.
 
         Every input has its own phase, because equal inputs would hide a dependency on their difference. A boolean is
         true while its oscillation is positive. The values of integers are rounded.
@@ -123,7 +125,7 @@ class ForeignFmu:
         return tuple([struct.unpack("f", struct.pack("f", x))[0] for x in values] if v.type == "Float32" else values)
 
     def put(self, made: Instance, k: int) -> None:
-        """Set all inputs to their values in row k."""
+        """Set all inputs to row k of their test signals."""
         for v in self.inputs:
             made.set(v, self.excitation(v, k))
 
@@ -132,7 +134,10 @@ class ForeignFmu:
         return tuple([x for v in self.outputs for x in made.get(v)])
 
     def step(self, made: Instance, k: int, row: int | None = None) -> Values | None:
-        """Return the outputs after step k with the inputs of row k or of `row`; None if the FMU ends the simulation."""
+        """Make step k with row `row` of the test signals, by default row k, and return the outputs.
+
+        The result is None if the FMU ends the simulation.
+        """
         self.put(made, k if row is None else row)
         if not made.step(f"step {k + 1}", self.t0 + k * self.h, self.h):
             return None
@@ -141,7 +146,9 @@ class ForeignFmu:
     def run(
         self, made: Instance, rows: Sequence[int], between: Callable[[Instance, Values], None] | None = None
     ) -> list[Values]:
-        """Return the outputs after each of the steps `rows`. The list is shorter if the FMU ends the simulation.
+        """Make one step for each of the given rows of the test signals, and return the outputs after each step.
+
+        The list is shorter if the FMU ends the simulation.
 
         The function `between` is called after every step with its outputs.
         """

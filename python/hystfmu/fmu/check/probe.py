@@ -134,7 +134,10 @@ class Notes:
 
     @contextmanager
     def check(self, doing: str, tried: str = "") -> Iterator[None]:
-        """Record the current activity, to which a crash is attributed. At its end, record the extent of the check."""
+        """Write the activity `doing` to the notes before a check, and the extent of the check after the check.
+
+        A crash is attributed to the activity in the notes.
+        """
         self.doing = doing
         self.save(False)
         begin, known, before = time.monotonic(), len(self.problems), TALLY.copy()

@@ -185,7 +185,8 @@ def _stored(v: Any, values: Values) -> Values:
 def steps(fmu: ForeignFmu) -> Iterator[str]:
     """Check that all outputs of a run are finite, and that the run ends with `terminate`.
 
-    If the FMU ends the simulation earlier, refuses a step or crashes, all other trials make only the steps before.
+    If the FMU ends the simulation earlier, refuses a step or crashes, all other trials make only the steps before this
+    step.
     """
     names = [v.name for v in fmu.outputs for _ in range(count(v))]
     finite = True
@@ -299,8 +300,8 @@ def step_lengths(fmu: ForeignFmu) -> Iterator[str]:
 def dependencies(fmu: ForeignFmu) -> Iterator[str]:
     """Check that direct feed-through is declared in `dependencies`.
 
-    Direct feed-through changes an output within a step of any length. A unit that differentiates a filtered signal
-    also changes its output in a short step, although it has no direct feed-through. Only Model Exchange can keep the
+    Direct feed-through changes an output within a step of any length. An FMU that differentiates a filtered signal also
+    changes its output within a short step, although it has no direct feed-through. Only Model Exchange can keep the
     states constant, so an FMU that supports Model Exchange is checked in Model Exchange.
     """
     can = fmu.description

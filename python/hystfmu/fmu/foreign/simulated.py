@@ -1,8 +1,8 @@
 """Simulation of an FMU of any origin, with the same methods for Co-Simulation and Model Exchange.
 
 Model Exchange uses an adaptive Runge-Kutta 5(4) method (Dormand & Prince 1980, RK45 of scipy). The local error of a
-solver step is at most 1e-8 of a state plus 1e-11 of its nominal value. State events are located with the precision of
-the time, on the interpolated solution.
+solver step is at most 1e-8 of a state plus 1e-11 of its nominal value. State events are located on the interpolated
+solution, to the floating-point precision of the time.
 """
 
 from __future__ import annotations
@@ -181,7 +181,7 @@ class Integrator:
         return np.array(self._unit.derivatives())
 
     def _accept(self, before: float, now: float, at: Callable[[float], list[float]]) -> bool:
-        """Accept a solver step, or its part up to the first sign change of an indicator; return if an event follows."""
+        """Accept a solver step up to the first sign change of an indicator, if any; return whether an event follows."""
         crossed = False
         left, looks = before, _LOOKS if self._z else 1
         for k in range(looks):

@@ -31,7 +31,7 @@ _MOST = 60  # maximum number of characters of the name of a record; the name of 
 
 
 def record_of(model: Model) -> Mapping[str, Any]:
-    """Return the provenance of the record to which a model was fitted. For an inverse, use the inverted model."""
+    """Return the provenance of the record to which a model, or the model of an inverse, was fitted."""
     told: Any = model.provenance
     while isinstance(told, Mapping) and isinstance(told.get("of"), Mapping):
         told = told["of"]
@@ -110,10 +110,13 @@ def _of_input(port: Port, span: object) -> Facts:
 
 
 def facts_of(model: Model, y: Array) -> Mapping[str, Facts]:
-    """Return the data about the real ports of a model by name; y (n, n_outputs) is the output of its reference run.
+    """Return the data about the real ports of a model by name; y (n, n_outputs) is its reference response.
+
+    The reference response is the output in the reference experiment.
 
     The data of an input contain its range in the training rows. The data of an output contain its largest magnitude in
-    the reference run. They contain no range, because the output of a model may exceed the range of the training rows.
+    the reference experiment. They contain no range, because the output of a model may exceed the range of the training
+    rows.
     """
     found: dict[str, Facts] = {}
     spans = {**model.provenance.get(COVARIATES, {})}

@@ -71,7 +71,9 @@ def _installed(file: str) -> Path:
 
 
 def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
-    """Return the path of the prebuilt binary of a platform; None if it is not installed. All FMUs use this binary.
+    """Return the path of the prebuilt binary of a platform; None if it is not installed.
+
+    The same binary serves every FMU.
 
     An FMU for all platforms contains the cross-compiled binary if there is one, because it runs with older C libraries.
     """
@@ -84,7 +86,7 @@ def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
 def _deflated(path: Path) -> Deflated:
     """Return a compressed binary.
 
-    `make platforms` has already compressed it with a slow method, for which an export has no time.
+    `make platforms` has compressed the binary in advance, because the compression is too slow for an export.
     """
     content = path.read_bytes()
     made = path.with_name(f"{path.name}.deflate")

@@ -123,13 +123,16 @@ _NUMBERS = 1500  # approximate number of values in result.csv; with many outputs
 
 
 def _path() -> Array:
-    """Return the stimulus (n,) in [-1, 1]."""
+    """Return the stimulus (n,) of the reference experiment, scaled to [-1, 1]."""
     places = np.arange(_ROWS * (len(_PEAKS) - 1) + 1) / _ROWS
     return np.interp(places, np.arange(len(_PEAKS)), _PEAKS)
 
 
 def _span(port: Port, model: Model | None) -> tuple[float, float]:
-    """Return the range of the stimulus at a port. It is the range of the training data, or the start value +- 1."""
+    """Return the range of the stimulus at a port. By default, it is the start value +- 1.
+
+    If `model` contains the range of the training data, the function returns this range.
+    """
     span = model.provenance.get("span_u") if model else None
     if isinstance(span, Sequence) and len(span) == 2 and math.isfinite(span[1] - span[0]) and port.size == 1:
         return float(span[0]), float(span[1])

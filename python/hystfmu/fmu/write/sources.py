@@ -33,7 +33,10 @@ def _sections() -> dict[str, str]:
 
 
 def wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
-    """Return whether the source of an FMU needs the section `name`. It needs the used blocks and one FMI version."""
+    """Return whether the source of an FMU needs the section `name` of the amalgamated source.
+
+    The sections of unused blocks and of the other version of FMI are not needed.
+    """
     folder, _, file = name.rpartition("/")
     if folder.startswith("core/blocks/") and file.endswith(".c"):
         return file.removesuffix(".c") in blocks
@@ -168,7 +171,9 @@ int {name}_step(const {name}_inputs *in, double *u) {{
 
 
 def target_files(graph: Graph, name: str, step: float, text: str) -> dict[str, bytes]:
-    """Return the files ``name.h`` and ``name.c`` for a graph with one scalar output, which is called every `step` (s).
+    """Return the files ``name.h`` and ``name.c`` for a graph with one scalar output.
+
+    The target calls the code every `step` (s).
 
     Every public symbol begins with ``name_``. `text` is a description in one line.
     """
