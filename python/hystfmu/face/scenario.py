@@ -54,7 +54,9 @@ class Scenario:
     InputError
         The name is invalid, or the step is not greater than 0.
 
-    Notes ----- Each method that changes a scenario returns the changed scenario. If connections or metrics name a unit
+    Notes
+    -----
+    Each method that changes a scenario returns the changed scenario. If connections or metrics name a unit
     ``reference`` that was not added, this unit is created. Its output `r` is a sine over 80 % of the stroke of the
     plant. Its output `r_lead` is the same sine one step ahead, for an inverse.
 
@@ -155,7 +157,7 @@ class Scenario:
             Whether the unit makes `ripple` steps in each step of the scenario. Use this for plants, and for signals
             that are evaluated between samples.
         every : int
-            The unit runs only in every n-th step; this is n.
+            Number n. The unit runs only in every n-th step.
         substeps : int
             Number of internal steps in each run of the unit.
         hold : {"zero", "first"}
@@ -318,7 +320,8 @@ class Scenario:
         return self
 
     def record(self, *signals: str) -> Scenario:
-        """Set the `signals` that the baseline and the report contain. The default is the signals of the metrics."""
+        """Set the signals that the baseline and the report contain. Without this call, they contain the metrics'
+        signals."""
         self._edit()
         self._spec["record"] = list(signals)
         return self
@@ -510,12 +513,12 @@ class Scenario:
         return copy.deepcopy(completed(self._spec, self._attached, self._origin))
 
     def changed(self, table: Mapping[str, Any]) -> Scenario:
-        """Return a scenario with another content and the same models and FMUs.
+        """Return a scenario with the content `table` and with the models and FMUs of this scenario.
 
         Parameters
         ----------
         table : mapping
-            A changed result of `table`.
+            Changed copy of the dict that the method `table` returns.
 
         Raises
         ------
@@ -552,7 +555,8 @@ class Scenario:
         return f"Scenario({', '.join([repr(self.name), *shown])})"
 
     def _edit(self) -> None:
-        """Detach the scenario from its file before a change: drop the baseline, and store the paths of unit files."""
+        """Separate the scenario from its file before a change: remove the baseline, and store the paths of unit
+        files."""
         if self._folder is None:
             return
         self._attached = dict(self._attached)

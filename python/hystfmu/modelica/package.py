@@ -1,4 +1,5 @@
-"""Package of an identified model on disk, with record, blocks, example and networks. The write is atomic."""
+"""Package of an identified model on disk, with record, blocks, example and networks. If the write fails, no file
+changes."""
 
 from __future__ import annotations
 
@@ -54,7 +55,7 @@ def export_modelica(
     source : str
         Origin of the model, for the reader.
     sheet : mapping of (str, float), optional
-        Data sheet of the actuator, see `hystfmu.modelica.actuator.sheet.Sheet`.
+        Data sheet of the actuator, see `hystfmu.modelica.actuator.mechanics.Sheet`.
 
     Returns
     -------
@@ -66,7 +67,7 @@ def export_modelica(
     InputError
         The name is not valid in Modelica, the library has no class for a block, or the graph has a loop.
         ``folder/name`` contains files that no export wrote, or cannot be written. A data sheet is given for a model
-        that is not an actuator.
+        that cannot be exported as an actuator.
     """
     if not NAME.match(name) or name in RESERVED:
         raise InputError(f"the Modelica package name {name!r} must be a letter followed by letters, digits or _")

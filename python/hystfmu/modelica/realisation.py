@@ -41,7 +41,7 @@ class Rate:
 
 
 def kinds(graph: Graph) -> list[str]:
-    """Return the continuous realisations of a graph; empty if it has no sampled block."""
+    """Return the names of the continuous realisations of a graph; empty if the graph has no sampled block."""
     if not any(classes.is_sampled(n) for n in graph.nodes):
         return []
     return [k for k in CONTINUOUS if k not in left_out(graph)]
