@@ -82,8 +82,8 @@ def fit(
     ------
     InputError
         The kind or an option is unknown, or a value is out of range. The data contain no output, or the signals are
-        constant. ``"auto"`` finds no kind of model that can represent the data or that has a useful inverse. The graph
-        does not contain a free parameter, or the value of this parameter in the graph is outside its bounds.
+        constant. ``"auto"`` finds no kind of model that can represent the data or that has a useful inverse. A
+        parameter in `free` does not exist in the graph, or its value in the graph is outside its bounds.
 
     Examples
     --------

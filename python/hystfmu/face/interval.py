@@ -204,8 +204,7 @@ def _again(model: Model, data: Dataset) -> Model:
 
 
 def _elsewhere(e: Array, data: Dataset) -> tuple[bool, tuple[str, ...]]:
-    """Return whether the errors `e` are as small as noise, and the kinds of signals for which they are not
-    representative."""
+    """Return whether the errors `e` are as small as noise, and the kinds of signals that `e` does not represent."""
     from hystfmu.identify.excitation.not_shown import SPEEDS, kinds_not_shown, one_speed
 
     noise_only = rms(e) <= AS_NOISE * noise(data.y[data.train])

@@ -45,7 +45,7 @@ class Model(hystfmu.model.Model):
     step : float or None
         Sample period of the data of the fit (s). It is None if the model does not depend on the sample period.
     text : str
-        One line for a reader.
+        Description in one line.
     fit : dict
         Results of the fit, e.g. ``{"rms_percent": 0.7, "parameters": 49}``.
     provenance : dict
@@ -94,7 +94,7 @@ class Model(hystfmu.model.Model):
             A Linear, or a Sequential (also nested) of Linear, Sigmoid, Tanh, ReLU and Identity. The weights are copied.
             Further training does not change the model.
         text : str
-            One line for a reader.
+            Description in one line.
         step : float, optional
             Sample period (s) to store in the model. A network without memory does not need it.
 

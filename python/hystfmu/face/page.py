@@ -61,7 +61,7 @@ def free_table(model: Model) -> Table | None:
 def _error_rows(model: Model) -> list[tuple[str, str, str]]:
     """Return table rows with the errors on training rows, held-out rows and validation blocks.
 
-    For a model with an inverse, the rows also contain the errors of inverse and model in series.
+    For an inverse, the result also contains a row with the errors of inverse and model in series.
     """
     f, rows = model.fit, []
     named = [("", f"training rows {model.provenance.get('train', '')}".strip()), ("held_out_", "held-out rows")]
@@ -75,8 +75,7 @@ def _error_rows(model: Model) -> list[tuple[str, str, str]]:
 
 
 def evidence_lines(model: Model) -> list[str]:
-    """Return lines of text about the linear dynamics in the record, or [] if the fit stored no such evidence in the
-    model."""
+    """Return lines of text about the linear dynamics in the record; [] if the fit stored no such evidence."""
     if "evidence" not in model.fit:
         return []
     from hystfmu.identify.evidence import Evidence
@@ -175,8 +174,7 @@ def evidence_section(model: Model) -> list[Section]:
 
 
 def _dark(x: Array, band: tuple[float, float], low: float, high: float) -> list[Line]:
-    """Return a shaded area from `low` to `high` on the vertical axis, above the frequencies of the coherent band
-    `band`."""
+    """Return a shaded area for the frequencies above the coherent `band`, from `low` to `high` on the vertical axis."""
     first = float(band[1]) if band[1] > 0 else float(x[0])
     if first >= x[-1]:
         return []

@@ -45,7 +45,7 @@ class Scenario:
     ripple : int
         Number of steps of a `fine` unit in each step of the scenario.
     text : str
-        One line for a reader.
+        Description in one line.
     coupling : {"gauss_seidel", "jacobi", "iterative"}
         Coupling scheme: how the units exchange values within a step.
 
@@ -170,7 +170,7 @@ class Scenario:
         set : mapping, optional
             New values of parameters by name. A string such as ``"*1.2"`` multiplies the old value.
         text : str
-            One line for a reader.
+            Description in one line.
 
         Raises
         ------
@@ -251,7 +251,7 @@ class Scenario:
             Whether to evaluate only the scan lines of a scanning reference, without the turns between them. It applies
             to rms_percent, rms and max_percent.
         text : str
-            One line for a reader.
+            Description in one line.
         """
         numbers = {"limit": limit, "stroke": stroke, "after": after}
         self._edit()
@@ -283,7 +283,7 @@ class Scenario:
         ----------
         name : str
         text : str
-            One line for a reader.
+            Description in one line.
         stop, after : float, optional
             End of the simulation (s), and time (s) from which on metrics are evaluated.
         set : mapping, optional
@@ -320,8 +320,7 @@ class Scenario:
         return self
 
     def record(self, *signals: str) -> Scenario:
-        """Set the signals that the baseline and the report contain. Without this call, they contain the metrics'
-        signals."""
+        """Set the signals in the baseline and in the report. The default is the signals of the metrics."""
         self._edit()
         self._spec["record"] = list(signals)
         return self
@@ -355,12 +354,12 @@ class Scenario:
             Cases whose loops must be stable; the wildcards ``?`` and ``*`` are allowed.
         slopes : (float, float), optional
             Smallest and largest incremental gain of inverse and plant in series, for which the loops of the corners
-            must be stable. The default is the range along the path of each case.
+            must be stable. The default is the range of the incremental gain during each case.
         stable_to_steps : float, optional
             Additional delay in steps up to which the loop of each corner must be stable.
         expected_unstable : sequence of str
-            Cases whose linearised loop is unstable for an incremental gain along the path, although the simulation
-            meets the limits. The loops of all other cases must be stable.
+            Cases whose linearised loop is unstable for an incremental gain that occurs during the case, although the
+            simulation meets the limits. The loops of all other cases must be stable.
         """
         numbers = {"Ms_db": Ms_db, "stable_to_steps": stable_to_steps}
         table = {"case": case} | {k: _number(v) for k, v in numbers.items()} | {"corners": list(corners)}
@@ -555,8 +554,7 @@ class Scenario:
         return f"Scenario({', '.join([repr(self.name), *shown])})"
 
     def _edit(self) -> None:
-        """Separate the scenario from its file before a change: remove the baseline, and store the paths of unit
-        files."""
+        """Separate the scenario from its file before a change: remove the baseline, store the paths of files."""
         if self._folder is None:
             return
         self._attached = dict(self._attached)

@@ -95,7 +95,7 @@ def camel(key: str) -> str:
 
 
 def package_of(block: BlockType) -> str:
-    """Return the package inside HystFMU that contains the class of a block.
+    """Return the name, inside HystFMU, of the package that contains the class of a block.
 
     For an operator, the package of the sampled realisation is returned.
     """

@@ -47,7 +47,8 @@ class StaticForm:
     values : dict of (str, int)
         Modelica vector and its number of elements, by the name of the parameter.
     state0 : tuple of str
-        Modelica vectors of the initial state. The state begins with the outputs. Empty for a block without memory.
+        Modelica vectors of the initial state. The state begins with the outputs. The tuple is empty for a block without
+        memory.
     size : int
         Number of elements of the state.
     """

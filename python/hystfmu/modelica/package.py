@@ -1,5 +1,4 @@
-"""Package of an identified model on disk, with record, blocks, example and networks. If the write fails, no file
-changes."""
+"""Package of an identified model on disk, with record, blocks, example and networks. A failed write changes no file."""
 
 from __future__ import annotations
 
@@ -53,7 +52,7 @@ def export_modelica(
     name : str
         Name of the package; `package_name` makes a valid name from any text.
     source : str
-        Origin of the model, for the reader.
+        Origin of the model, for the documentation of the package.
     sheet : mapping of (str, float), optional
         Data sheet of the actuator, see `hystfmu.modelica.actuator.mechanics.Sheet`.
 

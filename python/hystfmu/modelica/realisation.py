@@ -28,8 +28,8 @@ class Rate:
     Attributes
     ----------
     terms : tuple of (str, tuple of (Node, int))
-        Name of a port, and the scalings and sums on the path from the operator to this port. Each scaling or sum has
-        the index of its input signal.
+        Name of a port, and the scalings and sums on the path from the operator to this port. Each scaling or sum is
+        paired with the index of the input on this path.
     """
 
     terms: tuple[tuple[str, tuple[tuple[Node, int], ...]], ...]

@@ -26,6 +26,7 @@ class Wiring:
     ports, parts : dict of str to str
         Names of the ports and of the components in the block, by their names in the graph.
     where : Spots
+        Positions of ports and components in the diagram.
     inlined : frozenset of str
         Names of nodes that become an equation instead of a component, see `inlined_before_samples`.
     """

@@ -2,15 +2,14 @@
 
 If the mode (natural frequency and damping ratio) is not known, the actuator has no mass. Otherwise, mass and damping
 are computed for small vibrations about the initial voltage. In such a vibration, the outputs of plays are constant, and
-another operator has its slope directly after a reversal. Then the position x (m) is the linear response to the force F
-(N):
+another operator has its slope directly after a reversal. Then the position x (m) and the force F (N) satisfy
 
     K(s) x = F,   K = k/(1 + k sigma d/(1 + s tau + R sigma s/(d (1 + s R C0)))),
 
 where k (N/m) is the stiffness, sigma (m/V) is the slope, d (m/C) is the stroke per charge, tau (s) is the time constant
-of the relaxation, R (ohm) is the resistance of the leads, and C0 (F) is the capacitance without motion. The equation m
-s^2 + c s + K(s) = 0 at the poles of the mode gives m and c. For a magnetostrictive rod, sigma is in m/A and d in m/Wb.
-There R = 0, because the current is prescribed.
+of the relaxation, R (ohm) is the resistance of the leads, and C0 (F) is the capacitance without motion. Mass m and
+damping c solve the equation m s^2 + c s + K(s) = 0 at the poles of the mode. For a magnetostrictive rod, sigma is in
+m/A and d in m/Wb. There R = 0, because the current is prescribed.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ def nested(texts: Mapping[str, str]) -> dict[str, str]:
 
 
 def drawn(text: str, name: str, texts: Mapping[str, str]) -> str:
-    """Return the text of a class, and add a line to each connection whose two ends have positions in the diagram.
+    """Return the text of a class after adding a line to each connection whose two ends have positions in the diagram.
 
     Parameters
     ----------
