@@ -109,9 +109,7 @@ def is_sampled_class(block: BlockType) -> bool:
 
 
 def _is_realised(block: BlockType) -> bool:
-    """Return whether a block can have several realisations. It is then an operator or inverse with memory that does not
-    learn.
-    """
+    """Return whether a block can have several realisations: an operator or inverse with memory that does not learn."""
     return block.family in ("operators", "inverses") and block.rate != "function" and block.name not in _LEARNS
 
 

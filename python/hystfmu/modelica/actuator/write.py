@@ -35,8 +35,7 @@ def actuator_files(model: Model, within: str, told: str, values: Mapping[str, fl
     Raises
     ------
     InputError
-        A data sheet is given, but the model cannot be exported as an actuator, or the values of the data sheet
-        contradict each other.
+        A data sheet is given, but the model cannot be exported as an actuator, or a value of the data sheet is invalid.
     """
     why = refusal(model)
     if why and values is not None:

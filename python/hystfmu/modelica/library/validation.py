@@ -1,4 +1,4 @@
-"""Validation models of the library. In each model, a test signal drives the component `tested`."""
+"""Validation models of the library. In each model, test signals drive the component `tested`."""
 
 from __future__ import annotations
 
