@@ -161,7 +161,7 @@ def export(
 
 
 def _stepped(model: hy.Model, step: float) -> hy.Model:
-    """Set the sample period of a model file that has none."""
+    """Return a model that had no sample period with the sample period `step` (s)."""
     if model.step is not None:
         raise InputError(f"--step must be left out: the model was identified with a step of {model.step:g} s")
     if not 0 < step < float("inf"):

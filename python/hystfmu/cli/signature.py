@@ -213,10 +213,10 @@ def of(home: str, **options: str | tuple[str, Mapping[str, Any]]) -> Decorator:
 
 
 def assignments(pairs: Sequence[str], option: str = "--set") -> dict[str, Any]:
-    """Return the names and values in the texts `name=value` and in the files `@FILE`, which contain a JSON object.
+    """Return the names and values from `pairs`: texts `name=value`, and names `@FILE` of files with a JSON object.
 
     A value that is valid JSON is parsed as JSON, any other value is text. A value on the command line overrides the
-    value in a file.
+    value in a file. Error messages name `option`.
 
     Raises
     ------

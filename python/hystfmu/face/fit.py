@@ -82,8 +82,8 @@ def fit(
     ------
     InputError
         The kind or an option is unknown, or a value is out of range. The data contain no output, or the signals are
-        constant. ``"auto"`` finds no kind of model that can represent the data or that has a useful inverse. The graph
-        does not contain a free parameter, or the value of this parameter in the graph is outside its bounds.
+        constant. ``"auto"`` finds no kind of model that can represent the data or that has a useful inverse. A
+        parameter in `free` does not exist in the graph, or its value in the graph is outside its bounds.
 
     Examples
     --------
@@ -126,13 +126,14 @@ def fit(
 
 
 def evidence_of(model: Model, data: Dataset) -> Evidence:
-    """Find the evidence of linear dynamics in a record.
+    """Test a record for linear dynamics between the hysteresis and the measured output.
 
     Parameters
     ----------
     model : Model
-        Model that was fitted to `data`. The output of its hysteresis is the input of the dynamics. If the model is not
-        a static part in front of linear dynamics, u is the input of the dynamics.
+        Model that was fitted to `data`. If it is a static part (creep may be included) in front of linear dynamics, the
+        output of this static part is the input of the dynamics. For other models, the measured input u is the input of
+        the dynamics.
     data : Dataset
         Record with a measured output.
     """
@@ -147,7 +148,10 @@ def evidence_of(model: Model, data: Dataset) -> Evidence:
 
 
 def held_out(model: Model, data: Dataset) -> Model:
-    """Return the model with the errors on the rows after the training rows; too few rows change nothing."""
+    """Return the model with the errors on the rows after the training rows.
+
+    If there are too few such rows, the model is returned without changes.
+    """
     first = data.train.stop
     if len(data.t) - first < 4 or not np.ptp(data.y[first:]) > 0:
         return model

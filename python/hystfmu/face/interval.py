@@ -10,9 +10,10 @@ only one block reaches an end of the input range, a fit without this block must 
 same kind needs no extrapolation. For such a block, the errors of the fit to all rows are used. They are multiplied by
 the ratio of held-out errors to fit errors on the other blocks.
 
-The interval holds for signals like the signal of the record. It holds for other signals, within the range and the
-speeds of the record, in two cases: the held-out errors are not larger than the noise of the output, or the record
-contains the states of these signals. The text of the interval names the signals for which it is not known to hold.
+The interval holds for signals like the signal of the record. For other signals within the range and the speeds of the
+record, it holds in two cases: the held-out errors are not larger than the noise of the output, or the record contains
+almost all states (input and memory) that these signals reach. The text of the interval names the signals for which it
+is not known to hold.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ LEAST = 4  # rows with a varying output that an error needs
 
 @dataclass(frozen=True)
 class Part:
-    """Name of a part of the rows, and the errors on these rows (`hystfmu.model.accuracy.errors`)."""
+    """Name of a part of the rows, and the errors on this part (see `hystfmu.model.accuracy.errors`)."""
 
     name: str
     rows: slice
@@ -80,7 +81,7 @@ def parts(y: Array, data: Dataset, fitted: bool) -> list[Part]:
 
 
 def table_of(found: list[Part], unit: str) -> Table:
-    """Return the table of the errors. `unit` is the unit of measure of y."""
+    """Return a table of the errors `found` on parts of the rows. `unit` is the unit of measure of y."""
     of = f" ({unit})" if unit else ""
     head = ("errors", "rows", "RMS %FS", "max %FS", f"RMS{of}", f"max{of}")
     keys = ("rms_percent", "max_percent", "rms", "max")
@@ -192,7 +193,7 @@ def cross_errors(model: Model, data: Dataset, e: Array) -> Array:
 
 
 def _again(model: Model, data: Dataset) -> Model:
-    """Fit the same kind of model with the same options to other rows."""
+    """Fit a model of the same kind, with the same options and seed, to the training rows of `data`."""
     from hystfmu.identify import GRAPH, fit_graph
     from hystfmu.identify.one import fit_one
 
@@ -203,7 +204,7 @@ def _again(model: Model, data: Dataset) -> Model:
 
 
 def _elsewhere(e: Array, data: Dataset) -> tuple[bool, tuple[str, ...]]:
-    """Return whether the errors are as small as noise, and the kinds of signals that the errors do not represent."""
+    """Return whether the errors `e` are as small as noise, and the kinds of signals that `e` does not represent."""
     from hystfmu.identify.excitation.not_shown import SPEEDS, kinds_not_shown, one_speed
 
     noise_only = rms(e) <= AS_NOISE * noise(data.y[data.train])

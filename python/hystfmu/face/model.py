@@ -45,7 +45,7 @@ class Model(hystfmu.model.Model):
     step : float or None
         Sample period of the data of the fit (s). It is None if the model does not depend on the sample period.
     text : str
-        One line for a reader.
+        Description in one line.
     fit : dict
         Results of the fit, e.g. ``{"rms_percent": 0.7, "parameters": 49}``.
     provenance : dict
@@ -94,7 +94,7 @@ class Model(hystfmu.model.Model):
             A Linear, or a Sequential (also nested) of Linear, Sigmoid, Tanh, ReLU and Identity. The weights are copied.
             Further training does not change the model.
         text : str
-            One line for a reader.
+            Description in one line.
         step : float, optional
             Sample period (s) to store in the model. A network without memory does not need it.
 
@@ -120,7 +120,7 @@ class Model(hystfmu.model.Model):
         h: float | None = None,
         covariates: Mapping[str, ArrayLike] | None = None,
     ) -> dict[str, float]:
-        """Compute the errors of the model on a record. The simulation starts at row 0 of the record.
+        """Simulate the model from row 0 of a record, and compute the errors of the simulated output.
 
         Parameters
         ----------
@@ -337,8 +337,9 @@ class Model(hystfmu.model.Model):
 
         The output ``in_range`` is 1 if the input lies in the range of the training rows, else 0.
 
-        For an inverse, ``in_range`` tests the output, which is the input of the inverted model; it is 0 at the ends of
-        the range. Exports, units and scenarios of the model also have the output ``in_range``.
+        For an inverse, ``in_range`` is 1 if the output of the inverse lies in this range, without the two ends of the
+        range. An implicit inverse returns an end if it cannot reach the wanted output. The output ``in_range`` also
+        exists in exports, units and scenarios of the model.
 
         Raises
         ------
@@ -440,7 +441,7 @@ class Model(hystfmu.model.Model):
         return export_modelica(self, target.parent, target.name, source, sheet)
 
     def unit(self) -> Unit:
-        """Return a co-simulation unit with the ports and calls of the exported FMU. The results are bit-identical.
+        """Return a co-simulation unit with the ports and functions of the exported FMU, and with bit-identical results.
 
         Examples
         --------

@@ -59,7 +59,10 @@ def free_table(model: Model) -> Table | None:
 
 
 def _error_rows(model: Model) -> list[tuple[str, str, str]]:
-    """Return table rows with the errors on training rows, held-out rows, validation blocks, and in cascade."""
+    """Return table rows with the errors on training rows, held-out rows and validation blocks.
+
+    For an inverse, the result also contains a row with the errors of inverse and model in series.
+    """
     f, rows = model.fit, []
     named = [("", f"training rows {model.provenance.get('train', '')}".strip()), ("held_out_", "held-out rows")]
     for prefix, name in [*named, ("cascade_", "inverse and model in cascade")]:
@@ -72,7 +75,7 @@ def _error_rows(model: Model) -> list[tuple[str, str, str]]:
 
 
 def evidence_lines(model: Model) -> list[str]:
-    """Return lines of text about the linear dynamics in the record, or [] if the model contains no evidence."""
+    """Return lines of text about the linear dynamics in the record; [] if the fit stored no such evidence."""
     if "evidence" not in model.fit:
         return []
     from hystfmu.identify.evidence import Evidence
@@ -91,7 +94,7 @@ def _start(values: tuple[float, ...]) -> str:
 
 
 def explorer(models: Sequence[Model], data: Dataset | None, u_label: str, y_label: str) -> Explorer:
-    """Return the explorer: a section of a page in which the reader changes the input of models interactively.
+    """Return a page section in which the reader changes the input of models and sees their outputs (explorer).
 
     Parameters
     ----------
@@ -120,7 +123,7 @@ def explorer_of(model: Model) -> Explorer | None:
 
 
 def _analytic(model: Model) -> Model | None:
-    """Return the exact or the implicit inverse; None if the model has neither inverse."""
+    """Return the exact or the implicit inverse of a model; None if neither of them exists."""
     for method in ("exact", "implicit"):
         with suppress(InputError):
             return invert(model, method)
@@ -137,7 +140,7 @@ TEXT = (
 
 
 def evidence_section(model: Model) -> list[Section]:
-    """Return the section about linear dynamics in a list. The list is empty if the model contains no evidence."""
+    """Return the section about linear dynamics in a list. The list is empty if the fit stored no such evidence."""
     if "evidence" not in model.fit:
         return []
     from hystfmu.identify.evidence import Evidence
@@ -171,7 +174,7 @@ def evidence_section(model: Model) -> list[Section]:
 
 
 def _dark(x: Array, band: tuple[float, float], low: float, high: float) -> list[Line]:
-    """Return a shaded area for the frequencies above the coherent band, from `low` to `high` on the vertical axis."""
+    """Return a shaded area for the frequencies above the coherent `band`, from `low` to `high` on the vertical axis."""
     first = float(band[1]) if band[1] > 0 else float(x[0])
     if first >= x[-1]:
         return []

@@ -45,7 +45,7 @@ class Scenario:
     ripple : int
         Number of steps of a `fine` unit in each step of the scenario.
     text : str
-        One line for a reader.
+        Description in one line.
     coupling : {"gauss_seidel", "jacobi", "iterative"}
         Coupling scheme: how the units exchange values within a step.
 
@@ -54,7 +54,9 @@ class Scenario:
     InputError
         The name is invalid, or the step is not greater than 0.
 
-    Notes ----- Each method that changes a scenario returns the changed scenario. If connections or metrics name a unit
+    Notes
+    -----
+    Each method that changes a scenario returns the changed scenario. If connections or metrics name a unit
     ``reference`` that was not added, this unit is created. Its output `r` is a sine over 80 % of the stroke of the
     plant. Its output `r_lead` is the same sine one step ahead, for an inverse.
 
@@ -155,7 +157,7 @@ class Scenario:
             Whether the unit makes `ripple` steps in each step of the scenario. Use this for plants, and for signals
             that are evaluated between samples.
         every : int
-            The unit runs only in every n-th step; this is n.
+            Number n. The unit runs only in every n-th step.
         substeps : int
             Number of internal steps in each run of the unit.
         hold : {"zero", "first"}
@@ -168,7 +170,7 @@ class Scenario:
         set : mapping, optional
             New values of parameters by name. A string such as ``"*1.2"`` multiplies the old value.
         text : str
-            One line for a reader.
+            Description in one line.
 
         Raises
         ------
@@ -249,7 +251,7 @@ class Scenario:
             Whether to evaluate only the scan lines of a scanning reference, without the turns between them. It applies
             to rms_percent, rms and max_percent.
         text : str
-            One line for a reader.
+            Description in one line.
         """
         numbers = {"limit": limit, "stroke": stroke, "after": after}
         self._edit()
@@ -281,7 +283,7 @@ class Scenario:
         ----------
         name : str
         text : str
-            One line for a reader.
+            Description in one line.
         stop, after : float, optional
             End of the simulation (s), and time (s) from which on metrics are evaluated.
         set : mapping, optional
@@ -318,7 +320,7 @@ class Scenario:
         return self
 
     def record(self, *signals: str) -> Scenario:
-        """Set the `signals` that the baseline and the report contain. The default is the signals of the metrics."""
+        """Set the signals in the baseline and in the report. The default is the signals of the metrics."""
         self._edit()
         self._spec["record"] = list(signals)
         return self
@@ -352,12 +354,12 @@ class Scenario:
             Cases whose loops must be stable; the wildcards ``?`` and ``*`` are allowed.
         slopes : (float, float), optional
             Smallest and largest incremental gain of inverse and plant in series, for which the loops of the corners
-            must be stable. The default is the range along the path of each case.
+            must be stable. The default is the range of the incremental gain during each case.
         stable_to_steps : float, optional
             Additional delay in steps up to which the loop of each corner must be stable.
         expected_unstable : sequence of str
-            Cases whose linearised loop is unstable for an incremental gain along the path, although the simulation
-            meets the limits. The loops of all other cases must be stable.
+            Cases whose linearised loop is unstable for an incremental gain that occurs during the case, although the
+            simulation meets the limits. The loops of all other cases must be stable.
         """
         numbers = {"Ms_db": Ms_db, "stable_to_steps": stable_to_steps}
         table = {"case": case} | {k: _number(v) for k, v in numbers.items()} | {"corners": list(corners)}
@@ -510,12 +512,12 @@ class Scenario:
         return copy.deepcopy(completed(self._spec, self._attached, self._origin))
 
     def changed(self, table: Mapping[str, Any]) -> Scenario:
-        """Return a scenario with another content and the same models and FMUs.
+        """Return a scenario with the content `table` and with the models and FMUs of this scenario.
 
         Parameters
         ----------
         table : mapping
-            A changed result of `table`.
+            Changed copy of the dict that the method `table` returns.
 
         Raises
         ------
@@ -552,7 +554,7 @@ class Scenario:
         return f"Scenario({', '.join([repr(self.name), *shown])})"
 
     def _edit(self) -> None:
-        """Detach the scenario from its file before a change: drop the baseline, and store the paths of unit files."""
+        """Separate the scenario from its file before a change: remove the baseline, store the paths of files."""
         if self._folder is None:
             return
         self._attached = dict(self._attached)

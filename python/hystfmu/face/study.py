@@ -113,7 +113,7 @@ class Study:
         Returns
         -------
         Study
-            This one.
+            This study.
 
         Raises
         ------
@@ -140,7 +140,7 @@ class Study:
         Returns
         -------
         Study
-            This one.
+            This study.
         """
         self._spec.setdefault("limits", {})[case] = {name: float(v) for name, v in limits.items()}
         return self
@@ -151,6 +151,7 @@ class Study:
         Parameters
         ----------
         folder : str or Path
+            Folder to write.
 
         Returns
         -------

@@ -1,10 +1,10 @@
 """Completes a scenario that is built in Python, with the keys of a scenario.toml, and writes it to a folder.
 
-A key that is not given gets this default:
+If a key is not given, it gets this default value:
 
-- ``connections``: the default connections of inverse and controller, see below. - ``reference``: if connections or
-metrics name this unit, but it was not added, the unit is created. It is a sine over SHARE of
-  the stroke of the plant, with SAMPLES steps per period. The plant is the unit that a metric compares with the
+- ``connections``: the default connections of inverse and controller, see below.
+- ``reference``: if connections or metrics name this unit, but it was not added, the unit is created. It is a sine over
+  SHARE of the stroke of the plant, with SAMPLES steps per period. The plant is the unit that a metric compares with the
   reference. The output `r_lead` is one step ahead, or half a step if the run has steps between samples.
 - ``stop``: PERIODS periods of the slowest reference. A metric without its own `after` starts after the first period.
 - ``order``: the order in which the units were added; the default reference is first.
@@ -87,7 +87,7 @@ def described(what: What, name: str, where: str) -> tuple[dict[str, Any], dict[s
 
 
 def files(spec: Mapping[str, Any]) -> list[tuple[dict[str, Any], str]]:
-    """Return all unit tables of the scenario and its cases that contain a file name, each with the key of this name."""
+    """Return all unit tables (scenario and cases) that contain a file name, each with the key of this file name."""
     units = [*spec.get("units", {}).values(), *(u for c in spec.get("case", ()) for u in c.get("units", {}).values())]
     return [(u, key) for u in units for key in FILES if key in u]
 
@@ -149,7 +149,7 @@ def wired(spec: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Wire
 
 
 def at_rest(units: Mapping[str, Any], wires: Mapping[str, str]) -> dict[str, Any]:
-    """Return the units. A connected controller without a feed-forward signal gets the constant feed-forward 0.
+    """Return the tables of the units, with the feed-forward 0 for a connected controller without feed-forward signal.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def _inverse(unit: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> M
 
 
 def _measured(spec: Mapping[str, Any]) -> str | None:
-    """Return the signal that the first metric with a reference compares with this reference."""
+    """Return the signal of the first metric that compares a signal with a reference; None without such a metric."""
     for m in spec.get("metrics", {}).values():
         if (m.get("against") or "").startswith("reference."):
             return str(m["signal"])
@@ -188,7 +188,7 @@ def _is_controller(unit: Mapping[str, Any]) -> bool:
 
 
 def _loop_ports(unit: Mapping[str, Any]) -> set[str]:
-    """Return the inputs of a controller with the inputs y_d and y, or an empty set for any other unit."""
+    """Return the names of all inputs of a controller that has y_d and y; an empty set for any other unit."""
     block = block_types().get(unit.get("block", ""))
     ports = {v.name for v in block.of("input")} if block is not None and block.family == "controllers" else set()
     return ports if {"y_d", "y"} <= ports else set()

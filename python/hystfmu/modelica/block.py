@@ -42,7 +42,7 @@ def wiring(graph: Graph, taken: set[str]) -> Wiring:
 
 
 def block(model: Model, name: str, within: str, w: Wiring, history: str = "", kind: str = SAMPLED) -> str:
-    """Return the file of the block, without its first line (the mark).
+    """Return the text of the Modelica file of the block, without its first line (the mark of an exported file).
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def _declaration(model: Model, node: Node, name: str, inverse: implicit.Tried | 
 
 
 def _refusal(h: float) -> str:
-    """Return the assertion that the sample period equals `h` (s), for which matrices and lags are computed."""
+    """Return the assertion that the sample period is `h` (s). Matrices and lags are valid for this period only."""
     message = (
         f"Ts must be {number(h)} s, for which the dynamics and lags are computed: export a model with another step"
     )

@@ -79,7 +79,7 @@ _ENUMERATIONS = {
 
 
 def enumeration(block: BlockType, v: Var) -> str:
-    """Return the name below HystFMU of the enumeration that contains the words of the choice parameter `v`.
+    """Return the name, inside HystFMU, of the enumeration with the allowed words of the choice parameter `v`.
 
     Hand-written enumerations are in the package Types. All others are in the generated package Choices, and their name
     consists of block and parameter.
@@ -95,7 +95,7 @@ def camel(key: str) -> str:
 
 
 def package_of(block: BlockType) -> str:
-    """Return the package below HystFMU that contains the class of a block.
+    """Return the name, inside HystFMU, of the package that contains the class of a block.
 
     For an operator, the package of the sampled realisation is returned.
     """
@@ -109,9 +109,7 @@ def is_sampled_class(block: BlockType) -> bool:
 
 
 def _is_realised(block: BlockType) -> bool:
-    """Return whether a block can have several realisations. It is then an operator or inverse with memory that does not
-    learn.
-    """
+    """Return whether a block can have several realisations: an operator or inverse with memory that does not learn."""
     return block.family in ("operators", "inverses") and block.rate != "function" and block.name not in _LEARNS
 
 
@@ -163,7 +161,7 @@ def place(node: Node) -> tuple[str, bool]:
     Raises
     ------
     InputError
-        The library has no class for the block, or no class for these values.
+        The library has no class for the block, or no class for these values of its parameters.
     """
     if node.type == "polynomial_narx" and node.dims["q"] > MOST_DEGREE:
         raise InputError(
@@ -176,7 +174,7 @@ def place(node: Node) -> tuple[str, bool]:
 def is_discretised(node: Node) -> bool:
     """Return whether Dynamics.StateSpace replaces the continuous class of a block.
 
-    The state space is discretised for the sample period as in the unit.
+    The matrices of the state space are discretised for the sample period, as in the co-simulation unit of the model.
     """
     return node.type == "transfer_function"
 
@@ -217,9 +215,10 @@ def dims(node: Node) -> dict[str, int]:
 
 
 def values(node: Node) -> dict[str, tuple[Var, Array]]:
-    """Return the numeric parameters of the class of a block by name, each as row of the C table and value.
+    """Return the numeric parameters of the class of a block, by name.
 
-    A value has the shape (1,), (n,) or, for a matrix, (n, m).
+    Each one is a pair: the row of the C table that describes the parameter, and the value. A value has the shape (1,),
+    (n,) or, for a matrix, (n, m).
     """
     found = {}
     for v in node.block.parameters:
@@ -232,7 +231,7 @@ def values(node: Node) -> dict[str, tuple[Var, Array]]:
 
 
 def choices(node: Node) -> dict[str, str]:
-    """Return the choice parameters of the class of a block by name, as qualified words of the library enumerations."""
+    """Return the values of the choice parameters of a block by name, as literals of the library enumerations."""
     rows = [v for v in node.block.parameters if v.choices and v.name != "shape"]  # a shape is a class
     return {v.name: f"HystFMU.{enumeration(node.block, v)}.{word(node, v.name)}" for v in rows}
 

@@ -16,7 +16,7 @@ PERIODS, ROWS = 4, 100  # periods of the sine, and rows of one period
 
 
 def example(model: Model, name: str, within: str, block_name: str, w: Wiring, rated: Sequence[str]) -> str:
-    """Return the file of the example, without its first line (the mark).
+    """Return the text of the Modelica file of the example, without its first line (the mark of an exported file).
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Model inside an implicit inverse, as a Modelica package with a function ``step``.
 
-The function computes one step of all blocks between the output u of the inverse and its input h.
+The function computes one step of the blocks on the path from the output u of the inverse to its input h.
 """
 
 from __future__ import annotations
@@ -47,7 +47,8 @@ class StaticForm:
     values : dict of (str, int)
         Modelica vector and its number of elements, by the name of the parameter.
     state0 : tuple of str
-        Modelica vectors of the initial state, which begins with the outputs; empty for a block without memory.
+        Modelica vectors of the initial state. The state begins with the outputs. The tuple is empty for a block without
+        memory.
     size : int
         Number of elements of the state.
     """
@@ -88,12 +89,12 @@ class StaticForm:
 
 
 def static_form(graph: Graph, node: Node) -> StaticForm:
-    """Return the static form of a block.
+    """Return the Modelica expressions of a block of the inverted model.
 
     Raises
     ------
     InputError
-        The library has no static form of the block.
+        The library has no function that computes one step of the block.
     """
     if node.type not in STATIC:
         raise InputError(
@@ -127,9 +128,10 @@ def _values(graph: Graph, node: Node) -> dict[str, tuple[str, int]]:
 
 
 def _preisach(graph: Graph, node: Node, key: str) -> tuple[str, int]:
-    """Return the start input (`key` "origin") or the first branch of a Preisach operator, and its number of elements.
+    """Return a Modelica vector of a Preisach operator, and its number of elements.
 
-    The expressions are those of Operators.Sampled.Preisach.
+    The vector is the start input if `key` is "origin", otherwise the first branch. The expressions are those of
+    Operators.Sampled.Preisach.
     """
 
     def of(k: str) -> str:
@@ -165,7 +167,10 @@ def _kernels(graph: Graph, node: Node, key: str) -> tuple[str, int]:
 
 
 def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
-    """Return the initial state of a block, which begins with its output, and its size; 0 for a block without memory."""
+    """Return the vectors of the initial state of a block, and their number of elements; 0 for a block without memory.
+
+    The initial state begins with the output of the block.
+    """
 
     def of(k: str) -> str:
         return f"values.{field(graph, node, k)}"
@@ -190,7 +195,11 @@ def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
 
 
 def _call(node: Node, x: list[str], z: str, state: str, at: dict[str, tuple[int, int]]) -> str:
-    """Return the new state or the outputs of a block for its inputs `x`; `z` names the vector of `_inner`."""
+    """Return the expression of the new state of a block for its inputs `x`; without memory, of its outputs.
+
+    `z` is the name of the intermediate vector, see `_inner`. `state` is the expression of the old state. `at` contains
+    the first and the last index of each parameter in the vector ``values``.
+    """
     v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
     one = {k: f"values[{a}]" for k, (a, _) in at.items()}
     inputs = _vector(x)
@@ -262,9 +271,10 @@ class Tried:
     package : str
         Name of the package.
     values, state0 : str
-        Modifiers of the block of the inverse, as expressions of the record ``values``.
+        Expressions for the parameters `values` and `state0` of the block of the inverse. They refer to the record
+        ``values``.
     text : str
-        File of the package, without its first line (the mark).
+        Text of the Modelica file of the package, without its first line (the mark of an exported file).
     """
 
     package: str
@@ -326,13 +336,16 @@ def between(graph: Graph, inverse: Node) -> tuple[Node, ...]:
 
 
 def tried(graph: Graph, inverse: Node, within: str) -> Tried:
-    """Return the package of an implicit inverse, and the modifiers of its block.
+    """Return the Modelica package with the model that an implicit inverse inverts.
+
+    The result also contains the expressions for the parameters of the block of the inverse. `within` is the name of the
+    package that contains the new package.
 
     Raises
     ------
     InputError
-        As in `between`. The error is also raised if the library has no static form of a block, or if the model has
-        covariates as inputs.
+        As in `between`. The error is also raised if the library has no function that computes one step of a block, or
+        if the model has covariates as inputs.
     """
     nodes = between(graph, inverse)
     forms = [static_form(graph, n) for n in nodes]

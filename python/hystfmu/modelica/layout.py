@@ -65,9 +65,10 @@ def port_at(is_input: bool, i: int, n: int, edge: int = 110) -> Point:
 
 
 def on_component(port: Point, centre: Point, half: float = _SIZE / 2) -> Point:
-    """Return the position of a port in the diagram of the component that contains its icon.
+    """Return the position of a port in a diagram that contains the icon of its component.
 
-    `port` is the position in the icon. `half` is half the size of the component.
+    `port` is the position in the icon, `centre` is the position of the icon in the diagram, and `half` is half the size
+    of the icon.
     """
     return centre[0] + port[0] * half / 100, centre[1] + port[1] * half / 100
 

@@ -1,4 +1,4 @@
-"""Units of measure of an exported block. Its ports are in SI units; inside, it uses the units of the data."""
+"""Units of measure of an exported block. The ports are in SI units, the components in units of the data."""
 
 from __future__ import annotations
 

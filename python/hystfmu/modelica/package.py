@@ -1,4 +1,4 @@
-"""Package of an identified model on disk, with record, blocks, example and networks. The write is atomic."""
+"""Package of an identified model on disk, with record, blocks, example and networks. A failed write changes no file."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ def export_modelica(
     name : str
         Name of the package; `package_name` makes a valid name from any text.
     source : str
-        Origin of the model, for the reader.
+        Origin of the model, for the documentation of the package.
     sheet : mapping of (str, float), optional
-        Data sheet of the actuator, see `hystfmu.modelica.actuator.sheet.Sheet`.
+        Data sheet of the actuator, see `hystfmu.modelica.actuator.mechanics.Sheet`.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def export_modelica(
     InputError
         The name is not valid in Modelica, the library has no class for a block, or the graph has a loop.
         ``folder/name`` contains files that no export wrote, or cannot be written. A data sheet is given for a model
-        that is not an actuator.
+        that cannot be exported as an actuator.
     """
     if not NAME.match(name) or name in RESERVED:
         raise InputError(f"the Modelica package name {name!r} must be a letter followed by letters, digits or _")

@@ -47,7 +47,7 @@ def inner_rate(name: str) -> str:
 def ports_block(
     wiring: Wiring, within: str, text: str, record_name: str, rated: Sequence[str], info: Mapping[str, str]
 ) -> str:
-    """Return the file of the partial block, without its first line (the mark).
+    """Return the text of the Modelica file of the partial block, without its first line (the mark of an exported file).
 
     Parameters
     ----------
@@ -150,7 +150,11 @@ def rate_declarations(w: Wiring, rates: Mapping[str, Rate]) -> tuple[list[str], 
 
 
 def _rate(w: Wiring, rate: Rate, inner: Mapping[str, str]) -> str:
-    """Return the expression of a rate after scalings and sums. Outside the limits of a scaling, the rate is 0."""
+    """Return the Modelica expression of the rate of the input of an operator, from the rates of the ports.
+
+    The expression contains the gains of the scalings and sums on the path. Outside the limits of a scaling, the rate is
+    0.
+    """
     terms = []
     for port, through in rate.terms:
         found = inner[port]

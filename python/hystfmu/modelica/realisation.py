@@ -28,8 +28,8 @@ class Rate:
     Attributes
     ----------
     terms : tuple of (str, tuple of (Node, int))
-        Name of a port, and the scalings and sums on the path from the operator to this port. Each scaling or sum has
-        the index of its input signal.
+        Name of a port, and the scalings and sums on the path from the operator to this port. Each scaling or sum is
+        paired with the index of the input on this path.
     """
 
     terms: tuple[tuple[str, tuple[tuple[Node, int], ...]], ...]
@@ -41,7 +41,7 @@ class Rate:
 
 
 def kinds(graph: Graph) -> list[str]:
-    """Return the continuous realisations of a graph; empty if it has no sampled block."""
+    """Return the names of the continuous realisations of a graph; empty if the graph has no sampled block."""
     if not any(classes.is_sampled(n) for n in graph.nodes):
         return []
     return [k for k in CONTINUOUS if k not in left_out(graph)]

@@ -39,9 +39,9 @@ TEXTS = {
 def state_space(node: Node, h: float) -> dict[str, Array]:
     """Return the matrices of a ``transfer_function`` for the step `h` (s), in the form of `Dynamics.StateSpace`.
 
-    As in the unit, the input is constant at its new value over the step (``hold = "zoh"``), or it changes linearly from
-    the last value to the new value ("foh"). One matrix exponential gives the integrals for the old and the new input
-    (Van Loan, IEEE Trans. Autom. Control 23 (1978) 395-404).
+    As in the co-simulation unit of the model, the input is constant at its new value over the step (``hold = "zoh"``),
+    or it changes linearly from the last value to the new value ("foh"). One matrix exponential gives the integrals for
+    the old and the new input (Van Loan, IEEE Trans. Autom. Control 23 (1978) 395-404).
 
     Returns
     -------
@@ -107,7 +107,7 @@ def field(graph: Graph, node: Node, key: str) -> str:
 def step(model: Model) -> float:
     """Return the sample period (s) of the exported block.
 
-    It is the step of `Model.predict`. If the model has neither a step nor a sampled block, it is 1 s.
+    It is the time step of `Model.predict`. If the model has neither a step nor a sampled block, the result is 1 s.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def step(model: Model) -> float:
 
 
 def record(model: Model, name: str, within: str, source: str, history: str = "") -> str:
-    """Return the file of the record.
+    """Return the text of the Modelica file with the parameter record of a model.
 
     Parameters
     ----------

@@ -26,6 +26,7 @@ class Wiring:
     ports, parts : dict of str to str
         Names of the ports and of the components in the block, by their names in the graph.
     where : Spots
+        Positions of ports and components in the diagram.
     inlined : frozenset of str
         Names of nodes that become an equation instead of a component, see `inlined_before_samples`.
     """
@@ -64,14 +65,15 @@ class Wiring:
         return on_component(port_at(v.kind == "input", rows.index(v), len(rows)), self.where.of[node.name])
 
     def between(self, a: str, b: str) -> str:
-        """Return the connection for the wire from `a` to `b`."""
+        """Return the equation ``connect(...)``, with its line in the diagram, for the wire from `a` to `b`."""
         return f"  connect({self.end(a)}, {self.end(b)}) {line(self.point(a), self.point(b))};"
 
     def from_port(self, p: Input, i: int) -> list[str]:
         """Return the connections from the input `p`, port i, to components.
 
-        An element of a vector gets an equation instead of a connection: rumoca 0.10.2 treats an array as a whole, so
-        the port would seem to depend on the sources of the other elements.
+        An element of a vector gets an equation instead of a connection. The reason is the Modelica compiler rumoca
+        0.10.2, which treats an array as a whole: with a connection, the port would seem to depend on the sources of the
+        other elements.
         """
         name, found = self.ports[p.name], []
         for to in p.to:
@@ -134,7 +136,7 @@ class Wiring:
         return f"[{size}]" if index is None and size > 1 else ""
 
     def unconnected(self, nodes: list[Node]) -> list[str]:
-        """Return equations that set all unconnected inputs to their start values."""
+        """Return equations that set all unconnected inputs of nodes to their start values."""
         driven = {b for _, b in self.graph.wires} | {b for p in self.graph.inputs for b in p.to}
         found = []
         for node in nodes:
@@ -152,9 +154,9 @@ def inlined_before_samples(graph: Graph) -> frozenset[str]:
     """Return the names of the sums and products that must become equations instead of components.
 
     These are the sums whose output drives a sampled block, and the products without divisors whose output drives such a
-    sum or a sampled block. rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole. If a sampled block drives the
-    sum, the sampled block after the sum then gets an old value. An equation of scalars gives the new value. The same is
-    true for Dynamics.Product.
+    sum or a sampled block. The Modelica compiler rumoca 0.10.2 treats the vector u of Dynamics.Sum as a whole. If a
+    sampled block drives such a sum, a sampled block after the sum gets an old value. An equation of scalars gives the
+    new value. The same is true for Dynamics.Product.
     """
 
     def before(names: set[str]) -> set[str]:

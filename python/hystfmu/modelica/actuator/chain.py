@@ -1,4 +1,4 @@
-"""Slots of models with one operator in series or in parallel with static nonlinearities, lags and linear dynamics."""
+"""Conversion of graphs to the hysteresis of an actuator: an operator with static nonlinearities, lags and dynamics."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BEND, CREEP = ("m", "b0", "knots", "b"), ("lags", "creep", "T")
 
 
 def chain(graph: Graph) -> Slot | None:
-    """Return the slot of a series connection of blocks; None if the graph is not such a series connection.
+    """Return the actuator hysteresis for a series connection of blocks; None if the graph has another structure.
 
     The order is scaling, operator (`OPERATORS`), and the types in `BEHIND`. Each block occurs at most once. Only the
     operator is required.
@@ -99,7 +99,7 @@ def temperatures(graph: Graph) -> bool:
 
 
 def warm(graph: Graph) -> Slot | None:
-    """Return the slot of a series connection whose static nonlinearity depends on the second input, a temperature.
+    """Return the actuator hysteresis for a series connection with a static nonlinearity that depends on temperature.
 
     The result is None if the graph has another structure.
     """
@@ -149,7 +149,7 @@ PREISACH = {
 
 
 def preisach(graph: Graph, h: float) -> Slot | None:
-    """Return the slot of a Preisach operator in parallel with creep and a nonlinear lag of the input.
+    """Return the actuator hysteresis for a Preisach operator in parallel with creep and a nonlinear lag of the input.
 
     `h` is the step (s) of the model. The result is None if the graph has another structure.
     """
@@ -173,7 +173,7 @@ def preisach(graph: Graph, h: float) -> Slot | None:
 
 
 def bouc_wen(graph: Graph, h: float) -> Slot | None:
-    """Return the slot of a Bouc-Wen operator in parallel with its input, or with a static nonlinearity and lags.
+    """Return the actuator hysteresis for a Bouc-Wen operator in parallel with its input, or a nonlinearity and lags.
 
     Linear dynamics may follow in series. `h` is the step (s) of the model. The result is None if the graph has another
     structure.
@@ -222,7 +222,7 @@ def bouc_wen(graph: Graph, h: float) -> Slot | None:
 def _beside(
     graph: Graph, nodes: dict[str, Node], total: Node, ends: tuple[str, str], fastest: float
 ) -> tuple[float, float, dict[str, str], float, float] | None:
-    """Return what the terms of the sum `total` contribute to the slot of a Bouc-Wen operator; None for an unknown term.
+    """Return the values that the terms of the sum `total` give to a Bouc-Wen hysteresis; None for an unknown term.
 
     The results are the weights of the input x and of the hysteretic variable z, the parameters of the parallel terms,
     the value of these terms at 0, and the smallest slope of the static nonlinearity.

@@ -1,4 +1,4 @@
-"""Conversion of an identified model to an actuator: class of the slot, mechanical parameters, SI units."""
+"""Conversion of an identified model to an actuator: class of the hysteresis, mechanical parameters, SI units."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LINEAR = ("transfer_function", "delay")  # blocks that the mechanics of the actu
 
 
 def fold(graph: Graph, h: float) -> Slot | None:
-    """Return the slot of a model; None if the library has no class for the model.
+    """Return the actuator hysteresis of a model; None if the library has no class for this hysteresis.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def fold(graph: Graph, h: float) -> Slot | None:
 
 
 def why_not(graph: Graph) -> str:
-    """Return the reason why no class of the slot represents a graph, as the end of a sentence."""
+    """Return the reason why no hysteresis class of the library represents a graph, as the end of a sentence."""
     for n in graph.nodes:
         if n.block.family != "operators" and n.type not in LINEAR and n.block.of("state"):
             return f"the slot takes only static models, but the block {n.type} has dynamics"
@@ -72,7 +72,7 @@ class Made:
 
 
 def refusal(model: Model) -> str:
-    """Return the reason why a model has no actuator, as the end of a sentence; "" if it has an actuator."""
+    """Return the reason why a model cannot be exported as an actuator, as the end of a sentence; "" if it can."""
     graph = model.graph
     if not temperatures(graph) or len(graph.outputs) != 1:
         return "the model must have one input and one output, and no covariate but one temperature in K or degC"
@@ -96,7 +96,7 @@ def refusal(model: Model) -> str:
 
 
 def made(model: Model, sheet: Sheet) -> Made:
-    """Return the actuator of a model. The caller ensures that `refusal` returns "" for the model."""
+    """Convert a model to an actuator with the data-sheet values `sheet`. For this model, `refusal` must return ""."""
     found = fold(model.graph, model.step or 1.0)
     assert found is not None
     (name, unit), metre = si(model.graph.inputs[0].unit), si(model.graph.outputs[0].unit)[1]

@@ -1,14 +1,15 @@
 """Stiffness, capacitance, mass and damping of an actuator from a data sheet, a mode, or defaults.
 
-An actuator without a known mode has no mass. With a known mode, mass and damping are computed for small vibrations
-about the initial voltage. For these vibrations plays do not move, and an operator has its slope after a reversal. Then
-the position is the linear response
+If the mode (natural frequency and damping ratio) is not known, the actuator has no mass. Otherwise, mass and damping
+are computed for small vibrations about the initial voltage. In such a vibration, the outputs of plays are constant, and
+another operator has its slope directly after a reversal. Then the position x (m) and the force F (N) satisfy
 
     K(s) x = F,   K = k/(1 + k sigma d/(1 + s tau + R sigma s/(d (1 + s R C0)))),
 
-where sigma (m/V) is the slope, d (m/C) is the stroke per charge, and C0 is the capacitance without motion. The equation
-m s^2 + c s + K(s) = 0 at the poles of the mode gives m and c. For a rod sigma is in m/A and d in m/Wb, and R = 0
-because the current is held.
+where k (N/m) is the stiffness, sigma (m/V) is the slope, d (m/C) is the stroke per charge, tau (s) is the time constant
+of the relaxation, R (ohm) is the resistance of the leads, and C0 (F) is the capacitance without motion. Mass m and
+damping c solve the equation m s^2 + c s + K(s) = 0 at the poles of the mode. For a magnetostrictive rod, sigma is in
+m/A and d in m/Wb. There R = 0, because the current is prescribed.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class Sheet:
         ratio, a stack of 38 um, 900 N and 3.1 uF at 120 V, the default of the class DataSheet, has the squared coupling
         factor 0.69^2 of its ceramic.
     inductance : float or None
-        Inductance (H) of the coil of a current-driven actuator without load, mean over the range.
+        Inductance (H) of the coil of a current-driven actuator without load. It is the mean over the current range.
     resistance : float or None
         Resistance (ohm) of this coil.
     resonance : float or None
@@ -104,9 +105,9 @@ class Form:
     tau : float
         Time constant of the relaxation, or lag of the eddy currents (s).
     leads : bool
-        Whether the resistance acts on small vibrations. It does not act on vibrations about a held current.
+        Whether the resistance affects small vibrations. It has no effect if the current is prescribed.
     warmed : str
-        Temperature for a slot that depends on a temperature.
+        Text that names the source of the temperature, for a hysteresis that depends on a temperature.
     """
 
     unit: str
@@ -190,7 +191,7 @@ class Mode:
 
     @classmethod
     def of(cls, found: Mapping[str, Any]) -> Mode:
-        """Return the mode that `Model.fit` states."""
+        """Return the mode from the results of a fit, see `Model.fit`."""
         if "f_n" not in found:
             return cls(None, None, "the model has no mode")
         f_n, zeta = float(found["f_n"]), float(found["zeta"])
@@ -216,8 +217,8 @@ class Mechanics:
     """Parameters of the base class of an actuator in SI units, and a text about the source of each parameter.
 
     `most` is the range of voltage or current. `C` is the capacitance or inductance. `m` and `f_n` are None without a
-    moving mass. `lowest` (Hz) is the resonance if the material responds to the force with the slope over the whole
-    range of the input.
+    moving mass. `lowest` (Hz) is the resonance that results if the slope for small vibrations equals the mean slope
+    over the whole range of the input.
     """
 
     most: float
@@ -235,7 +236,7 @@ class Mechanics:
 
 
 def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float, mode: Mode) -> Mechanics:
-    """Return the parameters of an actuator.
+    """Compute the mechanical and electrical parameters of an actuator.
 
     Parameters
     ----------
@@ -252,7 +253,8 @@ def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float
     Raises
     ------
     InputError
-        The actuator would produce more work than it receives, or the sheet has a value for the other form.
+        The actuator would produce more work than it receives, or the data sheet has a value that only the other form of
+        actuator (piezoelectric or magnetostrictive) has.
     """
     told = []
     for name, why in (("capacitance", "A"), ("inductance", "V"), ("resistance", "V")):
@@ -331,14 +333,14 @@ class _Small:
     def stiffness(self, s: complex, speed: float) -> complex:
         """Return the dynamic stiffness (N/m) at the complex frequency `s` (1/s).
 
-        The circuit is `speed` times faster than its default.
+        The default time constants of the circuit are divided by `speed`.
         """
         resistance = self.resistance / speed
         leads = resistance * self.slope * s / (self.d * (1 + s * resistance * self.c0))
         return self.k / (1 + self.k * self.slope * self.d / (1 + s * self.tau / speed + leads))
 
     def mass(self, f_n: float, zeta: float) -> tuple[float, float, float]:
-        """Return mass (kg), damping constant (N s/m), and the factor by which the circuit is faster than its default.
+        """Return mass (kg), damping constant (N s/m), and the factor that divides the time constants of the circuit.
 
         The factor is doubled until a positive damping constant can give the damping ratio of the mode.
         """

@@ -1,4 +1,4 @@
-"""Slots of models with one operator that stands alone, drives a quadratic magnetisation law, or feeds a network."""
+"""Conversion of an operator, alone or with a magnetisation law or a network, to the hysteresis of an actuator."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BRANCH_POINTS, INSIDE = 1001, 11  # number of points along a branch of the loop,
 
 
 def operator(graph: Graph) -> Slot | None:
-    """Return the slot of a Krasnosel'skii-Pokrovskii or Duhem operator; None for other graphs."""
+    """Return the actuator hysteresis for a Krasnosel'skii-Pokrovskii or Duhem operator; None for other graphs."""
     types = [n.type for n in graph.nodes]
     if types == ["krasnoselskii_pokrovskii"]:
         (node,) = graph.nodes
@@ -36,7 +36,7 @@ def operator(graph: Graph) -> Slot | None:
 
 
 def _slopes(node: Node) -> tuple[float, float]:
-    """Return two slopes of a Duhem operator: for a rising input at the start, and the smallest in the largest loop.
+    """Return the slope of a Duhem operator for a rising input at the start, and its smallest slope in the largest loop.
 
     The smallest slope is the minimum over both directions of the input and over all points inside the loop.
     """
@@ -61,7 +61,7 @@ BEHIND = ("transfer_function", "delay", "scaling")
 
 
 def magnetic(graph: Graph) -> Slot | None:
-    """Return the slot of a Jiles-Atherton operator; None for other graphs.
+    """Return the actuator hysteresis for a Jiles-Atherton operator; None for other graphs.
 
     A scaling precedes the operator. The output is a weighted sum of the field, the magnetisation, and the square of the
     magnetisation.
@@ -134,7 +134,7 @@ class _Plays:
 
 
 def network(graph: Graph) -> Slot | None:
-    """Return the slot of a network; None for other graphs.
+    """Return the actuator hysteresis for a network; None for other graphs.
 
     The inputs of the network are the scaled input and the outputs of plays or of one operator. A linear term of these
     signals may be added to the output of the network.

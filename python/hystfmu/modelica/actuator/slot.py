@@ -1,4 +1,4 @@
-"""Class and parameters of the replaceable component ``hysteresis`` (slot) of an actuator."""
+"""Class and parameters of the replaceable component ``hysteresis`` of an actuator (actuator hysteresis for short)."""
 
 from __future__ import annotations
 

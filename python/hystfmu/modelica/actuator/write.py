@@ -18,9 +18,9 @@ ACTUATOR = ("Actuator", "ActuatorExample")  # classes in a package
 
 
 def actuator_files(model: Model, within: str, told: str, values: Mapping[str, float] | None) -> dict[str, str]:
-    """Return the files of the actuator by class name.
+    """Return the texts of the Modelica files of the actuator, by class name.
 
-    The result is empty if the model is not an actuator and has no data sheet.
+    The result is empty if the model cannot be exported as an actuator and no data sheet is given.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def actuator_files(model: Model, within: str, told: str, values: Mapping[str, fl
     Raises
     ------
     InputError
-        The model has a data sheet but is not an actuator, or the data sheet is impossible.
+        A data sheet is given, but the model cannot be exported as an actuator, or a value of the data sheet is invalid.
     """
     why = refusal(model)
     if why and values is not None:
@@ -49,7 +49,7 @@ def actuator_files(model: Model, within: str, told: str, values: Mapping[str, fl
 def actuator_told(model: Model, values: Mapping[str, float] | None) -> list[str]:
     """Return the sources of mass, stiffness and capacitance of the actuator, one line each.
 
-    If the model is not an actuator, the only line states the reason.
+    If the model cannot be exported as an actuator, the only line states the reason. `values` is the data sheet.
     """
     if why := refusal(model):
         return [f"no actuator: {why}"]
@@ -57,7 +57,7 @@ def actuator_told(model: Model, values: Mapping[str, float] | None) -> list[str]
 
 
 def actuator(model: Model, a: Made, name: str, within: str, history: str = "") -> str:
-    """Return the file of the actuator, without its first line (the mark).
+    """Return the text of the Modelica file of the actuator, without its first line (the mark of an exported file).
 
     Parameters
     ----------
@@ -124,7 +124,9 @@ FREQUENCY = 50.0  # Hz of the command, at most a tenth of the resonance
 
 
 def actuator_example(a: Made, name: str, within: str, of: str) -> str:
-    """Return the file of an example. A drive moves the actuator with a mass and a spring over the range of the data.
+    """Return the text of the Modelica file of an example of the actuator.
+
+    A drive moves the actuator with a mass and a spring over the range of the data.
 
     Parameters
     ----------

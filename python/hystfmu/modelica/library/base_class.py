@@ -33,22 +33,22 @@ class BaseClass:
 
     @property
     def package(self) -> str:
-        """Package below HystFMU that contains the class or its realisations."""
+        """Package inside HystFMU that contains the class or its realisations."""
         return package_of(self.block).removesuffix(".Sampled")
 
     @property
     def path(self) -> str:
-        """Name of the generated class below HystFMU."""
+        """Name of the generated class inside HystFMU."""
         return f"{self.package}.BaseClasses.{self.name}"
 
     @property
     def equations(self) -> str:
-        """Name below HystFMU of the class with the equations, which the author of a block writes."""
+        """Name inside HystFMU of the hand-written class with the equations of the block."""
         return f"{package_of(self.block)}.{self.name}"
 
     @property
     def wanted(self) -> str:
-        """Path of the file with the equations, which the author of a block writes."""
+        """Path of the hand-written file with the equations of the block."""
         return f"modelica/HystFMU/{self.equations.replace('.', '/')}.mo"
 
     def text(self, shelf: Shelf) -> str:
@@ -135,7 +135,7 @@ _PACKAGE = "Choices"
 
 
 def enumerations() -> dict[str, str]:
-    """Return the generated enumerations and their package Choices, by name below HystFMU.
+    """Return the generated enumerations and their package Choices, by name inside HystFMU.
 
     The result is empty if the hand-written package Types contains all enumerations.
     """

@@ -17,7 +17,7 @@ _APART = {
 
 
 def page(root: Path) -> dict[str, str]:
-    """Return the page by its name below HystFMU.
+    """Return the page by its name inside HystFMU.
 
     `root` is the folder of the library. The table of rules, ``rules.toml``, is next to this folder.
     """

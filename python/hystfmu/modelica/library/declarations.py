@@ -140,7 +140,7 @@ def equation(text: str) -> str:
 
 
 def link(name: str) -> str:
-    """Return a link to the class `name` below HystFMU."""
+    """Return a link to the class `name` inside HystFMU."""
     return f'<a href="modelica://HystFMU.{name}">{name}</a>'
 
 

@@ -28,13 +28,13 @@ def nested(texts: Mapping[str, str]) -> dict[str, str]:
 
 
 def drawn(text: str, name: str, texts: Mapping[str, str]) -> str:
-    """Return the text of a class with an added line for each connection whose two ends have positions.
+    """Return the text of a class after adding a line to each connection whose two ends have positions in the diagram.
 
     Parameters
     ----------
     text, name : str
     texts : mapping of str to str
-        Every file of the library by the name of its class below HystFMU.
+        Every file of the library by the name of its class inside HystFMU.
     """
 
     def with_line(m: re.Match[str]) -> str:
@@ -108,7 +108,7 @@ def pictures(texts: Mapping[str, str]) -> dict[PurePath, str]:
     Parameters
     ----------
     texts : mapping of str to str
-        Every file of the library by the name of its class below HystFMU.
+        Every file of the library by the name of its class inside HystFMU.
     """
     found = {"MinorLoops": _minor_loops(), "Realisations": _realisations()}
     found |= {name.rpartition(".")[2]: _diagram(texts[name]) for name in _SHOWN if name in texts}

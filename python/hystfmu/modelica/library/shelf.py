@@ -36,7 +36,7 @@ class Shelf:
 
     @functools.cached_property
     def texts(self) -> dict[str, str]:
-        """Text of each hand-written file by its class name below HystFMU, such as ``Operators.Sampled.PlayBank``."""
+        """Text of each hand-written file by its class name inside HystFMU, such as ``Operators.Sampled.PlayBank``."""
         found = {}
         for file in sorted(self.root.rglob("*.mo")):
             text = file.read_text("utf-8")

@@ -50,8 +50,8 @@ _FIRST = (
 def orders(files: Iterable[PurePath], first: Collection[PurePath] = ()) -> dict[PurePath, str]:
     """Return the text of every package.order of a library, by its path relative to the folder of the library.
 
-    `files` are the .mo files. In each package, the `first` files come first, then packages in reading order, then all
-    other classes by name.
+    `files` are the .mo files. Each package.order lists the `first` files first, then the packages that a reader needs
+    first (such as UsersGuide), then all other classes in alphabetical order.
     """
     inside: dict[PurePath, set[str]] = {}
     for file in files:
@@ -84,7 +84,7 @@ _LOAD = 'loadFile("HystFMU/package.mo"); getErrorString();'
 def scripts(texts: Mapping[str, str]) -> dict[PurePath, str]:
     """Return the text of every OpenModelica script, by its path relative to the folder of a library.
 
-    `texts` contains the text of each class by its name below HystFMU.
+    `texts` contains the text of each class by its name inside HystFMU.
     """
     operators = [m for r in REALISATIONS for m in sorted(texts) if m.startswith(f"Validation.{r}.")]
     examples = [m for m in sorted(texts) if m.startswith("Examples.")]
@@ -121,7 +121,7 @@ _PHYSICAL = re.compile(r"connect\(\w+\.(?:pin|flange)")  # connection of a model
 
 
 def generated(root: Path) -> dict[PurePath, str]:
-    """Return the text of each generated file, by its path relative to the folder HystFMU, `root`.
+    """Return the text of each generated file, by its path relative to `root`, the folder HystFMU.
 
     The result also contains hand-written files to which lines of connections are added.
     """

@@ -1,4 +1,4 @@
-"""Validation models of the library. Each model drives one component `tested` by the test signal or by other inputs."""
+"""Validation models of the library. In each model, test signals drive the component `tested`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _OMEGAS = (7, 5, 11, 13)  # rad/s, of the inputs of a block that has no table in
 
 @dataclass(frozen=True)
 class Case:
-    """Test values of one Validation model, such as a table of ``modelica/validation.toml``."""
+    """Test values of one Validation model, for example from a table of the file ``modelica/validation.toml``."""
 
     name: str
     text: str
@@ -117,13 +117,13 @@ _TOLERANCE = 1e-10
 
 
 def models(shelf: Shelf, bases: Mapping[str, str]) -> dict[str, str]:
-    """Return the text of every generated Validation model, by its name below HystFMU.
+    """Return the text of every generated Validation model, by its name inside HystFMU.
 
     Parameters
     ----------
     shelf : Shelf
     bases : mapping of str to str
-        Text of each generated base class, by its name below HystFMU.
+        Text of each generated base class, by its name inside HystFMU.
 
     Raises
     ------
