@@ -192,7 +192,7 @@ def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: Rows
 
 
 def _nearest(f: Array, E: Array, least: Array) -> Array:
-    """Return z that minimises |z - f| with E z >= least (least-distance programming, Lawson & Hanson 1974, ch. 23)."""
+    """Return the vector z nearest to f with E z >= `least` (least-distance problem, Lawson & Hanson 1974, ch. 23)."""
     if (E @ f >= least).all():
         return f
     size = np.linalg.norm(E, axis=1)

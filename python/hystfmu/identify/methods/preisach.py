@@ -56,7 +56,7 @@ class Penalised:
     """Penalised least-squares problem with non-negative weights of `bounded` (n, p) and free weights of `free` (n, q).
 
     The target is y (n,). `penalties` contains matrices P_i (m, p), which are multiplied by the median norm of the
-    columns. Therefore their strengths do not depend on the unit of measure of y.
+    columns. Therefore their strengths do not depend on the scale of the columns.
     """
 
     def __init__(self, bounded: Array, free: Array, y: Array, penalties: Sequence[Array]) -> None:
@@ -78,7 +78,10 @@ class Penalised:
         self._without = [_triangle(np.vstack(parts[:i] + parts[i + 1 :])) for i in range(len(parts))]
 
     def solve(self, strengths: Strengths) -> tuple[Array, Array, float]:
-        """Return the weights x (p,) and v (q,) and the offset c; the first strength is that of the ridge."""
+        """Solve the problem for given strengths of the penalties; return the weights x (p,), v (q,) and the offset c.
+
+        The first strength belongs to the ridge penalty, and the others belong to the matrices P_i.
+        """
         z = self._solved(self._whole, strengths)
         w = z[:-1] / self.size
         return w[: self.n], w[self.n :], float(self.mean + z[-1] - self.middle @ w)
