@@ -140,7 +140,7 @@ class Objective:
         return base, found
 
     def project(self, p: Array) -> tuple[Array, Array, Array]:
-        """Fit the linear parameters at a point p; return residuals (rows,), linear parameters, basis of their columns.
+        """Fit the linear parameters at a point p; return residuals (rows,), parameters, and a basis of their columns.
 
         The basis is orthonormal. It does not include columns of constrained parameters with the value 0.
         """

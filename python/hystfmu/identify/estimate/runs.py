@@ -58,7 +58,7 @@ class Runs:
 
         Each element of `changes` is a direction: a change for each element of some parameters. An empty direction has
         the derivative 0. For blocks without sensitivities, the derivatives are finite differences. Their step is `step`
-        times the change; it should be 1 times the change for linear parameters.
+        times the change, and `step` should be 1 for linear parameters.
         """
         if self._implicit:
             return self._differences(inputs, h, changes, rows, step)

@@ -34,7 +34,10 @@ WIDE = 0.25  # standard error, relative to the distance of the bounds, above whi
 
 @dataclass(frozen=True)
 class Found:
-    """Result of a search: coordinates p (n,), half the sum of the squared residuals, and whether it converged."""
+    """Result of a search: coordinates p (n,), and half the sum of squared residuals.
+
+    `whole` is False if the time limit ended the search.
+    """
 
     p: Array
     cost: float

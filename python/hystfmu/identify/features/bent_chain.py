@@ -136,7 +136,10 @@ class Fitting:
         return search(self.residuals(trial, rows), self.data, self.options, progress, trial.parts.g)
 
     def residuals(self, trial: Trial, rows: NDArray[np.intp]) -> Callable[[Dynamics], Array]:
-        """Return a function that computes the residuals for given dynamics, after one step of the fit from `trial`."""
+        """Return a function that fits the weights of `trial` for given dynamics, and returns the residuals.
+
+        The fit is one Gauss-Newton step from the fit of `trial`.
+        """
         left = bent_sum.residuals(self.problem(trial.parts, rows), trial.fit)
         return lambda g: left(self.filtered(g))
 
