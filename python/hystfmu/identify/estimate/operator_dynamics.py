@@ -39,7 +39,10 @@ EVALUATIONS = (15, 60)  # maximum number of evaluations of residuals and Jacobia
 
 @dataclass(frozen=True)
 class Operator:
-    """Operator whose shape parameters are a point (n,), with the bounds `lo` and `hi` and the scales `scale`.
+    """Rate-independent operator with n shape parameters, which the function `build` searches.
+
+    `lo`, `hi` and `scale` (n,) contain the bounds and the scales of the shape parameters. A point (n,) contains their
+    values.
 
     `nodes` contains the block ``input``, which scales u, the block ``operator``, and further blocks; `wires` connects
     them. The function `shape` returns the parameter values at a point, by the names ``node.parameter``. The function

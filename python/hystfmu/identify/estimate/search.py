@@ -114,7 +114,7 @@ def refined(
 def best_of(
     objective: Objective, starts: Iterable[Array], evaluations: int, progress: Progress = silent, enough: float = ENOUGH
 ) -> Found:
-    """Return the best result of short searches from all start points; the parameters are those of `search`."""
+    """Return the best result of short searches from all start points; `search` explains the arguments."""
     points, best = list(starts), None
     for i, point in enumerate(points):
         progress(i / len(points))

@@ -12,10 +12,10 @@ f_n, zeta and tau (variable projection).
 A component is kept only if its use reduces the error on validation blocks inside the training rows to less than
 `BETTER` times the error without this component. Stops replace plays if the loop is clockwise. Relays with a smooth
 density (Preisach) replace plays if the shape of minor loops depends on their position. A nonlinearity that is not
-monotone has no inverse, so it must reduce the error to less than `NEEDED` times.
+monotone has no inverse, so its use must reduce the error to less than `NEEDED` times the error without it.
 
-The nonlinearity can depend on covariates such as temperature and load. A covariate changes the offset, the offset and
-the gain, or all coefficients of the nonlinearity (see `bent_sum`). The errors on the validation blocks determine this
+The nonlinearity can depend on covariates such as temperature and load. A covariate changes only the offset, both offset
+and gain, or all coefficients of the nonlinearity (see `bent_sum`). The errors on the validation blocks determine this
 choice for each covariate. A covariate without effect is not an input of the model.
 """
 
@@ -99,9 +99,9 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 def _following(f: Fitting, trial: Trial) -> Trial:
     """Choose how the nonlinearity depends on each covariate.
 
-    The levels are those of `bent_sum`, and the first level is ``gain``. The level ``bend`` is chosen if its validation
-    error is clearly smaller. A simpler level is chosen if the more complex level has no clearly smaller validation
-    error.
+    `bent_sum` explains the levels. Each covariate begins with the level ``gain``. The level ``bend`` is chosen if its
+    validation error is clearly smaller. A simpler level is chosen if the more complex level has no clearly smaller
+    validation error.
     """
     if f.options["covariates"] is not None:
         return trial
@@ -139,8 +139,8 @@ def _operated(f: Fitting, parts: Parts) -> Trial:
 def _exchanged(f: Fitting, best: Trial) -> Trial:
     """Replace plays or stops by relays, or relays by plays, if the validation errors justify this.
 
-    Relays have no exact inverse. Therefore they are used only if their error is less than `GAINED` times the other
-    error.
+    Relays have no exact inverse. Therefore they are used only if their error is less than `GAINED` times the error of
+    plays or stops.
     """
     if f.options["operator"] is not None or best.error <= max(CLEAR * f.noise, ENOUGH * f.data.span):
         return best

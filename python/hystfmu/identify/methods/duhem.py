@@ -117,7 +117,7 @@ def _node(theta: list[Array], k: float, w0: float, u0: float, w_max: float, m: i
 
 
 class _Start:
-    """Start point of the second search, and the output error as a function of changes x from this point."""
+    """Start point of the second search, and the output error as a function of the changes x from this point."""
 
     def __init__(self, slopes: _Slopes, x: Array, u: Array, y: Array, rows: slice, kept: NDArray[np.bool_]) -> None:
         self.k, self.c = x

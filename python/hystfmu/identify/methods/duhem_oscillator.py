@@ -110,7 +110,10 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 @dataclass(frozen=True)
 class Trial:
-    """Result of a search: parameters p, range z_max of the knots, and half the sum of squared residuals (`count`)."""
+    """Result of a search: parameters p, and range z_max of the knots.
+
+    `cost` is half the sum of squared residuals on `count` rows.
+    """
 
     p: Array
     z_max: float

@@ -1,7 +1,8 @@
 """Network with two inputs: u, and the output of a Prandtl-Ishlinskii model that is fitted to the data.
 
-A sum of plays replaces the operators of Zhao & Tan 2008 and Shen & Ma 2017. Only the shape of the branches differs.
-Non-negative least squares fits the sum of plays to the data. The network represents the static nonlinearity.
+A sum of plays replaces the operators of Zhao & Tan 2008 and Shen & Ma 2017. The sum of plays differs from them only in
+the shape of the branches. Non-negative least squares fits the sum of plays to the data. The network represents the
+static nonlinearity.
 """
 
 from __future__ import annotations

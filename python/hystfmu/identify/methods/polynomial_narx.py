@@ -124,7 +124,7 @@ def signals(data: Dataset, span: float, memory: str, u0: float, margin: float) -
 
 
 def _scaling(data: Dataset, margin: float) -> dict[str, Array]:
-    """Return parameters of a block that scales covariates to [-1, 1] on the training rows, and limits them.
+    """Return parameters of a block that scales covariates to [-1, 1] on the training rows, and limits their range.
 
     The limits are the ends of the training range, extended on each side by `margin` times this range.
     """
@@ -192,7 +192,7 @@ def solve(seen: Signals, rows: Rows, lags: list[int], q: int, ridge: float) -> t
 
 
 def _recursive(seen: Signals, rows: Rows, lags: list[int], options: Options, batch: Array, gains: Array) -> Array:
-    """Return the weights after one pass of recursive least squares over the training rows, which starts at 0."""
+    """Return the weights after one pass of recursive least squares over the training rows, from weights of 0."""
     z, _ = seen.lags(*lags)
     z, y, q = z[rows] * gains, seen.y[rows], options["q"]
     r = options["dead_zone"]
@@ -249,9 +249,9 @@ def _factors(p: int, q: int) -> tuple[NDArray[np.intp], ...]:
 def basis(z: Array, q: int) -> Array:
     """Return the regressor h(k) of eq. 11, (..., count(p, q)), for lagged signals z (..., p) and the order q.
 
-    z = [u(k-1), ..., u(k-n_u), f(k-1), ..., f(k-n_f), y(k-1), ..., y(k-n_y)], or the first lag of u and f is 0: u(k),
-    ... and f(k), ... The regressor has the order of the block `polynomial_narx`: z, all products z_i z_j with i <= j,
-    products of three and more variables, and finally the constant.
+    z = [u(k-1), ..., u(k-n_u), f(k-1), ..., f(k-n_f), y(k-1), ..., y(k-n_y)], If the smallest lag of u and f is 0, u(k)
+    and f(k) are the first elements of their parts of z. The regressor has the order of the block `polynomial_narx`: z,
+    all products z_i z_j with i <= j, products of three and more variables, and finally the constant.
     """
     parts = []
     for factors in _factors(z.shape[-1], q):

@@ -1,9 +1,9 @@
 """Network of Zhao & Tan 2008 (2-12-1) with two inputs: x, and the output h of the hysteretic operator of x.
 
 The shape of the branch g(d) = (1 - e^-d) d depends on the scale of x. Therefore the range to which the input is scaled
-is a parameter. By default, several ranges are tried, and the range with the smallest training error is used. If the
-option selects an inverse operator, and input and output of the data are exchanged, this kind gives the inverse model of
-the paper (section III).
+is a parameter. By default, several ranges are tried, and the range with the smallest training error is used. With an
+inverse operator, and data whose input and output are exchanged, this kind gives the inverse model of the paper (section
+III).
 """
 
 from __future__ import annotations
@@ -42,9 +42,10 @@ OPTIONS = (
 
 
 def features(data: Dataset, span: float, memory: str, u0: float, operator: str = "zhao_tan") -> Features:
-    """Return the inputs of the network (features): the scaled input, and the output of the block `operator`.
+    """Return the inputs of the network (features): the scaled input, and the output of the operator.
 
-    The scaled input has a range of width `span`. `memory` is the option of the operator, which rests at the input `u0`.
+    `operator` is the type of its block. The scaled input has a range of width `span`. `memory` is the option of the
+    operator, which rests at the input `u0`.
     """
     scaling, gain, offset = scaled_input(data.u[data.train], span)
     if operator == "zhao_tan":
