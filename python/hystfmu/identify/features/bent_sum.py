@@ -95,7 +95,7 @@ class Following:
         return self.value(v, of_q, of_c, g)
 
     def started(self, y: Array, rows: NDArray[np.intp]) -> Array:
-        """Return free columns for a fit without nonlinearity: effects of covariates on the offset and the gain.
+        """Return the free columns of `fit_linear`: a constant, and effects of covariates on offset and gain.
 
         y (rows,) is the output on the rows `rows`.
         """

@@ -1,4 +1,4 @@
-"""Basis-function network for IPMC actuators: a polynomial of previous inputs, auxiliary functions and outputs.
+"""Basis-function network for IPMC sensors: a polynomial of previous inputs, auxiliary functions and outputs.
 
 The output is y(k) = theta' h(k). h contains all monomials up to order q of u(k-1..k-n_u), f(k-1..k-n_f) and
 y(k-1..k-n_y). The auxiliary function f is the output of the Zhao-Tan operator. The weights theta are the solution of
@@ -247,11 +247,11 @@ def _factors(p: int, q: int) -> tuple[NDArray[np.intp], ...]:
 
 
 def basis(z: Array, q: int) -> Array:
-    """Return the regressor h(k) of eq. 11, (..., count(p, q)), for lagged signals z (..., p) and the order q.
+    """Return the regressors h(k), shape (..., count(p, q)), for lagged signals z (..., p) and the order q.
 
-    z = [u(k-1), ..., u(k-n_u), f(k-1), ..., f(k-n_f), y(k-1), ..., y(k-n_y)], If the smallest lag of u and f is 0, u(k)
-    and f(k) are the first elements of their parts of z. The regressor has the order of the block `polynomial_narx`: z,
-    all products z_i z_j with i <= j, products of three and more variables, and finally the constant.
+    z = [u(k-1), ..., u(k-n_u), f(k-1), ..., f(k-n_f), y(k-1), ..., y(k-n_y)]. If the smallest lag of u and f is 0, u(k)
+    and f(k) are the first elements of their parts of z. The regressors have the order of the block `polynomial_narx`:
+    z, all products z_i z_j with i <= j, products of three and more variables, and finally the constant.
     """
     parts = []
     for factors in _factors(z.shape[-1], q):

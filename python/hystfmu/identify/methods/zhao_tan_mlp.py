@@ -44,8 +44,8 @@ OPTIONS = (
 def features(data: Dataset, span: float, memory: str, u0: float, operator: str = "zhao_tan") -> Features:
     """Return the inputs of the network (features): the scaled input, and the output of the operator.
 
-    `operator` is the type of its block. The scaled input has a range of width `span`. `memory` is the option of the
-    operator, which rests at the input `u0`.
+    `operator` is the block type of the operator. The scaled input has a range of width `span`. `memory` is the option
+    of the operator, which rests at the input `u0`.
     """
     scaling, gain, offset = scaled_input(data.u[data.train], span)
     if operator == "zhao_tan":
