@@ -5,9 +5,9 @@ logarithm of a ratio of two elements with a given sum.
 
 Default bounds depend on the parameter. A frequency lies between one cycle per record and half of the sampling rate. A
 time lies between a tenth of a step and ten record lengths. A parameter in the unit of measure of an input, such as a
-threshold, lies within the range of this input, extended by one span to each side. A parameter with limits in its block
-lies between these limits. The logarithm of a positive parameter is searched, from a thousandth to the thousandfold of
-its value in the graph.
+threshold, lies within the range of this input, extended on each side by the length of this range. A parameter with
+limits in its block lies between these limits. The logarithm of a positive parameter is searched, from a thousandth to
+the thousandfold of its value in the graph.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Coordinates:
 
 
 def default_bounds(free: Free, graph: Graph, data: Dataset) -> tuple[float, float]:
-    """Return the bounds of a searched parameter: the given bounds, or else default bounds."""
+    """Return the bounds of a searched parameter: given bounds, or the default bounds of the module docstring."""
     least, most = float(free.start.min()), float(free.start.max())
     seconds = (data.train.stop - data.train.start) * data.h
     if free.row.unit == "Hz":
@@ -106,7 +106,7 @@ def is_log(free: Free) -> bool:
 
 
 def _range(free: Free, graph: Graph, data: Dataset) -> tuple[float, float]:
-    """Return the range, in the data, of the block input whose unit of measure the parameter has."""
+    """Return the range in the data of the block input that has the same unit of measure as the parameter."""
     end = f"{free.node}.{free.row.follows}"
     rows = rows_of(graph, data).reshape(len(data.u), -1)[: data.train.stop]
     for k, port in enumerate(graph.inputs):
@@ -134,7 +134,7 @@ class _Part:
 def made_coordinates(
     frees: Sequence[Free], bounds: Sequence[tuple[float, float]], whole: Mapping[str, Array]
 ) -> tuple[Coordinates, Array]:
-    """Return the coordinates for free parameters with the given bounds, and the point of their values in the graph.
+    """Return the coordinates of free parameters with given bounds, and the point with their values in the graph.
 
     `whole` contains the values of the parameters in the graph by the names ``node.parameter``, with all elements.
     """

@@ -1,11 +1,11 @@
 """Search for linear dynamics after a hysteresis: G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1) with a delay.
 
-Further modes that the record shows are added in parallel, with their shares of the static gain, if they reduce the
-residuals.
+The record can show further modes (resonances). They are added in parallel to G0, each with a share of the static gain,
+if they reduce the residuals.
 
 A block `delay` represents the whole samples of the delay. The remaining fraction tau of a sample is represented by a
-Padé approximant of e^(-s tau) of order 2 in the transfer function. Its phase error is (omega tau)^5/720, which is
-5e-9 rad at a fiftieth of the sampling rate.
+Padé approximant of e^(-s tau) of order 2 in the transfer function. The phase error of this approximant is (omega
+tau)^5/720, which is 5e-9 rad at a fiftieth of the sampling rate.
 """
 
 from __future__ import annotations
@@ -84,13 +84,14 @@ class Dynamics:
         return 3 + 3 * len(self.beside)
 
     def point(self, h: float) -> Array:
-        """Return the point of a search for the step h (s), the inverse of `at`."""
+        """Return the point p of a search that `at` converts to these dynamics, for the step h (s)."""
         return np.array([np.log(self.f_n), np.log(self.zeta), self.delay / h])
 
     def nodes(self, h: float, hold: str) -> list[Node]:
         """Return the blocks of the dynamics in series, for the step h (s).
 
-        They are the block ``g0`` (transfer_function), and the block ``delay`` if the delay is at least one sample.
+        The blocks are ``g0`` (transfer_function), and ``delay`` if the delay is at least one sample. `hold` is the form
+        of the input between rows, ``foh`` (ramp) or ``zoh`` (constant).
         """
         whole = math.floor(self.delay / h + LEAST_REST)
         b, a = polynomials(self, max(self.delay - whole * h, 0.0) if self.delay / h - whole > LEAST_REST else 0.0)
@@ -142,8 +143,8 @@ def search(
 ) -> Dynamics:
     """Return the dynamics that minimise the residuals, by trust-region steps from `near`.
 
-    Without `near`, the search begins with the best two of several start values: a grid of f_n, and the modes that the
-    record shows.
+    Without `near`, the search begins at the two start points with the smallest residuals. They are selected from a grid
+    of natural frequencies and from the modes that the record shows.
     """
     h, (lo, hi) = data.h, bounds(data, options)
     scale = data.span * np.sqrt(data.train.stop - data.train.start)
@@ -175,7 +176,10 @@ def search(
 
 
 def _modes(data: Dataset) -> list[Dynamics]:
-    """Return dynamics with each single mode that the record shows, and with all modes; none for a long record."""
+    """Return start points of the search: dynamics with each mode that the record shows, and with all modes.
+
+    For a record with more than `MOST_ROWS` rows, there are no such start points.
+    """
     if len(data.u) > MOST_ROWS:
         return []
     shown = evidence(data)
@@ -189,7 +193,7 @@ def _modes(data: Dataset) -> list[Dynamics]:
 
 
 def uncertainty(residuals: Callable[[Dynamics], Array], g: Dynamics, data: Dataset, options: Options) -> Array:
-    """Return the standard errors of ln f_n, ln zeta and the delay (samples), shape (3,), for the identified `g`."""
+    """Return the standard errors (3,) of ln f_n, ln zeta and the delay (samples) of the identified dynamics `g`."""
     lo, hi = bounds(data, options)
     p = g.point(data.h)
     free = (p > lo + 1e-6 * (hi - lo)) & (p < hi - 1e-6 * (hi - lo))
@@ -233,7 +237,7 @@ def told(g: Dynamics, spread: Array, data: Dataset, options: Options) -> dict[st
 
 
 def hysteresis(model: Model) -> Model:
-    """Return the static part of a model, without G0 and delay, which `hystfmu.inverse.inverse` can invert.
+    """Return the model without G0 and delay, so that `hystfmu.inverse.inverse` can invert it.
 
     To also compensate the dynamics, place a block ``feedforward`` with ``f_n`` and ``zeta`` of ``model.fit`` before the
     inverse. This block needs the reference and its first two derivatives ``delay`` seconds in advance. A model without

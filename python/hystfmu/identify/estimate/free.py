@@ -6,7 +6,7 @@ from 1. Its value is True, a pair (lower, upper), or a table with some of these 
   lower, upper   bounds; the default of a bound depends on the block, the record and the value in the graph,
   scale          "log" to search the logarithm, or "linear"; the default is "log" for positive parameters,
   rising         True if the elements of an array must not decrease,
-  sum            the sum of the elements of an array, which are then positive.
+  sum            the sum of the elements of an array, which must then be positive.
 
 A file of a graph with free parameters contains the tables of a model file, and a table ``[free]``.
 """
@@ -43,7 +43,8 @@ class Free:
     """One free parameter: the names of its node and its parameter, and its settings as the user gave them.
 
     `elements` contains the indices, from 0, of the free elements of an array with `whole` elements. `start` (n,)
-    contains the values of these elements in the graph. `row` is the row of the parameter in the table of its block.
+    contains the values of these elements in the graph. `row` is the description of the parameter in its block: type,
+    limits and unit of measure.
     """
 
     name: str
@@ -89,7 +90,7 @@ class Free:
 
 
 def read(graph: Graph, given: Mapping[str, Spec]) -> tuple[Free, ...]:
-    """Check the specifications of free parameters and return the parameters.
+    """Check the specifications `given` for free parameters of a graph, and return these parameters.
 
     An InputError is raised for an unknown node or parameter, for a size or another structural parameter, and for an
     invalid table. It is also raised if bounds exclude the value in the graph, if an element is named twice, and if no
@@ -193,7 +194,7 @@ def _check_start(free: Free) -> None:
 
 
 def plain(spec: Spec) -> bool | list[float] | dict[str, Any]:
-    """Return a specification in the form in which a TOML file contains it."""
+    """Convert the specification of a free parameter to a value for a TOML file."""
     if isinstance(spec, Mapping):
         return {k: v if isinstance(v, str | bool) else float(v) for k, v in spec.items()}
     return True if spec is True else [float(v) for v in spec]  # type: ignore[union-attr]

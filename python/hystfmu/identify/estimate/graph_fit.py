@@ -48,9 +48,12 @@ def fit_graph(
     """Fit the free parameters of a graph, so that the error of its simulation over all records is minimised.
 
     The graph has one output. Its first input is u, and its further inputs are covariates of the data. `free` has the
-    form of `hystfmu.identify.estimate.free`. With `hold`, redundant parameters are fixed to their values in the graph.
-    The further results are ``free`` and ``condition`` of `determined`, the names of fixed parameters ``held``,
-    ``bounded`` and ``warnings``.
+    form of `hystfmu.identify.estimate.free`. If `hold` is True, redundant parameters are fixed to their values in the
+    graph.
+
+    The function returns the fitted graph, the number of fitted elements, and further results. These are ``free`` and
+    ``condition`` (see `Determined`), ``held`` (names of fixed parameters), ``bounded`` (values and bounds of searched
+    parameters) and ``warnings``.
 
     An InputError is raised if the graph has other ports, if a free parameter is invalid, or if the graph with its given
     values cannot be simulated on the data.
@@ -94,7 +97,7 @@ def fit_graph(
 
 
 class _Problem:
-    """Objective of a fit: the parameters `searched` are searched, and the parameters `linear` are eliminated."""
+    """Objective of a fit: the parameters `searched` are searched, and linear least squares gives `linear`."""
 
     def __init__(
         self, data: Dataset, graph: Graph, searched: Sequence[Free], linear: Sequence[Linear], until: float
@@ -106,9 +109,9 @@ class _Problem:
         self.objective = Objective(data, graph, coordinates, linear, until=until)
 
     def repeated(self, seed: int) -> tuple[str, ...]:
-        """Return the names of redundant parameters, whose effect is a linear combination of the effects of others.
+        """Return the names of redundant parameters, whose effect on the output is a combination of other effects.
 
-        If two parameters have the same effect, the first one is redundant.
+        If two parameters have the same effect, the first one is redundant. `seed` is the seed of the random test point.
         """
         c, rng = self.objective.coordinates, np.random.default_rng(seed)
         for _ in range(TRIED):
@@ -154,7 +157,7 @@ def _check_ports(graph: Graph, data: Dataset) -> None:
 
 
 def _with_ports(graph: Graph, data: Dataset) -> Graph:
-    """Return the graph with the start values of the record, and with its units of measure where the graph has none."""
+    """Return the graph with start values from the record, and with units of the record for ports without a unit."""
     columns = {name: (unit, values) for name, unit, values in data.covariates}
     first, *others = graph.inputs
     inputs = [replace(first, unit=first.unit or data.unit_u, start=float(data.u[0]))]
@@ -190,9 +193,9 @@ def _drawn(objective: Objective, count: int, seed: int, progress: Progress) -> l
 def around(node: Node, data: Dataset) -> tuple[Graph, dict[str, Spec]]:
     """Return the graph ``input -> node -> readout`` for the fit of a single block, and its free parameters.
 
-    Free are the weights of the outputs, the offset, and all real parameters of the block without a given value. A
-    parameter that is the input at rest, without a given value, is set to the first input of the record. A block without
-    output, or without exactly one input, raises an InputError.
+    The free parameters are the weights of the outputs, the offset, and all real parameters of the block without a given
+    value. An exception is a parameter for the input at rest: without a given value, it is set to the first input of the
+    record. An InputError is raised if the block has no output or does not have exactly one input.
     """
     block, sizes = node.block, node.sizes
     inputs, outputs = block.of("input"), block.of("output")
@@ -221,6 +224,6 @@ def around(node: Node, data: Dataset) -> tuple[Graph, dict[str, Spec]]:
 
 
 def named(node: str, free: Mapping[str, Spec]) -> dict[str, Spec]:
-    """Return the free parameters of a single block with the names of its graph, and the weights and the offset."""
+    """Add the name of the block `node` to the names in `free`, and add the weights and the offset of `around`."""
     own = {name if "." in name else f"{node}.{name}": spec for name, spec in free.items()}
     return {**own, "readout.k": True, "readout.offset": True}

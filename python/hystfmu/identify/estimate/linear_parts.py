@@ -1,9 +1,9 @@
 """Search for free parameters on which the output depends linearly, by simulations of the graph.
 
 A parameter is linear if two equal steps of this parameter change the output by the same amount. Several parameters are
-jointly linear if the change by each one does not depend on the others. The simulations use random values near the
-values of the graph, because with a weight of 0 the parameters that it multiplies have no effect. The test does not use
-knowledge about the blocks, so a new block needs no further code.
+jointly linear if the change of the output by each one does not depend on the others. The simulations also use random
+values near the values of the graph. Otherwise a weight of 0 would hide the effect of the parameters that it multiplies.
+The test does not use knowledge about the blocks, so a new block needs no further code.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
-"""Residuals of the simulation of a graph as a function of the coordinates, with linear parameters eliminated.
+"""Residuals of the simulation of a graph as a function of the coordinates of a search.
 
 At each point of the search, linear least squares gives the linear parameters; parameters that must not be negative are
-constrained (variable projection, Golub & Pereyra 1973). The Jacobian is computed with fixed linear parameters, and is
-then projected on the orthogonal complement of their columns (Kaufman 1975). This Jacobian neglects only a term of
-second order in the residuals.
+constrained (variable projection, Golub & Pereyra 1973). The column of a linear parameter is the change of the output if
+the parameter changes by 1. The Jacobian is computed with fixed linear parameters, and is then projected on the
+orthogonal complement of these columns (Kaufman 1975). This Jacobian neglects only a term of second order in the
+residuals.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ MOST = 1e100  # largest permitted output, because squares of larger values can o
 class Linear:
     """A parameter ``node.parameter`` on which the output depends linearly, and the indices of its linear elements.
 
-    With `positive`, the elements must not be negative.
+    If `positive` is True, the elements must not be negative.
     """
 
     name: str
@@ -128,7 +129,7 @@ class Objective:
         return y, dy
 
     def columns(self, p: Array) -> tuple[Array, Array]:
-        """Return the output (rows,) if linear parameters are 0, and its change (rows, weights) if one of them is 1.
+        """Return the output (rows,) for linear parameters of 0, and its change (rows, weights) if one of them is 1.
 
         Values that the core refuses, or an output that is not finite, raise an InputError.
         """
@@ -139,9 +140,9 @@ class Objective:
         return base, found
 
     def project(self, p: Array) -> tuple[Array, Array, Array]:
-        """Return the residuals (rows,), the linear parameters, and an orthonormal basis of their columns.
+        """Fit the linear parameters at a point p; return residuals (rows,), parameters, and a basis of their columns.
 
-        The basis does not include columns of constrained parameters with the value 0.
+        The basis is orthonormal. It does not include columns of constrained parameters with the value 0.
         """
         key = p.tobytes()
         if key != self._point[0]:

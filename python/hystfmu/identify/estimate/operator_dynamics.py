@@ -6,10 +6,10 @@ searched in three stages.
 
 The first stage searches only the dynamics. The operator is replaced by a bank of operators with fixed shapes. Their
 outputs are filtered by G0, delayed, and combined by least squares. The bank represents a loop of any shape with an
-error of about one percent, so the dynamics do not compensate for an error in the shape. With a sum of plays they would
-do so: in an example, f_n is 3176 Hz instead of 500 Hz. The second stage searches the shape for these dynamics. The
-third stage searches all parameters on all rows. If the data do not support the delay (Bayesian information criterion),
-it is omitted, because it would triple the standard error of f_n.
+error of about one percent, so the dynamics do not compensate for an error in the shape. With a sum of plays instead of
+the bank, the dynamics would compensate for this error: in an example, f_n is 3176 Hz instead of 500 Hz. The second
+stage searches the shape for these dynamics. The third stage searches all parameters on all rows. If the data do not
+support the delay (Bayesian information criterion), it is omitted, because it would triple the standard error of f_n.
 """
 
 from __future__ import annotations
@@ -39,13 +39,17 @@ EVALUATIONS = (15, 60)  # maximum number of evaluations of residuals and Jacobia
 
 @dataclass(frozen=True)
 class Operator:
-    """A class of operators whose shape is a point (n,), with the bounds `lo` and `hi` and the scales `scale`.
+    """Rate-independent operator with n shape parameters, which the function `build` searches.
+
+    `lo`, `hi` and `scale` (n,) contain the bounds and the scales of the shape parameters. A point (n,) contains their
+    values.
 
     `nodes` contains the block ``input``, which scales u, the block ``operator``, and further blocks; `wires` connects
     them. The function `shape` returns the parameter values at a point, by the names ``node.parameter``. The function
-    `searched` returns the parameters with their bounds for (p, lo, hi), which become ``bounded`` of the fit. The
-    weighted sum of the ports `columns` is the input of the dynamics. `starts` contains start points of the search, the
-    likeliest first. `bank` contains the points of the bank.
+    `searched` returns the names, values and bounds of parameters for a point p and the bounds lo and hi. They become
+    the further result ``bounded``. The weighted sum of the ports `columns` is the input of the dynamics. `starts`
+    contains start points of the search, the likeliest first. `bank` contains the points of the operators with fixed
+    shapes.
     """
 
     nodes: list[Node]
@@ -112,7 +116,7 @@ def build(operator: Operator, data: Dataset, options: Options, progress: Progres
 
 
 def _bank(operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) -> Callable[[Dynamics], Array]:
-    """Return a function that computes, for given dynamics, the residuals of the best combination of the bank."""
+    """Return a function that fits the weights of the bank for given dynamics, and returns the residuals."""
     found = []
     for point in operator.bank:
         given = [(*name.partition(".")[::2], value) for name, value in operator.shape(point).items()]
@@ -132,8 +136,8 @@ def _bank(operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) 
 class _Chains:
     """Graphs of the search, one for each number of whole samples of the delay, with and without a fraction of a sample.
 
-    During the search, the block `delay` precedes the hysteresis, with which it commutes. Its initial output then does
-    not depend on the gains.
+    During the search, the block `delay` precedes the hysteresis, with which it commutes. The initial output of the
+    delay then does not depend on the gains k_i.
     """
 
     def __init__(self, operator: Operator, data: Dataset, hold: str) -> None:
@@ -163,7 +167,7 @@ class _Chains:
         return self.made[key]
 
     def finished(self, graph: Graph) -> Graph:
-        """Return the graph with the delay after the dynamics; its initial output is their steady output."""
+        """Return the graph with the delay after the dynamics; the delay starts with their steady output."""
         delays = [n for n in graph.nodes if n.name == "delay"]
         scaling, *operator, total, g0, readout = (n for n in graph.nodes if n.name != "delay")
         if not delays:

@@ -54,11 +54,11 @@ class Runs:
         rows: NDArray[np.intp],
         step: float = DIFFERENCE,
     ) -> tuple[Array, Array]:
-        """Return the output (k,) and its derivatives (k, changes) at the rising rows `rows` (k,).
+        """Return the output (k,) and its derivatives (k, changes) on the rows `rows` (k,), in rising order.
 
         Each element of `changes` is a direction: a change for each element of some parameters. An empty direction has
-        the derivative 0. Blocks without sensitivities use finite differences of the size `step`, relative to the
-        change; use 1 for linear parameters.
+        the derivative 0. For blocks without sensitivities, the derivatives are finite differences. Their step is `step`
+        times the change, and `step` should be 1 for linear parameters.
         """
         if self._implicit:
             return self._differences(inputs, h, changes, rows, step)

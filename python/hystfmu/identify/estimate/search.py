@@ -1,11 +1,12 @@
 """Search from several start points, standard errors, and parameters that a record does not determine.
 
-A short search begins at each start point, and a full search continues from the best result. Let the residuals have the
-variance s^2 and the integrated correlation time T (in rows). Then the covariance of the parameters is about T s^2
-(J' J)^-1 (Ljung, System Identification, 2nd ed. 1999, eq. 9.10 to 9.14). T is near 1 for white noise. A model of the
-wrong class has slowly varying residuals, so its standard errors are larger. The Jacobian J with respect to all free
-parameters is scaled to columns of norm 1, and its singular values are computed. A direction with a singular value of
-almost 0 has no effect on the output. The record then determines only a combination of the parameters in this direction.
+A short search begins at each start point, and a full search continues from the best result. Let J be the Jacobian of
+the residuals with respect to all free parameters. Let the residuals have the variance s^2 and the integrated
+correlation time T (in rows). Then the covariance of the parameters is about T s^2 (J' J)^-1 (Ljung, System
+Identification, 2nd ed. 1999, eq. 9.10 to 9.14). T is near 1 for white noise. A model of the wrong class has slowly
+varying residuals, so its standard errors are larger. To find parameters that the record does not determine, J is scaled
+to columns of norm 1, and its singular values are computed. A direction with a singular value of almost 0 has no effect
+on the output. The record then determines only a combination of the parameters in this direction.
 """
 
 from __future__ import annotations
@@ -33,7 +34,10 @@ WIDE = 0.25  # standard error, relative to the distance of the bounds, above whi
 
 @dataclass(frozen=True)
 class Found:
-    """Result of a search: coordinates p (n,), half the sum of the squared residuals, and whether it converged."""
+    """Result of a search: coordinates p (n,), and half the sum of squared residuals.
+
+    `whole` is False if the time limit ended the search.
+    """
 
     p: Array
     cost: float
@@ -41,7 +45,7 @@ class Found:
 
     @property
     def misfit(self) -> float:
-        """RMS error, relative to the size of `Objective`."""
+        """RMS error, relative to `size` of the `Objective`."""
         return float(np.sqrt(2 * self.cost))
 
 
@@ -110,7 +114,7 @@ def refined(
 def best_of(
     objective: Objective, starts: Iterable[Array], evaluations: int, progress: Progress = silent, enough: float = ENOUGH
 ) -> Found:
-    """Return the best result of short searches from all start points; the parameters are those of `search`."""
+    """Return the best result of short searches from all start points; `search` explains the arguments."""
     points, best = list(starts), None
     for i, point in enumerate(points):
         progress(i / len(points))
@@ -182,10 +186,10 @@ def correlation_time(residuals: Array) -> float:
 class Determined:
     """Values and standard errors of the elements of free parameters, in the order of their names `labels`.
 
-    An error is infinite if the record does not determine the element, and 0 if the element is at a bound. `condition`
-    is the ratio of the largest to the smallest singular value of the scaled Jacobian, without elements at a bound. Each
-    group in `together` contains elements of which the record determines only a combination. If a group has one element,
-    the record does not determine this element.
+    A standard error is infinite if the record does not determine the element, and 0 if the element is at a bound.
+    `condition` is the ratio of the largest to the smallest singular value of the scaled Jacobian, without elements at a
+    bound. Each group in `together` contains elements of which the record determines only a combination. If a group has
+    one element, the record does not determine this element.
     """
 
     labels: tuple[str, ...]

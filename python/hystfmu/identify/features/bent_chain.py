@@ -63,13 +63,13 @@ class Trial:
     error: float
 
     def or_better(self, other: Trial) -> Trial:
-        """Return the trial `other` if it is clearly better, otherwise this trial."""
+        """Return the trial `other` if its validation error is clearly smaller, otherwise this trial."""
         enough = BETTER if other.fit.monotone or not self.fit.monotone else NEEDED
         return other if other.error < enough * self.error else self
 
 
 class Fitting:
-    """Regressors and rows of a data set, and methods that fit a structure to them.
+    """Data set with its regressors and validation blocks, and methods that fit a model structure to it.
 
     Fields: ``scaling`` is the block that scales u to x in [-1, 1], and ``x0`` is the input at rest after this scaling.
     ``r`` contains the thresholds of the plays. ``theta`` contains the covariates, scaled to [-1, 1] from their ranges
@@ -93,7 +93,7 @@ class Fitting:
         self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
 
     def columns(self, operator: str) -> Array:
-        """Return the outputs of the elements of an operator, one column per element."""
+        """Return the scaled input and the outputs of the elements of an operator, one column per element."""
         return {PLAYS: self.plays, STOPS: self.stops}[operator] if operator != RELAYS else self.relays.columns
 
     def problem(self, parts: Parts, rows: NDArray[np.intp]) -> Problem:
@@ -105,7 +105,7 @@ class Fitting:
         return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside, held)
 
     def filtered(self, g: Dynamics | None) -> Filter | None:
-        """Return a function that filters columns with the dynamics g; None without dynamics."""
+        """Return a function that filters columns with the dynamics g; return None if g is None."""
         return None if g is None else lambda columns: g.filter(columns, self.data.h, self.options["hold"])
 
     def fit(
@@ -114,6 +114,7 @@ class Fitting:
         """Fit weights, nonlinearity and creep of a structure on the rows `rows`.
 
         The search begins with `start`, a fit of a simpler structure, or else with a fit without nonlinearity and creep.
+        `wanted` is the error at which the fit aims (see `bent_sum.fit`).
         """
         p = self.problem(parts, rows)
         if start is None:
@@ -131,17 +132,20 @@ class Fitting:
         return Trial(parts, fitted, float(np.sqrt(np.mean(e**2))))
 
     def dynamics(self, trial: Trial, rows: NDArray[np.intp], progress: Progress) -> Dynamics:
-        """Search the linear dynamics after the hysteresis of a trial; the weights are fitted again each time."""
+        """Search the linear dynamics after the hysteresis of a trial; each step also fits the weights again."""
         return search(self.residuals(trial, rows), self.data, self.options, progress, trial.parts.g)
 
     def residuals(self, trial: Trial, rows: NDArray[np.intp]) -> Callable[[Dynamics], Array]:
-        """Return a function that computes the residuals for given dynamics, after one step of the fit from `trial`."""
+        """Return a function that fits the weights of `trial` for given dynamics, and returns the residuals.
+
+        The fit is one Gauss-Newton step from the fit of `trial`.
+        """
         left = bent_sum.residuals(self.problem(trial.parts, rows), trial.fit)
         return lambda g: left(self.filtered(g))
 
 
 def chain(f: Fitting, parts: Parts, s: BentSum) -> Graph:
-    """Return the graph of a structure with fitted values."""
+    """Return the graph of the structure `parts` with the values of the fit `s`."""
     data = f.data
     slope, r, weights, at_0 = dead_zones(s.q)
     front = [
@@ -179,7 +183,7 @@ def _hysteresis(f: Fitting, operator: str, w: Array) -> Node:
 def _beside(
     f: Fitting, parts: Parts, s: BentSum, used: list[int], at_0: float
 ) -> tuple[list[Node], list[tuple[str, str]], list[tuple[str, ...]]]:
-    """Return the blocks and wires by which covariates change the nonlinearity, and the input endpoints of covariates.
+    """Return the blocks and wires by which covariates change the nonlinearity, and the inputs of covariates.
 
     `used` contains the numbers of the covariates with an effect. `at_0` is the value of the nonlinearity at 0, which
     the block `bend` does not include.

@@ -7,7 +7,8 @@ nonlinearity b, also called bend, is a polynomial in the Legendre basis on the r
 negative. They are determined by Gauss-Newton steps. Each step is a non-negative least-squares problem with the columns
 F[(1 + sum k_j L_j)[b'(v) p_i]] and F[L_j[b]]. After each step, linear least squares gives the coefficients of b. The
 structure is a Wiener-Hammerstein system that begins with a hysteresis (Giri & Bai 2010, Block-oriented Nonlinear System
-Identification, ch. 1). The fit uses that part of the problem is linear (separable least squares, Golub & Pereyra 1973).
+Identification, ch. 1). The coefficients of b are computed separately because they are linear parameters (separable
+least squares, Golub & Pereyra 1973).
 
 The nonlinearity can be a linear function of covariates theta, which are scaled to [-1, 1]:
 
@@ -50,7 +51,7 @@ class Following:
 
     @property
     def gains(self) -> NDArray[np.intp]:
-        """Numbers of the covariates with the level ``gain``."""
+        """Indices, from 0, of the covariates with the level ``gain``."""
         return np.flatnonzero([level == "gain" for level in self.levels])
 
     def free(self, size: int) -> NDArray[np.bool_]:
@@ -94,7 +95,7 @@ class Following:
         return self.value(v, of_q, of_c, g)
 
     def started(self, y: Array, rows: NDArray[np.intp]) -> Array:
-        """Return columns with free weights that represent offset and gain of covariates in a fit without nonlinearity.
+        """Return the free columns of `fit_linear`: a constant, and effects of covariates on offset and gain.
 
         y (rows,) is the output on the rows `rows`.
         """
@@ -144,12 +145,12 @@ class Problem:
 
     ``columns`` (n, p) contains the input and the outputs of plays, stops or relays for all rows. ``y`` (m,) contains
     the output on the rows ``rows`` of the fit. ``h`` is the step (s). ``T`` contains the time constants (s) of the lags
-    and is empty without creep. ``after`` is the linear dynamics F; None means F = 1. ``least`` is the smallest weight
-    of the first column, relative to the sum of all weights. ``following`` contains the covariates.
+    and is empty without creep. ``after`` is the linear dynamics F; None means F = 1. ``least`` is the smallest
+    permitted weight of the first column, relative to the sum of all weights. ``following`` contains the covariates.
 
-    ``penalties`` keep the weights smooth. Each penalty is a strength and a matrix (l, p), which is scaled for columns
-    of median norm. None instead of a matrix means a ridge penalty on all weights. Without penalties, the data would not
-    determine weights of columns with little excitation.
+    ``penalties`` keep the weights smooth. Each penalty is a pair of a strength and a matrix (l, p). The matrix is
+    multiplied by the median norm of the columns. None instead of a matrix means a ridge penalty on all weights. Without
+    penalties, the data would not determine weights of columns with little excitation.
     """
 
     columns: Array
@@ -219,8 +220,8 @@ def fit_linear(p: Problem, degree: int) -> BentSum:
 def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
     """Take Gauss-Newton steps from `start` while the error decreases, and return the best point.
 
-    `wanted` is the RMS error that another start value has reached. The steps also end if the error decreases too slowly
-    to reach this value.
+    `wanted` is the RMS error that a fit from another start point has reached. The steps also end if the error decreases
+    too slowly to reach this value.
     """
     best = _with_bend(p, start)
     # penalties reduce the scale of the weights, and the nonlinearity compensates for this: steps could continue without
@@ -286,8 +287,8 @@ def _before(p: Problem, s: BentSum) -> Array:
 def _after(p: Problem, s: BentSum, before: Array) -> tuple[Array, Array, Array]:
     """Return the linearised least-squares problem at `s` after the dynamics: bounded columns, free columns, target.
 
-    The bounded columns are the derivatives of the output with respect to w and k. The free columns belong to the offset
-    and to the gains g.
+    The bounded columns have weights >= 0 and are the derivatives of the output with respect to w and k. The free
+    columns belong to the offset and to the gains g.
     """
     n, m = len(s.w), len(p.T)
     seen = p.seen(before)

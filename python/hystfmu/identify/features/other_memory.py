@@ -48,7 +48,7 @@ def other_memory(u: Array, start: float) -> Array:
 
 
 def unseen(data: Dataset) -> float:
-    """Return the share of the states of other signals that have no near training row.
+    """Return the share (0 to 1) of memory states of other signals that are far from the states of all training rows.
 
     A state consists of the input and the outputs of `PLAYS` plays (see `hystfmu.model.coverage`).
     """

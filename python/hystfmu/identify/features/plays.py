@@ -65,7 +65,7 @@ def u0_of(data: Dataset, options: Options) -> float:
 
 
 def dead_band(u: Array) -> float:
-    """Return the half-width of the dead band for an input u (n,); it is 0 without noise or for a random input."""
+    """Return the half-width of the dead band for an input u (n,); it is 0 if u has no noise or is a random signal."""
     sigma = noise(u)
     return WIDTH * sigma if sigma < MOST * float(np.ptp(u)) else 0.0
 

@@ -34,11 +34,12 @@ HELD = (1e-3, 3e-2, 3e-2)  # strengths of the ridge, and of the smoothness penal
 
 
 def triangles(n: int) -> Array:
-    """Return a matrix whose columns are the Everett functions of the single cells of a grid with n steps.
+    """Return the Everett functions of a grid with n steps, one column for a density of 1 in a single cell.
 
-    An element is 1 if the triangle of the node contains the cell, otherwise 0. The rows are the nodes (alpha_i, beta_j)
-    with i > j, in the order of the parameter `E` of the block. The columns are the cells between alpha_k and alpha_k+1
-    and between beta_l and beta_l+1, with k >= l, sorted by k. A cell with k = l is a triangle on the diagonal.
+    A cell is the region between alpha_k and alpha_k+1 and between beta_l and beta_l+1, with k >= l. A cell with k = l
+    is a triangle on the diagonal. The columns are the cells, sorted by k. The rows are the grid nodes (alpha_i, beta_j)
+    with i > j, in the order of the parameter `E` of the block. An element is 1 if the triangle of relays that belongs
+    to the node contains the cell, otherwise 0.
     """
     up, down = np.tril_indices(n)
     inside = (up[None, :] <= up[:, None]) & (down[None, :] >= down[:, None])
@@ -50,8 +51,8 @@ class SmoothDensity:
     """A basis of p densities for the block ``preisach``, whose grid has n steps from lo to hi.
 
     `start` is the initial memory. The columns of E (n (n + 1) / 2, p) are the Everett functions of the densities. The
-    matrix `along_mean` (m, p) gives the first differences of the weights over the mean m, and `along_width` (m, p)
-    gives their second differences over the half-difference d.
+    matrices `along_mean` and `along_width` have p columns. Multiplied by the weights of the densities, `along_mean`
+    gives first differences over the mean m, and `along_width` gives second differences over the half-difference d.
     """
 
     n: int
@@ -78,7 +79,7 @@ class SmoothDensity:
 def smooth_density(u: Array, n: int, widths: int, means: int, start: str) -> SmoothDensity:
     """Return the basis for an input u (rows,), with `widths` hat functions of d and `means` B-splines of the mean.
 
-    The grid has n steps.
+    The grid has n steps, and `start` is the initial memory.
     """
     low, high = float(u.min()), float(u.max())
     half, reversible = (high - low) / 2, means + DEGREE + 1

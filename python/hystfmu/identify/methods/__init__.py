@@ -1,1 +1,5 @@
-"""Kinds of model. A module defines one kind by ``TEXT``, ``OPTIONS`` and ``build(data, options, seed, progress)``."""
+"""Kinds of model, one per module.
+
+A module contains the description ``TEXT``, the options ``OPTIONS``, and the function ``build(data, options, seed,
+progress)``, which fits a model.
+"""

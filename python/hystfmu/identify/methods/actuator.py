@@ -1,21 +1,22 @@
-"""Actuator model: hysteresis, static nonlinearity, creep and linear dynamics with delay, as far as the data show them.
+"""Actuator model: hysteresis, static nonlinearity, creep, and linear dynamics with delay.
 
   x = scaled u,  v = w0 x + sum_i w_i p_i[x],  b = b(v),  c = b + sum_j k_j L_{T_j}[b],  y = e^(-s tau) G0(s) c + offset
 
 This is the structure of a piezoelectric, magnetostrictive or polymer actuator. The first part is a rate-independent
-hysteresis (Kuhnen 2003) followed by a smooth static nonlinearity b, which is also called bend. The creep is a sum of a
-few lags, whose time constants are one decade apart (Krejci & Kuhnen 2001). G0(s) are the dynamics of Yu & Alici 2005.
-`bent_sum` fits the weights, the nonlinearity and the creep for given dynamics. An outer search determines f_n, zeta and
-tau (variable projection).
+hysteresis with the elements p_i (Kuhnen 2003). A smooth static nonlinearity b, which is also called bend, follows. The
+creep is a sum of a few first-order lags L_T, whose time constants T are one decade apart (Krejci & Kuhnen 2001). G0(s)
+is the second-order transfer function of Yu & Alici 2005 with the natural frequency f_n and the damping ratio zeta. The
+delay is tau. `bent_sum` fits the weights, the nonlinearity and the creep for given dynamics. An outer search determines
+f_n, zeta and tau (variable projection).
 
-A component is kept only if the ratio of the errors with and without it, on validation blocks inside the training rows,
-is below `BETTER`. Stops replace plays if the loop is clockwise. Relays with a smooth density (Preisach) replace plays
-if the shape of minor loops depends on their position. A nonlinearity that is not monotone has no inverse, so the ratio
-must be below `NEEDED`.
+A component is kept only if its use reduces the error on validation blocks inside the training rows to less than
+`BETTER` times the error without this component. Stops replace plays if the loop is clockwise. Relays with a smooth
+density (Preisach) replace plays if the shape of minor loops depends on their position. A nonlinearity that is not
+monotone has no inverse, so its use must reduce the error to less than `NEEDED` times the error without it.
 
-The nonlinearity can depend on covariates such as temperature and load: by an offset, by a gain, or in all coefficients
-(see `bent_sum`). The validation blocks determine this dependence for each covariate. A covariate without effect is not
-an input of the model.
+The nonlinearity can depend on covariates such as temperature and load. A covariate changes only the offset, both offset
+and gain, or all coefficients of the nonlinearity (see `bent_sum`). The errors on the validation blocks determine this
+choice for each covariate. A covariate without effect is not an input of the model.
 """
 
 from __future__ import annotations
@@ -60,8 +61,8 @@ OPTIONS = (
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Fit the model with the components that the data support; return graph, number of parameters, further results.
 
-    The further results contain the components, and f_n (Hz), zeta and the delay (s), with a warning for each of these
-    three values that the data do not determine.
+    The further results contain the names of the components, f_n (Hz), zeta and the delay (s). They also contain a
+    warning for each of these three values that the data do not determine.
     """
     f = Fitting(data, options)
     best = _following(f, _operated(f, Parts(levels=(options["covariates"] or "gain",) * len(data.covariates.names))))
@@ -98,8 +99,9 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 def _following(f: Fitting, trial: Trial) -> Trial:
     """Choose how the nonlinearity depends on each covariate.
 
-    The default is the level ``gain``. The level ``bend`` is chosen if it is clearly better, and a lower level is chosen
-    if ``gain`` is not clearly better.
+    `bent_sum` explains the levels. Each covariate begins with the level ``gain``. The level ``bend`` is chosen if its
+    validation error is clearly smaller. A simpler level is chosen if the more complex level has no clearly smaller
+    validation error.
     """
     if f.options["covariates"] is not None:
         return trial
@@ -122,7 +124,10 @@ def _following(f: Fitting, trial: Trial) -> Trial:
 
 
 def _operated(f: Fitting, parts: Parts) -> Trial:
-    """Choose the operator, each with its own nonlinearity. Plays are preferred, because they have an exact inverse."""
+    """Choose plays, stops or relays by the validation errors of fits with a nonlinearity.
+
+    Plays are preferred, because they have an exact inverse.
+    """
     asked = f.options["operator"]
     if asked is not None:
         return _with_other_start(f, _bent(f, f.tried(replace(parts, operator=asked))))
@@ -132,9 +137,10 @@ def _operated(f: Fitting, parts: Parts) -> Trial:
 
 
 def _exchanged(f: Fitting, best: Trial) -> Trial:
-    """Replace plays or stops by relays, or relays by plays, if this is better.
+    """Replace plays or stops by relays, or relays by plays, if the validation errors justify this.
 
-    Relays have no exact inverse, so they must reduce the error more.
+    Relays have no exact inverse. Therefore they are used only if their error is less than `GAINED` times the error of
+    plays or stops.
     """
     if f.options["operator"] is not None or best.error <= max(CLEAR * f.noise, ENOUGH * f.data.span):
         return best

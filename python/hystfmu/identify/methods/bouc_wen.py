@@ -1,9 +1,10 @@
 """Bouc-Wen model, y = c + a u + b z(u; beta, gamma, n), for loops that a sum of plays cannot represent.
 
-A common scale factor of (A, beta, gamma) has the same effect as the weight of z. A = 1 removes this redundancy; z then
-has the initial slope 1. The nonlinear parameters are the bound z_max = (beta + gamma)^(-1/n), the ratio gamma / (beta +
-gamma), the exponent n, and the initial value of z. For each trial, linear least squares gives the offset, the linear
-term and the weight of z (variable projection, Golub & Pereyra 1973). Sources: Wen 1976; Ikhouane & Rodellar 2007.
+A change of A has no effect on y if beta, gamma and the weight b are changed, too. A = 1 removes this redundancy. The
+slope of z is then 1 at z = 0. The nonlinear parameters are the limit z_max = (beta + gamma)^(-1/n) of |z|, the ratio
+gamma / (beta + gamma), the exponent n, and the initial value of z. For each trial, linear least squares gives the
+offset, the linear term and the weight of z (variable projection, Golub & Pereyra 1973). Sources: Wen 1976; Ikhouane &
+Rodellar 2007.
 """
 
 from __future__ import annotations
@@ -31,7 +32,10 @@ OPTIONS = (
 
 
 def shape(p: Array, node: str = "operator") -> dict[str, float]:
-    """Return the parameters of the block for p = (ln z_max, gamma / (beta + gamma), n, z0 / z_max) and A = 1."""
+    """Return the parameters of the block `node` for a point p of the search, with A = 1.
+
+    The elements of p are ln z_max, gamma / (beta + gamma), n and z0 / z_max.
+    """
     z_max, share, n = float(np.exp(p[0])), float(p[1]), float(p[2])
     total = z_max**-n
     values = {"beta": (1 - share) * total, "gamma": share * total, "n": n, "z0": 0.999999 * float(p[3]) * z_max}
@@ -39,7 +43,7 @@ def shape(p: Array, node: str = "operator") -> dict[str, float]:
 
 
 def limits(n_max: float) -> tuple[Array, Array, Array]:
-    """Return the lower bounds, the upper bounds and the scales of the four search variables."""
+    """Return the lower bounds, the upper bounds and the scales of the four search variables; n is at most `n_max`."""
     return np.array([np.log(1e-3), -1.0, 1.0, -1.0]), np.array([np.log(1e2), 1.0, n_max, 1.0]), np.full(4, 0.3)
 
 
@@ -66,7 +70,11 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 
 def searched(p: Array, lo: Array, hi: Array) -> dict[str, tuple[float, float, float]]:
-    """Return ln z_max, gamma / (beta + gamma) and n with their bounds; n = 1 does not count as a bound."""
+    """Return name, value and bounds of the first three elements of p, from the bounds lo and hi.
+
+    These elements are ln z_max, gamma / (beta + gamma) and n. The lower bound of n is replaced by 0, so that n = 1 is
+    not reported as a value at a bound.
+    """
     limits = zip(("ln z_max", "gamma / (beta + gamma)", "n"), p, (lo[0], lo[1], 0.0), hi, strict=False)
     return {name: (float(value), float(least), float(most)) for name, value, least, most in limits}
 

@@ -85,9 +85,10 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 def linear_oscillator(u: Array, y: Array, h: float, rounds: int = 10) -> tuple[float, float, float]:
     """Return the mass, damping and stiffness of (m s^2 + c s + k) Y = U, fitted at the excited frequencies.
 
-    The force u and the displacement y (n,), with the step h (s), must contain whole periods, or must be long compared
-    with the decay of the oscillator. Each iteration weights the equation with 1/|m s^2 + c s + k| of the previous
-    iteration, so that an output error is minimised. The result is in the units of measure of u, y and s.
+    The force u and the displacement y (n,), with the step h (s), must contain whole periods, or must be much longer
+    than the decay time of the oscillator. Each of the `rounds` iterations weights the equation by 1/|m s^2 + c s + k|
+    with the values of the previous iteration. Therefore the output error is minimised instead of the equation error.
+    The result is in the units of measure of u, y and s.
     """
     U, Y = np.fft.rfft(u - u.mean()), np.fft.rfft(y)  # frequency 0, with the mean of y, is then not excited
     lines = np.abs(U) > 0.1 * np.abs(U).max()

@@ -52,7 +52,10 @@ OPTIONS = (
 
 
 def operator(u: Array, p: Array) -> tuple[dict[str, float], Array]:
-    """Return the parameters of the block and z (rows,) for p = (ln z_max, gamma / (beta + gamma), n, z0 / z_max)."""
+    """Return the parameters of the block ``bouc_wen``, and its state z (rows,) for the scaled input u (rows,).
+
+    The elements of p are ln z_max, gamma / (beta + gamma), n and z0 / z_max.
+    """
     values = {"A": 1.0, "u0": float(u[0]), **{k.partition(".")[2]: v for k, v in shape(p).items()}}
     return values, Graph.single(Node("z", "bouc_wen", {}, {**values, "alpha": 0.0, "k": 1.0})).run(u)[:, 1]
 
@@ -67,7 +70,7 @@ class Parts:
 
 
 class _Fitting:
-    """Regressors and rows of a data set, and methods that fit a structure to them."""
+    """Data set with its regressors and validation blocks, and methods that fit a model structure to it."""
 
     def __init__(self, data: Dataset, options: Options) -> None:
         # a polynomial of high degree is not valid outside the range of the rows to which it is fitted
@@ -84,7 +87,7 @@ class _Fitting:
         return np.column_stack([curve, *lags[: len(parts.T)], z, *lags[len(parts.T) :]])
 
     def project(self, parts: Parts, rows: Rows) -> tuple[Array, Array]:
-        """Return the residuals on `rows`, and the coefficients of the regressors by linear least squares."""
+        """Fit the regressors to y on `rows` by linear least squares; return residuals and coefficients."""
         columns = self.columns(parts)[rows]
         size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         c = np.linalg.lstsq(columns / size, self.data.y[rows], rcond=SMALL)[0] / size
@@ -101,7 +104,7 @@ class _Fitting:
         return replace(parts, p=found.p)
 
     def tried(self, parts: Parts) -> tuple[float, Parts]:
-        """Fit a structure outside the validation blocks; return the RMS error on them, and the structure."""
+        """Fit a structure outside the validation blocks; return the RMS error on these blocks and the fit."""
         found = self.fit(parts, self.kept, EVALUATIONS[0])
         c = self.project(found, self.kept)[1]
         return rms(self.columns(found)[self.held] @ c - self.data.y[self.held]), found
@@ -137,9 +140,9 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 
 def _several_durations(data: Dataset) -> bool:
-    """Return whether the durations of the half cycles differ by more than a factor of 2 (90th and 10th percentile).
+    """Return whether the 90th percentile of the durations of half cycles is more than twice the 10th percentile.
 
-    The speeds are not a suitable test, because a decaying sine has many speeds but only one frequency.
+    The speeds of the input are not a suitable test, because a decaying sine has many speeds but only one frequency.
     """
     lasting = np.diff(reversals(data.longest().u[data.longest().train]))
     long, short = np.percentile(lasting, [90, 10]) if len(lasting) else (1.0, 1.0)

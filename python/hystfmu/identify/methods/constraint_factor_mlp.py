@@ -7,9 +7,9 @@ smallest error on a validation split, which is the last 30 % of the training row
 Each branch of the operator has the shape g(d) = (1 - e^-d)(a_0 + sum_j a_j d^(2j-1)). The start of a branch and the
 distance d from this start depend only on the input. Therefore the operator is linear in the coefficients: h = sum_j a_j
 H_j, where H_j is the operator with the branch b_j(d) = (1 - e^-d) d^(2j-1) (b_0 = 1 - e^-d). The columns H_j are
-orthogonalised by a singular value decomposition. The slope g' must be positive on a grid, which is a least-distance
-problem (Lawson & Hanson 1974, ch. 23). A small penalty on the third derivative keeps g smooth where the data do not
-determine it.
+orthogonalised by a singular value decomposition. The slope g' must be positive on a grid. The fit with this constraint
+is a least-distance problem (Lawson & Hanson 1974, ch. 23). A small penalty on the third derivative keeps g smooth where
+the data do not determine it.
 
 Shen & Ma 2017, eq. 1-10, fit the increments from the last extremum by normal equations (`literal_branch`). Normal
 equations square the condition number, which is already large. The paper has no constraint that keeps the branch
@@ -64,8 +64,8 @@ class Branch:
     """A fitted branch function g.
 
     ``a`` contains the coefficients a_0, a_1, ..., a_m. ``d_max`` is the length of the longest branch in the data.
-    ``condition`` is the condition number of the least-squares system with columns of norm 1, or of the normal
-    equations.
+    ``condition`` is the condition number of the least-squares system with columns of norm 1. For `literal_branch` it is
+    that of the normal equations.
     """
 
     a: Array
@@ -124,7 +124,10 @@ class StackCoordinates:
     d: Array
 
     def columns(self, m: int, d_max: float) -> Array:
-        """Return the outputs H_j (j = 0..m) of the operator with basis function j as its branch, shape (n, m + 1)."""
+        """Return the outputs H_j (j = 0..m) of the operator with basis function j as its branch, shape (n, m + 1).
+
+        The basis functions continue as straight lines above `d_max`.
+        """
         steps = self.weight[:, None] * basis(self.d, m, d_max)
         H = np.zeros((len(steps) + 1, m + 1))  # the last row is the origin
         for k, p in enumerate(self.start):
@@ -135,7 +138,8 @@ class StackCoordinates:
 def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoordinates:
     """Return the branch positions of an input x (n,) from rest at x0.
 
-    With the `memory` "dominant", the operator has return-point memory. With "last", it remembers the last extremum.
+    With the `memory` "dominant", the operator has return-point memory. With "last", it remembers only the last
+    extremum.
     """
     n = len(x)
     start, weight, d = np.full(n, -1), np.zeros(n), np.zeros(n)
@@ -188,7 +192,7 @@ def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: Rows
 
 
 def _nearest(f: Array, E: Array, least: Array) -> Array:
-    """Return z that minimises |z - f| with E z >= least (least-distance programming, Lawson & Hanson 1974, ch. 23)."""
+    """Return the vector z nearest to f with E z >= `least` (least-distance problem, Lawson & Hanson 1974, ch. 23)."""
     if (E @ f >= least).all():
         return f
     size = np.linalg.norm(E, axis=1)
@@ -204,7 +208,11 @@ def _nearest(f: Array, E: Array, least: Array) -> Array:
 
 
 def literal_branch(where: StackCoordinates, y: Array, rows: Rows, m: int) -> Branch:
-    """Fit the branch to increments of y (n,) by normal equations, as in Shen & Ma 2017, eq. 8-10."""
+    """Fit the branch to increments of y (n,) by normal equations, as in Shen & Ma 2017, eq. 8-10.
+
+    The increments begin at the extremum at which a branch starts (`where`). The fit uses the rows `rows` and m odd
+    powers.
+    """
     every = np.arange(len(where.start))[rows]
     used = every[where.start[every] >= 0]
     v = np.sign(where.weight[used]) * (y[used] - y[where.start[used]])
@@ -214,7 +222,7 @@ def literal_branch(where: StackCoordinates, y: Array, rows: Rows, m: int) -> Bra
 
 
 def fit_operator(data: Dataset, options: Options) -> tuple[Features, Branch]:
-    """Fit ``scaling -> constraint_factor``; return the features, which are x and h, and the fitted branch."""
+    """Fit ``scaling -> constraint_factor``; return the network inputs x and h (features), and the fitted branch."""
     u, y, rows = data.u, data.y, data.counted
     u0 = u0_of(data, options)
     scaling, gain, offset = scaled_input(u[data.train], options["range"])

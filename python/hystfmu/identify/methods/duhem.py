@@ -5,7 +5,7 @@ The slope of the output is a function of input, output and direction. Each direc
   y = c + k u + w, dw/du = sum_{i<=m} u^i (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))).
 
 For given k and c, w is known at every row, and linear least squares of the increments of w gives the coefficients. The
-increments are taken between neighbouring rows, or over longer pieces of the path if u is noisy. k and c minimise the
+increments are taken between neighbouring rows, or over longer monotone pieces if u is noisy. k and c minimise the
 residual (variable projection, Golub & Pereyra 1973). Then all parameters and the first value of w are refined, so that
 the output error of a simulation is minimised. This search uses an orthonormal basis of the terms, because powers are
 nearly linearly dependent. Source: Oh & Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645.
@@ -75,7 +75,7 @@ def segments(u: Array, least: float) -> tuple[Rows, Rows]:
 
 
 class _Slopes:
-    """Linear least-squares problem of each direction: increments of w as weighted sums of the terms of dw/du."""
+    """Linear least-squares problem for each direction of u: increments of w are weighted sums of terms of dw/du."""
 
     def __init__(self, u: Array, y: Array, kept: NDArray[np.bool_], m: int, q: int, least: float) -> None:
         self.u, self.y, self.m, self.q = u, y, m, q
@@ -117,7 +117,7 @@ def _node(theta: list[Array], k: float, w0: float, u0: float, w_max: float, m: i
 
 
 class _Start:
-    """Start of the second search: the coefficients for given k and c, and the output error for changes of them."""
+    """Start point of the second search, and the output error as a function of the changes x from this point."""
 
     def __init__(self, slopes: _Slopes, x: Array, u: Array, y: Array, rows: slice, kept: NDArray[np.bool_]) -> None:
         self.k, self.c = x
@@ -129,14 +129,14 @@ class _Start:
         self.cost = float(np.sum(self.error(np.zeros(3 + 2 * slopes.terms)) ** 2))
 
     def parts(self, x: Array) -> tuple[list[Array], float, float, float]:
-        """Return the coefficients, k, c and the first w after the changes x of k, c, w and the coefficients."""
+        """Return the coefficients of both directions, k, c and the first value of w after the changes x."""
         p = self.slopes.terms
         pairs = enumerate(zip(self.theta, self.factors, strict=True))
         changed = [t + f @ x[3 + d * p : 3 + (d + 1) * p] for d, (t, f) in pairs]
         return changed, self.k + x[0], self.c + x[1], self.first + x[2]
 
     def error(self, x: Array) -> Array:
-        """Return the scaled output errors of the simulation on the training rows without held-out rows."""
+        """Return the scaled output errors of the simulation after the changes x, on training rows not held out."""
         now, slope, offset, w0 = self.parts(x)
         node = _node(now, slope, w0, float(self.u[0]), self.w_max, self.slopes.m, self.slopes.q)
         run = Graph.single(node).run(self.u)

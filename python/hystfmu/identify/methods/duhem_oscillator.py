@@ -7,8 +7,8 @@ symmetry. A linear oscillator gives the first estimates. Then the output error o
 first on the first quarter of the training rows, and then on all training rows. The number of knots is increased while
 the data support this (Bayesian information criterion).
 
-Constraint: for knots at -x and x, the stiffness at -x is at least the stiffness at x, and at least `SOFTEST`. Then
-every loop of z over y dissipates energy, so the free motion of the model decays.
+Constraint: for knots at -x and x (x > 0), the stiffness at -x is at least the stiffness at x, and at least `SOFTEST`.
+Then every loop of z over y dissipates energy, so the free motion of the model decays.
 
 Trap: the block interpolates u linearly between rows and makes one step per row. If the force has high frequencies, it
 must be resampled to a finer step by band-limited interpolation (option ``stride``).
@@ -51,7 +51,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     """Fit a graph with one block ``duhem_oscillator``; return graph, number of parameters, further results.
 
     An InputError is raised if the spectra give a mass or stiffness that is not positive, if the natural frequency is
-    above pi/h, or if the oscillator does not represent the data.
+    above pi/h, or if the first estimates have a larger error than an output of 0.
     """
     stride = options["stride"]
     rows = np.arange(len(data.u))[data.counted][::stride]
@@ -110,7 +110,10 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
 @dataclass(frozen=True)
 class Trial:
-    """Result of a search: parameters p, range z_max of the knots, and half the sum of squares over `count` rows."""
+    """Result of a search: parameters p, and range z_max of the knots.
+
+    `cost` is half the sum of squared residuals on `count` rows.
+    """
 
     p: Array
     z_max: float
@@ -124,7 +127,10 @@ class Trial:
 
 
 def physical(p: Array) -> Array:
-    """Return parameters (3 + n,) that satisfy the constraint, made from p, relative to the first estimates."""
+    """Return the parameters p (3 + n,), changed so that they satisfy the constraint of the module docstring.
+
+    All parameters are relative to the first estimates.
+    """
     f = p[3:]
     left = np.maximum(np.maximum(f, f[::-1]), SOFTEST)
     right = np.minimum(f, f[::-1])

@@ -1,8 +1,8 @@
 """Network with two inputs: u, and the output of a Prandtl-Ishlinskii model that is fitted to the data.
 
-Zhao & Tan 2008 and Shen & Ma 2017 use an operator of a given shape. Here a sum of plays replaces this operator; only
-the shape of the branches differs. Non-negative least squares fits the sum of plays to the data. The network represents
-the static nonlinearity.
+A sum of plays replaces the operators of Zhao & Tan 2008 and Shen & Ma 2017. The sum of plays differs from them only in
+the shape of the branches. Non-negative least squares fits the sum of plays to the data. The network represents the
+static nonlinearity.
 """
 
 from __future__ import annotations
@@ -52,9 +52,10 @@ def straightened(x: Array, y: Array, degree: int, covariates: Array) -> tuple[Ar
     """Return the target and the free columns of a linear fit of an operator that precedes a static nonlinearity.
 
     The output is nearly y = f(h), where h is the operator and f is a static nonlinearity. If the inverse of f is nearly
-    a polynomial, then h = y + q_2 P_2(y) + q_3 P_3(y) + ... It is linear in the weights of h and in the q, so
-    one least-squares problem determines both. Without this, the nonlinearity would distort the weights of h. With
-    covariates (n, m), the q are linear functions of the covariates.
+    a polynomial, then h = y + q_2 P_2(y) + q_3 P_3(y) + ... This equation is linear in the weights of h and in the
+    factors q_i, so one least-squares problem determines both. Without the terms q_i P_i(y), the weights of h would be
+    wrong, because h would also have to represent the nonlinearity. With covariates (n, m), the factors q_i are linear
+    functions of the covariates.
 
     The target is y (n,) scaled to [-1, 1]. Its sign is changed if y decreases with the input x (n,). The free columns
     (n, degree + m (degree + 1)) are the Legendre polynomials 1, P_2, ..., P_degree of the target, and the products of

@@ -25,7 +25,7 @@ OPTIONS = (Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"), *DY
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Fit the model; the result is that of `operator_dynamics.build`."""
+    """Fit the model; return graph, number of parameters, further results (see `operator_dynamics.build`)."""
     operator = operator_dynamics.Operator(
         bouc_wen.nodes(data),
         bouc_wen.shape,

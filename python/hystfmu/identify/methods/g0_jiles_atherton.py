@@ -4,7 +4,7 @@
 
 M is the magnetisation, relative to the saturation magnetisation (Ms = 1; Jiles & Atherton 1986). Its scale is contained
 in the factors b. M starts from the demagnetised state. The term with M^2 describes the strain of a magnetostrictive rod
-(Jiles 1995, J. Phys. D 28, 1537). If the option `strain` is not given, the term is used if it reduces the error on
+(Jiles 1995, J. Phys. D 28, 1537). Without the option `strain`, the term is used only if it reduces the error on
 validation blocks. The loops are symmetric about the bias, a field that a magnet or a mean current adds to the field of
 u. Eddy currents delay M like a first-order lag, which G0 represents with a large damping ratio.
 """
@@ -50,7 +50,10 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
-    """Fit the model; the result is that of `operator_dynamics.build`, and the list ``parts`` of the terms."""
+    """Fit the model; return graph, number of parameters, further results.
+
+    The further results are those of `operator_dynamics.build`, and the list ``parts`` of the terms.
+    """
     strain = options["strain"]
     if strain is None:
         strain = "yes" if _squares(data, options) else "no"
@@ -70,7 +73,7 @@ def _squares(data: Dataset, options: Options) -> bool:
 
 
 def _operator(data: Dataset, strain: bool) -> operator_dynamics.Operator:
-    """Return the operator class for the search, with a term M^2 if `strain` is True."""
+    """Return the Jiles-Atherton operator for the search, with a term M^2 if `strain` is True."""
     scaling, _, offset = scaled_input(data.u[: data.train.stop])  # later rows do not affect the training rows
 
     square = [Node("square", "product", {"n": 2, "m": 0})] if strain else []

@@ -10,8 +10,8 @@ FINER * N thresholds are fitted with these dynamics. Non-negative least squares 
 weight. The dynamics are searched again with these thresholds.
 
 Trap: linear interpolation between the samples of a sine reduces its amplitude by the fraction (omega h)^2/12, and the
-fitted dynamics compensate for this, too. For f_n = 400 Hz, zeta = 0.7 and cycles down to 10 ms, the error of f_n is
-1.7 % with 50 samples in the shortest cycle. Use 100 samples.
+fitted dynamics compensate for this, too. For f_n = 400 Hz, zeta = 0.7 and cycles down to 10 ms, 50 samples in the
+shortest cycle cause an error of f_n of 1.7 %. Therefore the shortest cycle should have at least 100 samples.
 
 A rate-independent operator commutes with a delay, so the delay can be before or after the hysteresis.
 """

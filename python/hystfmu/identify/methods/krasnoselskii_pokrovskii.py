@@ -30,7 +30,7 @@ CHUNK = 4096  # number of rows that are processed together
 
 
 def grid(lo: float, hi: float, levels: int) -> tuple[float, Array, Array]:
-    """Return the length a of the ramps, and the starts p1 <= p2, each (n,), of the ramps of all n kernels.
+    """Return the length a of the ramps, and the inputs p1 <= p2 (n,) at which the two ramps of each kernel start.
 
     The ramps start at lo, lo + a, ..., hi - a with a = (hi - lo) / levels, so that each kernel saturates within the
     range lo to hi of the input.

@@ -5,7 +5,7 @@
 The first stage of the training predicts one step ahead from measured outputs. Noise of the measured outputs biases its
 result. The second stage minimises the output error of a simulation, in which y(k-1), ... are outputs of the model. The
 derivatives s(k) of the simulated output satisfy s(k) = dy/dp + sum_j dy/dy(k-j) s(k-j) (real-time recurrent learning,
-Williams & Zipser 1989). They are the Jacobian for the Levenberg-Marquardt method.
+Williams & Zipser 1989). These derivatives form the Jacobian of the Levenberg-Marquardt method.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ OPTIONS = (
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Fit ``scaling -> narx_network -> scaling``; return graph and number of weights.
 
-    Too few rows for the lags, or a model that is unstable in simulation, raise an InputError.
+    An InputError is raised if the record has too few rows for the lags, or if the model is unstable in simulation.
     """
     lags, hidden = options["lags"], options["hidden"]
     u, y = data.u[data.train], np.full(data.train.stop, np.nan)

@@ -1,9 +1,10 @@
 """Network whose inputs are u and the outputs of a bank of plays, which represent the whole return-point memory.
 
-The two inputs (x, h) of other kinds do not determine the output: the one-to-one theorem of Zhao & Tan 2008 has
-counterexamples. The outputs of a bank of plays determine the output up to the resolution of the bank. A linear readout
-represents most of the output. The network is trained on the remaining part, which is small and has kinks. Therefore its
-smallest weight decay is larger than in other kinds.
+Other kinds use two network inputs: the scaled input x, and the output h of an operator. These two values do not
+determine the output, because the one-to-one theorem of Zhao & Tan 2008 has counterexamples. The outputs of a bank of
+plays determine the output up to the resolution of the bank. A linear readout represents most of the output. The network
+is trained on the remaining part, which is small and has kinks. Therefore the smallest weight decay of this network is
+larger than in other kinds.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Basis-function network of the IPMC paper: a polynomial of previous inputs, auxiliary functions and outputs.
+"""Basis-function network for IPMC sensors: a polynomial of previous inputs, auxiliary functions and outputs.
 
 The output is y(k) = theta' h(k). h contains all monomials up to order q of u(k-1..k-n_u), f(k-1..k-n_f) and
-y(k-1..k-n_y). f is the auxiliary function in its correct form, the Zhao-Tan operator. The weights theta are the
-solution of one linear least-squares problem, which is solved for all rows together or recursively. Neighbouring lags
-are nearly equal, so large weights could cancel each other. Such weights amplify noise and frequencies outside the
-training data. A ridge on the scaled weights prevents them.
+y(k-1..k-n_y). The auxiliary function f is the output of the Zhao-Tan operator. The weights theta are the solution of
+one linear least-squares problem, which is solved for all rows together or recursively. Signals at neighbouring lags are
+nearly equal, so large weights could cancel each other. Such weights amplify noise and frequencies outside the training
+data. A ridge on the scaled weights prevents them.
 
 With covariates c_j, scaled to [-1, 1], the weights are linear functions of the covariates: y(k) = (theta_0 + sum_j
 c_j(k) theta_j)' h(k). This is also one least-squares problem. The graph then has one further network for each
@@ -72,7 +72,7 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Signals:
-    """Signals of which the polynomial is computed, for all rows.
+    """Signals from which the polynomial is computed, for all rows.
 
     The scaled input x and the auxiliary function f are the outputs of the blocks ``input`` and ``operator``. The scaled
     output is y = (measured - middle) / half. `beside` (rows, m) contains the covariates, scaled to [-1, 1].
@@ -94,14 +94,21 @@ class Signals:
         return np.hstack([own, *(own * c[:, None] for c in self.beside[rows].T)])
 
     def lags(self, n_u: int, n_f: int, n_y: int, n_k: int) -> tuple[Array, Array]:
-        """Return the lagged signals z(k), (rows, n_u + n_f + n_y), and gains that scale them to about [-1, 1]."""
+        """Return the lagged signals z(k), (rows, n_u + n_f + n_y), and gains that scale them to about [-1, 1].
+
+        n_u, n_f and n_y are the numbers of lags, and n_k is the smallest lag of u and f.
+        """
         z = np.column_stack([lagged(self.x, n_u, n_k), lagged(self.f, n_f, n_k), lagged(self.y, n_y)])
         most = [(np.abs(v).max(), n) for v, n in ((self.x, n_u), (self.f, n_f), (self.y, n_y))]
         return z, np.concatenate([np.full(n, 1 / m if m > 0 else 1.0) for m, n in most])
 
 
 def signals(data: Dataset, span: float, memory: str, u0: float, margin: float) -> Signals:
-    """Return the signals of the polynomial for the data, computed by the blocks ``scaling -> zhao_tan``."""
+    """Return the signals of the polynomial for the data, computed by the blocks ``scaling -> zhao_tan``.
+
+    The scaled input has a range of width `span`. `memory` is the option of the operator, which starts at the input
+    `u0`. Inputs are limited to the training range, extended on each side by `margin` times this range.
+    """
     u, y = data.u[data.train], data.y[data.counted]
     (scaling, gain, offset), room = scaled_input(u, span), margin * float(np.ptp(u))
     nodes = (
@@ -117,7 +124,10 @@ def signals(data: Dataset, span: float, memory: str, u0: float, margin: float) -
 
 
 def _scaling(data: Dataset, margin: float) -> dict[str, Array]:
-    """Return parameters of a block that scales covariates to [-1, 1] on the training rows, and limits them outside."""
+    """Return parameters of a block that scales covariates to [-1, 1] on the training rows, and limits their range.
+
+    The limits are the ends of the training range, extended on each side by `margin` times this range.
+    """
     c = data.covariates.values[data.train]
     lo, hi, wide = c.min(axis=0), c.max(axis=0), np.ptp(c, axis=0)
     limits = {"lo": lo - margin * wide, "hi": hi + margin * wide}
@@ -172,14 +182,17 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 
 
 def solve(seen: Signals, rows: Rows, lags: list[int], q: int, ridge: float) -> tuple[Array, float, Array]:
-    """Return the least-squares weights of the scaled monomials, the RMS error of y, and the gains of the signals."""
+    """Fit the weights of the scaled monomials up to order q; return weights, RMS error, and gains of the signals.
+
+    `lags` contains n_u, n_f, n_y and n_k (see `Signals.lags`). `ridge` is the strength of the penalty on the weights.
+    """
     z, gains = seen.lags(*lags)
     theta, rms = least_squares(seen.regressors(z * gains, q, rows), seen.y[rows], ridge)
     return theta, rms * seen.half, gains
 
 
 def _recursive(seen: Signals, rows: Rows, lags: list[int], options: Options, batch: Array, gains: Array) -> Array:
-    """Return the weights after one pass of recursive least squares over the training rows, from 0."""
+    """Return the weights after one pass of recursive least squares over the training rows, from weights of 0."""
     z, _ = seen.lags(*lags)
     z, y, q = z[rows] * gains, seen.y[rows], options["q"]
     r = options["dead_zone"]
@@ -189,7 +202,7 @@ def _recursive(seen: Signals, rows: Rows, lags: list[int], options: Options, bat
 
 
 def _weighted(graph: Graph, data: Dataset, scaling: Mapping[str, Array], theta: Array) -> Graph:
-    """Add one network for each covariate, whose output is multiplied by the covariate, to the graph of `assemble`."""
+    """Add to the graph of `assemble` one network for each covariate, and multiply its output by this covariate."""
     names, first = data.covariates.names, graph.node("network")
     n = len(names)
     parts = theta.reshape(n + 1, -1)
@@ -221,7 +234,7 @@ def assemble(data: Dataset, seen: Signals, lags: Mapping[str, int], q: int, thet
 
 
 def count(p: int, q: int) -> int:
-    """Return the number of monomials of p variables up to order q with the constant, (p + q)! / (p! q!)."""
+    """Return the number of monomials of p variables up to order q, including the constant, (p + q)! / (p! q!)."""
     return comb(p + q, q)
 
 
@@ -234,11 +247,11 @@ def _factors(p: int, q: int) -> tuple[NDArray[np.intp], ...]:
 
 
 def basis(z: Array, q: int) -> Array:
-    """Compute the regressor h(k) of eq. 11, (..., count(p, q)), of lagged signals z (..., p) up to order q.
+    """Return the regressors h(k), shape (..., count(p, q)), for lagged signals z (..., p) and the order q.
 
-    z = [u(k-1), ..., u(k-n_u), f(k-1), ..., f(k-n_f), y(k-1), ..., y(k-n_y)], or with u and f from k on. The regressor
-    has the order of the block `polynomial_narx`: z, all products z_i z_j with i <= j, products of three and more
-    variables, and finally the constant.
+    z = [u(k-1), ..., u(k-n_u), f(k-1), ..., f(k-n_f), y(k-1), ..., y(k-n_y)]. If the smallest lag of u and f is 0, u(k)
+    and f(k) are the first elements of their parts of z. The regressors have the order of the block `polynomial_narx`:
+    z, all products z_i z_j with i <= j, products of three and more variables, and finally the constant.
     """
     parts = []
     for factors in _factors(z.shape[-1], q):
@@ -250,7 +263,7 @@ def basis(z: Array, q: int) -> Array:
 
 
 def lagged(v: Array, n: int, first: int = 1) -> Array:
-    """Return v(k-first), ..., v(k-first-n+1) for every row k, shape (rows, n); v is v[0] before row 0."""
+    """Return v(k-first), ..., v(k-first-n+1) for every row k, shape (rows, n); v has the value v[0] before row 0."""
     rested = np.concatenate([np.full(n, v[0]), v])
     starts = range(n - first, -first, -1)
     return np.column_stack([rested[i : i + len(v)] for i in starts]) if n else np.empty((len(v), 0))

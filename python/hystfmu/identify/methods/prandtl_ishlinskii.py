@@ -45,7 +45,10 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 
 
 def graph(w0: float, r: Any, w: Any, u0: float, offset: float, data: Dataset) -> Graph:
-    """Return the graph of a Prandtl-Ishlinskii model with an offset."""
+    """Return the graph of a Prandtl-Ishlinskii model with an offset.
+
+    w0 is the linear weight. r and w are the thresholds and weights of the plays, which rest at the input u0.
+    """
     nodes = [
         Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": w0, "r": r, "w": w, "u0": u0}),
         Node("readout", "scaling", {"n": 1}, {"offset": offset}),

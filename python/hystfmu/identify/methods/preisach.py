@@ -1,18 +1,19 @@
 """Preisach model with a smooth density, weights >= 0, and parallel rate-dependent terms if the data show them.
 
   y = c + integral over alpha >= beta of mu(alpha, beta) relay_{alpha, beta}[u]
-        [ + sum_l k_l q_l + sum_j x_j S(q_b - m, s_j) ],   T_l q_l' = u - q_l,  T_b q_b' = u - q_b
+        [ + sum_l k_l q_l + sum_j d_j S(q_b - m, r_j) ],   T_l q_l' = u - q_l,  T_b q_b' = u - q_b
 
 mu is a smooth function with few parameters (`smooth_density`). Unlike in a sum of plays, the shape of minor loops
 depends on their position. The model has the wiping-out and congruence properties (Mayergoyz, Mathematical Models of
-Hysteresis, 1991, ch. 1). The terms in brackets are creep (Krejci & Kuhnen 2001) and dead zones S of a lagged input,
-which widen the loop at higher rates.
+Hysteresis, 1991, ch. 1). The terms in brackets are creep (Krejci & Kuhnen 2001), and dead zones S of a lagged input q_b
+with the thresholds r_j, where m is the mean of u. The dead zones widen the loop at higher rates.
 
-The model is linear in the weights x >= 0 of the density and in the free weights v of the rate-dependent terms. The
-weights minimise |y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 + sum_i s_i^2 |P_i x|^2. The penalties keep the density
-smooth. Tenfold cross-validation determines the strengths s of the penalties, and whether the model has rate-dependent
-terms. Each of the ten chunks of consecutive training rows is replaced by its triangular QR factor. Therefore the fits
-with other strengths need no further pass over the rows.
+The model is linear in the weights x >= 0 of the density and in the free weights v = (k, d) of the rate-dependent terms.
+A and F are the matrices of the regressors. The weights minimise |y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 + sum_i
+s_i^2 |P_i x|^2. The penalties keep the density smooth. Tenfold cross-validation determines the strengths s of the
+penalties, and whether the model has rate-dependent terms. The training rows are divided into ten chunks of consecutive
+rows. For each chunk, the triangular QR factor of the least-squares problem for all other chunks is computed once.
+Therefore fits with other strengths are fast.
 """
 
 from __future__ import annotations
@@ -54,7 +55,8 @@ OPTIONS = (
 class Penalised:
     """Penalised least-squares problem with non-negative weights of `bounded` (n, p) and free weights of `free` (n, q).
 
-    The target is y (n,). The penalties are matrices P_i (m, p), which are scaled for columns of median norm.
+    The target is y (n,). `penalties` contains matrices P_i (m, p), which are multiplied by the median norm of the
+    columns. Therefore their strengths do not depend on the scale of the columns.
     """
 
     def __init__(self, bounded: Array, free: Array, y: Array, penalties: Sequence[Array]) -> None:
@@ -76,13 +78,19 @@ class Penalised:
         self._without = [_triangle(np.vstack(parts[:i] + parts[i + 1 :])) for i in range(len(parts))]
 
     def solve(self, strengths: Strengths) -> tuple[Array, Array, float]:
-        """Return the weights x (p,) and v (q,) and the offset c; the first strength is that of the ridge."""
+        """Solve the problem for given strengths of the penalties; return the weights x (p,), v (q,) and the offset c.
+
+        The first strength belongs to the ridge penalty, and the others belong to the matrices P_i.
+        """
         z = self._solved(self._whole, strengths)
         w = z[:-1] / self.size
         return w[: self.n], w[self.n :], float(self.mean + z[-1] - self.middle @ w)
 
     def error(self, strengths: Strengths) -> float:
-        """Return the RMS error of cross-validation: a fit to all other chunks predicts each chunk."""
+        """Return the RMS cross-validation error for given strengths of the penalties.
+
+        Each chunk is predicted by a fit to all other chunks.
+        """
         squares = [
             float(np.sum((chunk[:, :-1] @ self._solved(triangle, strengths) - chunk[:, -1]) ** 2))
             for chunk, triangle in zip(self._chunks, self._without, strict=True)
@@ -90,7 +98,11 @@ class Penalised:
         return float(np.sqrt(np.sum(squares) / len(self._rows)))
 
     def _solved(self, triangle: Array, strengths: Strengths) -> Array:
-        """Return the scaled weights and the constant for a triangular QR factor of the rows."""
+        """Solve the problem for the rows whose triangular QR factor is `triangle`.
+
+        `strengths` contains the strengths of the penalties. The result contains the weights of the scaled columns,
+        followed by the constant term.
+        """
         held = np.vstack([s * p for s, p in zip(strengths, self._penalties, strict=True)])
         A = np.vstack([triangle[:, : self.m], held])
         rest = np.zeros(len(held))
@@ -106,8 +118,8 @@ def _triangle(rows: Array) -> Array:
 def best_strengths(problem: Penalised, levels: Sequence[Strengths], progress: Progress) -> tuple[Strengths, float]:
     """Return the strengths with the smallest cross-validation error, and this error.
 
-    The search begins with the middle level of each strength. It changes one strength after the other until no change
-    reduces the error.
+    `levels` contains the permitted values of each strength. The search begins with the middle value of each strength.
+    It changes one strength after the other until no change reduces the error.
     """
     at = [len(some) // 2 for some in levels]
     known: dict[tuple[int, ...], float] = {}
@@ -151,7 +163,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 
 
 class _Rate:
-    """Regressors and blocks of the rate-dependent terms."""
+    """Regressors and blocks of the rate-dependent terms: creep, and dead zones of a lagged input."""
 
     def __init__(self, data: Dataset) -> None:
         rows, h = data.counted, data.h
@@ -191,7 +203,7 @@ def knots(u: Array, n: int) -> Array:
 def dead_zones(u: Array, s: Array) -> Array:
     """Return the outputs (n, m) of one-sided dead zones of u (n,) with the thresholds s (m,).
 
-    A dead zone with a positive threshold acts on larger inputs, and one with a negative threshold on smaller inputs.
+    The output is max(u - s, 0) for a positive threshold, and min(u - s, 0) for any other threshold.
     """
     d = u[:, None] - s
     return np.where(s > 0, np.maximum(d, 0), np.minimum(d, 0))

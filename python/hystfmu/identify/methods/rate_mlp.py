@@ -3,8 +3,9 @@
 The rate du/dt does not represent the memory: two descending branches can have the same u and du/dt. Therefore the
 network of the paper (``memory = "none"``) can represent only signals with a single frequency. With ``memory =
 "plays"``, the network has further inputs. These are the outputs of a bank of plays, and the first and second
-derivatives of v, the output of a fitted Prandtl-Ishlinskii model. The derivatives of v are needed because the dynamics
-after the hysteresis depend on its output, v - (2 zeta/omega_n) v' + ..., and not on the rate of u.
+derivatives of v, the output of a fitted Prandtl-Ishlinskii model. The derivatives of v are needed because the linear
+dynamics after the hysteresis have the output v - (2 zeta/omega_n) v' + ... This output depends on the rate of v, and
+not on the rate of u.
 
 A derivative is the difference over the last step, filtered by a first-order lag with the time constant tau.
 """

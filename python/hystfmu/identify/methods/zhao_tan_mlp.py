@@ -2,8 +2,8 @@
 
 The shape of the branch g(d) = (1 - e^-d) d depends on the scale of x. Therefore the range to which the input is scaled
 is a parameter. By default, several ranges are tried, and the range with the smallest training error is used. With an
-inverse operator, and with exchanged input and output of the data, this kind gives the inverse model of the paper
-(section III).
+inverse operator, and data whose input and output are exchanged, this kind gives the inverse model of the paper (section
+III).
 """
 
 from __future__ import annotations
@@ -42,7 +42,11 @@ OPTIONS = (
 
 
 def features(data: Dataset, span: float, memory: str, u0: float, operator: str = "zhao_tan") -> Features:
-    """Return the features of the network: the scaled input, and the output of the operator or the inverse operator."""
+    """Return the inputs of the network (features): the scaled input, and the output of the operator.
+
+    `operator` is the block type of the operator. The scaled input has a range of width `span`. `memory` is the option
+    of the operator, which rests at the input `u0`.
+    """
     scaling, gain, offset = scaled_input(data.u[data.train], span)
     if operator == "zhao_tan":
         values: dict[str, Value] = {"memory": memory, "x0": gain * u0 + offset}
