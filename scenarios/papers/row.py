@@ -1,7 +1,7 @@
-"""A row in the table of a paper: printed number, literal replica, our result, verdict and target.
+"""One row in the table of a paper: printed number, result of the literal replica, our result, verdict and target.
 
 The column "printed" contains only numbers that the paper prints. Results of other packages and authors, and run times,
-have separate groups. In this room, a "figure" of a row is a number, not a diagram.
+have separate groups. In this package, a "figure" of a row is a number, not a diagram.
 """
 
 from __future__ import annotations
@@ -78,7 +78,11 @@ class Row:
 
     @classmethod
     def over_seeds(cls, quantity: str, printed: float | None, of: Sequence[Sequence[float]], **more: Any) -> Row:
-        """Return a row of medians and ranges over seeds. `of` contains one literal number and one of ours per seed."""
+        """Return a row whose numbers are medians and ranges over random seeds.
+
+        `of` contains two sequences, the results of the literal replica and ours, with one number per seed. Either one
+        may be empty. `quantity` and `printed` are fields of the row, and `more` contains other fields.
+        """
         literal, ours = (float(median(v)) if len(v) else None for v in of)
         ranges = [(float(min(v)), float(max(v))) if len(v) > 1 else None for v in of]
         ends: dict[str, Any] = {"literal_range": ranges[0], "ours_range": ranges[1]}
@@ -86,14 +90,17 @@ class Row:
 
     @property
     def met(self) -> bool | None:
-        """True if the target is met. None if there is no target."""
+        """True if our result meets the target. None if there is no target or no result."""
         if self.target is None or self.ours is None:
             return None
         return bool(self.ours >= self.target if self.at_least else self.ours <= self.target)
 
     @property
     def printed_met(self) -> bool | None:
-        """True if the printed number is met (sense "equal": on every seed). None if nothing is printed or computed."""
+        """True if our result meets the printed number. None if there is no printed number or no result.
+
+        With the sense "equal", the results of all seeds must be equal to the printed number.
+        """
         if self.printed is None or self.ours is None:
             return None
         if self.sense == "equal":
@@ -102,11 +109,11 @@ class Row:
 
     @property
     def where(self) -> Group:
-        """Key of the group to which the row belongs."""
+        """Key in `GROUPS` of the group to which the row belongs."""
         return self.group or ("paper" if self.place else "beyond")
 
     def verdict(self) -> str:
-        """Return "met", or the factor by which the target is missed, or "" if there is no target."""
+        """Return "met", or the factor by which our result misses the target, or "" without a target or a result."""
         if self.met is None:
             return ""
         assert self.ours is not None
@@ -114,7 +121,7 @@ class Row:
         return "met" if self.met else _missed(self.ours, self.target, "least" if self.at_least else "most")
 
     def printed_verdict(self) -> str:
-        """Return "met", or the factor by which the printed number is missed, or "" if nothing is printed."""
+        """Return "met", or the factor by which our result misses the printed number, or "" if nothing is printed."""
         if self.printed is None:
             return ""
         if self.ours is None:
