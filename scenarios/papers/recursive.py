@@ -38,11 +38,11 @@ class Recursive:
     eta : float
         Initial covariance P(0) = eta I. 1/eta is a ridge penalty on the distance from the initial parameters.
     mu : float
-        Forgetting factor in (0, 1]. With mu = 1 and without a dead zone, all samples have the same weight, and theta is the
-        least-squares solution with this ridge penalty.
+        Forgetting factor in (0, 1]. With mu = 1 and without a dead zone, all samples have the same weight, and theta is
+        the least-squares solution with this ridge penalty.
     dead_zone : float, optional
-        Largest error that changes no parameter, in the unit of measure of y. If it is smaller than the error with the best
-        theta, the parameters follow the noise and diverge. By default, there is no dead zone.
+        Largest error that changes no parameter, in the unit of measure of y. If it is smaller than the error with the
+        best theta, the parameters follow the noise and diverge. By default, there is no dead zone.
     fraction : float
         Ratio of beta to its upper bound mu Sigma, in (0, 1]. With 1, the error after the update is r^2 / e.
     theta : array, shape (n,), optional

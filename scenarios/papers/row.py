@@ -26,7 +26,7 @@ SAME = 0.01  # largest relative difference at which a number counts as equal to 
 
 @dataclass(frozen=True)
 class Row:
-    """One row: a quantity with up to three numbers.
+    """One row of the table: a quantity with up to three numbers.
 
     Parameters
     ----------
@@ -35,25 +35,28 @@ class Row:
     printed : float or None
         Number that the paper prints, or None.
     literal : float or None
-        Result of our literal replica of the method in the paper, or None if the text does not define the method.
+        Result of the literal replica, that is, of the method exactly as in the paper. None if the text does not define
+        the method.
     ours : float or None
         Result of the corrected and improved method.
     target : float or None
-        Upper bound of `ours` (lower bound with `at_least`), or None.
+        Upper bound of `ours`, or lower bound if `at_least` is True, or None.
     at_least : bool
         Whether the target is a lower bound.
     note : str
         Reason for a missed number or target, or difference from the paper.
     place : str
-        Table, figure, equation or section of the paper. A row with a place belongs to the group "paper".
+        Table, figure, equation or section of the paper.
     sense : {"most", "least", "equal"}
-        Condition for a met printed number: `ours` is at most, at least, or within 1 % equal to the printed number.
+        Condition under which the printed number is met: `ours` is at most the printed number, at least the printed
+        number, or equal to it within 1 %.
     group : str
         Key of `GROUPS`. The default "" means "paper" for a row with a place, and "beyond" for other rows.
     reported : float or None
         Number that another package or author reports.
     seeds : int
-        Number of seeds of random start values or noise, over which the numbers are medians. 0 if nothing is random.
+        Number of seeds of random start values or noise. The numbers of the row are medians over these seeds. 0 if
+        nothing is random.
     literal_range, ours_range : tuple of float, optional
         Smallest and largest number over the seeds.
     scanned : tuple of int, optional

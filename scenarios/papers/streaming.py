@@ -30,8 +30,8 @@ class Stream:
     mu : float
         Forgetting factor in (0, 1].
     dead_zone : float, optional
-        Largest prediction error that changes no weight, in the unit of measure of y. By default, every error changes the
-        weights.
+        Largest prediction error that changes no weight, in the unit of measure of y. By default, every error changes
+        the weights.
 
     Raises
     ------

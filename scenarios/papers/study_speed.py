@@ -47,7 +47,10 @@ LOOP: dict[str, Any] = {
 
 
 def rows(n: int) -> list[Row]:
-    """Return table rows with the speed of a study of n runs, compared with a loop by hand and between one and two cores."""
+    """Return table rows with the speed of a study of n runs.
+
+    The study on one core is compared with the loop by hand, and with the same study on two cores.
+    """
     with TemporaryDirectory() as folder:
         return _rows(Path(folder), n)
 

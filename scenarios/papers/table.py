@@ -61,7 +61,7 @@ class Report:
         return facts | {"drawings": drawn, "omitted": dict(self.omitted), "notes": list(self.notes)}
 
     def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
-        """Return title, column heads and cells of every group of rows, as text. Empty groups and columns are omitted."""
+        """Return title, column heads and cells of every group of rows, as text, without empty groups and columns."""
         found = []
         for key, title in GROUPS.items():
             rows = [r for r in self.rows if r.where == key]
