@@ -3,13 +3,14 @@
 The record of the paper, 1916 samples of a magnetostrictive actuator, is not published. A Jiles-Atherton actuator
 (`magnetostrictive_plant`) replaces it for tables 2 and 3 and for the figures. The paper prints neither the bias field
 nor the decay of the sine. A scan varies both, and the tables use the values for which the results of the literal
-replica are closest to the printed numbers. The branch of table 1 is plausible for inputs up to 0.8 and outputs up to
-10, so the outputs are scaled to this range. Table 1 and the held-out signals use the synthetic piezo stack.
+replica are closest to the printed numbers. The branch in table 1 is plausible if the span of the input is 0.8 and the
+span of the output is 10, so the data are scaled to these spans. Table 1 and the held-out signals use the synthetic
+piezo stack.
 
 The literal replica uses the last extremum, normal equations, and thresholds over the full range. It chooses the number
 of hidden neurons and the order of the polynomial on the second half of the record, on which it is also tested. Our
-method uses dominant extrema, an increasing branch, and thresholds over half the range. It chooses number and order on a
-validation part of the first half.
+method uses dominant extrema, an increasing branch, and thresholds over half the range. It chooses the number of hidden
+neurons and the order on a validation part of the first half.
 """
 
 from __future__ import annotations
@@ -391,7 +392,7 @@ def _sweep(half: Dataset, hidden: Sequence[int], seed: int, setting: dict[str, A
 
 
 def _many_plays(halves: Sequence[Dataset]) -> tuple[list[Row], list[list[float]], list[Model]]:
-    """Return table rows of the Prandtl-Ishlinskii models in table 3, the MSEs of the first ones, and the largest models.
+    """Return table rows of the Prandtl-Ishlinskii models in table 3, and the MSEs and models with 4994 plays.
 
     Each number of plays is fitted with the thresholds of the paper and with ours.
     """

@@ -80,7 +80,7 @@ def experiment(plant: Response, decay: float = DECAY, rows: int = ROWS) -> Datas
 
 
 def quick() -> list[Row]:
-    """Return the table rows that take only seconds: tests of lemmas, remarks and theorems, and the size of the network."""
+    """Return the table rows that take only seconds: tests of lemmas, remarks and theorems, and the network size."""
     return [*statements.rows(actuator(), actuator(LINEAR)), _weights(actuator())]
 
 
@@ -137,7 +137,10 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
 
 # ---- model: validation against validation ----------------------------------------------------------------------------
 def _validation(plant: Response, progress: Callable[[float], None]) -> tuple[list[Row], list[Row], tuple[float, int]]:
-    """Return the table rows of figs. 5 and 6, those of the scan, and the decay and number of rows that the table uses."""
+    """Return the table rows of figs. 5 and 6, the table rows of the scan, and the values that the table uses.
+
+    These values are the decay of the sine and the number of rows.
+    """
     points = [(decay, size) for size in SPLITS for decay in DECAYS]
     found: dict[tuple[float, int], list[list[dict[str, float]]]] = {}
     for k, point in enumerate(points):
@@ -211,7 +214,10 @@ def _kp(decay: float, size: int) -> tuple[list[Row], Array]:
 
 
 def _kp_of(record: Dataset) -> tuple[dict[str, float], dict[str, float], dict[str, float], Array]:
-    """Return the validation errors of the literal KP model, of our KP model and of plays, and the output of our KP model."""
+    """Return the validation errors of three models of a record, and the output of our KP model.
+
+    The models are the literal KP model, our KP model, and a sum of plays.
+    """
     half = _first_half(record)
     second = slice(len(record.u) // 2, None)
     trained = record.u[half.train]
