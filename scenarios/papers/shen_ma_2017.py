@@ -200,10 +200,11 @@ def _dataset(u: Array, name: str, y: Array | None = None, seed: int = 0) -> Data
 
 
 def _scan(progress: Progress) -> tuple[list[Row], dict[str, tuple[int, int]], tuple[float, float]]:
-    """Return the table rows of the scan, the counts of met printed numbers by quantity, and the closest bias and decay.
+    """Return the table rows of the scan, the counts of met printed numbers by quantity, and the chosen bias and decay.
 
-    At these values, the results of the literal replica are closest to the printed numbers. The kind `actuator` is
-    fitted with one seed for each pair of bias and decay, because its fit takes longer than that of both networks.
+    The chosen values are those for which the results of the literal replica are closest to the printed numbers. The
+    kind `actuator` is fitted with one seed for each pair of bias and decay, because its fit takes longer than that of
+    both networks.
     """
     points, found = [(b, d) for b in BIASES for d in DECAYS], {}
     for k, point in enumerate(points):

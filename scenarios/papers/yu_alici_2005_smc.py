@@ -112,7 +112,7 @@ def _figures() -> list[Row]:
 
 
 def _identification() -> tuple[list[Row], Drawing]:
-    """Return table rows with the errors of the models, of eqs. 2 and 3, and of the inverses, and a diagram like fig. 9."""
+    """Return table rows with the errors of models, of eqs. 2 and 3, and of inverses, and a diagram like fig. 9."""
     u = np.concatenate([excitation(f) for f in FIGURES])
     records = [measured(u, seed) for seed in range(SEEDS)]
     literal = [fit(d, "rate_mlp", k, **LITERAL) for k, d in enumerate(records)]
@@ -172,7 +172,10 @@ def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Drawing]:
 
 # ---- closed loops ------------------------------------------------------------------------------------------------
 class _Loops:
-    """The shipped scenarios with inverses that are identified here: the exact inverse, and one network for every seed."""
+    """The shipped scenarios with inverses that are identified here.
+
+    There are two kinds of inverse: the exact inverse of our model, and one inverse network for every seed.
+    """
 
     def __init__(self) -> None:
         self.folder = shipped_scenarios()
@@ -198,11 +201,11 @@ class _Loops:
         return Dataset.from_signal(u[::10], y, 1 / RATE, "plant of the scenarios")
 
     def run(self, scenario: str, case: str, inverse: Graph | None = None, **changed: float) -> tuple[float, float]:
-        """Simulate a case of a scenario, and return its RMS tracking error (% of stroke) and its relative total variation of u.
+        """Simulate a case of a scenario, and return two results: RMS tracking error and relative total variation of u.
 
-        The total variation of the command u is divided by that of the feed-forward signal. `inverse` replaces the
-        inverse in the scenario; by default, the scenario is not changed. `changed` contains new parameter values. If
-        the loop diverges, both results are infinite.
+        The RMS tracking error is in % of the stroke. The total variation of the command u is divided by that of the
+        feed-forward signal. `inverse` replaces the inverse in the scenario; by default, the inverse is not changed.
+        `changed` contains new parameter values. If the loop diverges, both results are infinite.
         """
         from hystfmu.scenario.outcome.metrics import measure
         from hystfmu.scenario.outcome.trace import Stopped
@@ -232,7 +235,10 @@ class _Loops:
         return simulate(system, "native"), system.case.metrics
 
     def drawings(self, case: str = "sine_10") -> tuple[Drawing, ...]:
-        """Return diagrams like fig. 10 (actuator with inverse) and fig. 11 (tracking in open and closed loop) for a case."""
+        """Return diagrams like fig. 10 (actuator with inverse) and fig. 11 (tracking in open and closed loop).
+
+        `case` is the case of the scenarios that is simulated.
+        """
         law, off = "sliding_mode_2005", {"sliding_mode__eta": 0.0, "sliding_mode__rho": 0.0}
         none = self.trace("open_loop", case)[0]
         alone = {n: self.trace(law, case, i, **off)[0] for n, i in (("network", self.literal[0]), ("ours", self.ours))}

@@ -1,10 +1,11 @@
 """Zhao & Tan 2008: operator with 2-12-1 network, KP model, and series connection of network inverse and actuator.
 
-The measurements of the paper are not published. The input is that of the paper: a decaying sine of 5 Hz with 1200
-samples at 1000 Hz, scaled to [-1, 1]. One part is used for identification and the other part for validation. The
-actuator is that of section II, simulated in numpy: ten backlash operators with full widths of 0.1 to 1. The paper does
-not print the decay, the number of rows in each part, and the seed. A scan varies them over `DECAYS`, `SPLITS` and
-`SEEDS`. The table uses the values for which the results of the literal replica are closest to the printed numbers.
+The measurements of the paper are not published. The input is that of the paper: a decaying sine of 5 Hz, sampled at
+1000 Hz and scaled to [-1, 1]. The first half of the 1200 or 2400 samples is used for identification, and the second
+half for validation. The actuator is that of section II, simulated in numpy: ten backlash operators with full widths of
+0.1 to 1. The paper does not print the decay, the number of samples in each half, and the seed. A scan varies the decay
+over `DECAYS` and the number of samples over `SPLITS`. The table uses the values for which the results of the literal
+replica are closest to the printed numbers. Results are medians over `SEEDS` seeds.
 
 The literal replica uses the last extremum, 463 Powell-Beale iterations from one start, a reconstructed inverse
 operator, and ordinary least squares for the weights of the Krasnoselskii-Pokrovskii (KP) model. Our method uses the

@@ -85,7 +85,10 @@ def crossings(x: Array, h: Array, y: Array) -> Crossings:
 
 
 def least_slope(x: Array, h: Array, near: float) -> float:
-    """Return the least dh/dx on all branches, without points that are nearer than `near` to the start of their branch."""
+    """Return the least slope dh/dx on all branches of an operator with input x and value h, shape (n,).
+
+    Points nearer than `near` to the start of their branch are excluded.
+    """
     slopes = []
     for b in branches(x, h, x):
         far = (b.x - b.x[0] if b.rising else b.x[-1] - b.x) > near

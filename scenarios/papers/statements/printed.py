@@ -72,7 +72,10 @@ class PrintedRecursive:
         self.samples, self.variance, self.Sigma = 0, 0.0, r * r
 
     def update(self, phi: Array, y: float) -> float:
-        """Update the parameters with the regressor phi (n,) and the output y of one sample; return the error e(k) before it."""
+        """Update the parameters with one sample, and return the error e(k) before the update.
+
+        phi is the regressor (n,), and y is the measured output.
+        """
         mu, r2 = 1 - self.rho, self.r**2
         e = float(y - phi @ self.theta)  # eq. 13
         self.samples += 1

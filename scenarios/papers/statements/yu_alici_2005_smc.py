@@ -83,7 +83,7 @@ def _width(frequency: float, amplitude: float) -> float:
 
 
 def _law() -> float:
-    """Return the largest difference between the block `sliding_mode` and the printed control law, for random signals."""
+    """Return the largest difference of u between the block `sliding_mode` and the printed law, on random signals."""
     h, lam, eta, rho, eps = 1e-3, 30.0, 2e-3, 0.4, 2.0
     y_d, y, u_nn = np.random.default_rng(0).normal(size=(3, 500)).cumsum(axis=1) / 30
     e: Array = y - y_d

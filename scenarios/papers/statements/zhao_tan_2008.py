@@ -117,9 +117,10 @@ def rows(plant: Response, invertible: Response) -> list[Row]:
 
 
 def _one_loop(plant: Response) -> list[Row]:
-    """Return table rows of the tests of assumption 1 and remarks 1, 4 and 5.
+    """Return table rows of the tests of assumption 1 and remarks 1, 4 and 5 with a sine as input.
 
-    For a sine as input, the loops of the hysteresis `plant` and of the operators are closed and have an orientation.
+    The tests state whether the loop of the hysteresis `plant` is closed, in which direction the loops of hysteresis and
+    operators turn, and whether the operators are antisymmetric.
     """
     cycle = 400
     u = np.sin(2 * np.pi * np.arange(2 * cycle + 1) / cycle)
