@@ -3,8 +3,8 @@
 The stack is a PICMA P-885.91, sampled at 200 Hz. In our protocol P1, u[k] is column 1 (V) in row k of the test file,
 and y[k] is column 5 (um) in row k + 1, because the sensor lags by one sample. The model is simulated from row 0. It is
 fitted to rows 2000:4200 (one decaying sine) and tested on rows 3000:13800 (stroke 41.4 um). The test rows contain other
-amplitudes than the training rows, and an input that is the output of an inverse. When the stack repeats a cycle, the
-displacement differs by 0.071 um.
+amplitudes than the training rows, and an input that is the output of an inverse. The repeatability of the stack is
+0.071 um.
 
 Data: github.com/yan9a/DiscreteBacklashOperator (MIT licence).
 """

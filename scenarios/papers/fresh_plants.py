@@ -1,8 +1,8 @@
 """Errors of models and inverses on random plants that were not used to tune defaults.
 
 The plants are generated from fixed and from random seeds. Every model is trained with the default options of its kind.
-The training signal consists of random nested reversals, or is a multisine if the plant has dynamics. The test signals
-are other inputs of the same plant. Each table row states its seeds. The targets must be met for every seed.
+The training signal consists of random nested reversals, or is a multisine if the plant has dynamics. Each model is
+tested on the same plant with other inputs. Each table row states its seeds. The targets must be met for every seed.
 """
 
 from __future__ import annotations

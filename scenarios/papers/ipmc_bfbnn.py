@@ -1,14 +1,15 @@
-"""Table of the IPMC paper: basis-function network with and without the auxiliary function f.
+"""Table of the IPMC paper: basis-function network of a sensor, with and without the auxiliary function f.
 
-The measurements of the paper are not published. The data come from the synthetic sensor in `papers.ipmc_sensor`, with
-voltages up to about 1 mV. Fig. 3 and table 1 use the protocol of the paper: the network is trained on one decaying
-sine, here of 10 Hz, and validated on a sine with another decay, without the first 0.098 s. The paper prints neither the
-decays nor the length. A scan varies them, and also the sign in eq. 3. As printed, f can only grow. If the sign of u -
-u_ex is kept, f is a hysteresis operator. The noise is the largest that agrees with the printed IC(10). Additional
-training data, which are not in the paper, contain 1, 2 and 5 Hz and random reversals.
+The sensor is a strip of ionic polymer-metal composite (IPMC). The measurements of the paper are not published. The data
+come from the synthetic sensor in `papers.ipmc_sensor`, with voltages up to about 1 mV. Fig. 3 and table 1 use the
+protocol of the paper: the network is trained on one decaying sine, here of 10 Hz, and validated on a sine with another
+decay. The first 0.098 s are excluded from the errors. The paper prints neither the decays nor the length. A scan varies
+them, and also the sign in eq. 3. As printed, f can only grow. With the sign of u - u_ex, where u_ex is an extremum of
+u, f is a hysteresis operator. The noise is the largest that agrees with the printed IC(10). Additional training data,
+which are not in the paper, contain 1, 2 and 5 Hz and random reversals.
 
-The literal replica uses the last extremum, the printed recursion, and the form of eq. 3 whose results are closest to
-the printed numbers. Our method is the kind polynomial_narx with the defaults of `fit`.
+In the literal replica, a branch of f starts at the last extremum. It uses the printed recursion and the sign in eq. 3
+that gives results closest to the printed numbers. Our method is the kind polynomial_narx with default options.
 """
 
 from __future__ import annotations
@@ -469,7 +470,7 @@ def _direct(
 
 
 def _operator(x: Array) -> Array:
-    """Return the Zhao-Tan operator of x: f with the sign of u - u_ex, computed from the dominant extrema."""
+    """Return the Zhao-Tan operator of x: f with the sign of u - u_ex, where u_ex is the last dominant extremum."""
     return Graph.single(Node("f", "zhao_tan")).run(x)
 
 

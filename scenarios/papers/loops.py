@@ -122,9 +122,9 @@ def table(data: object, progress: Callable[[float], None], draws: int = 100) -> 
 
 
 def _loops(root: Path) -> list[Row]:
-    """Return table rows of the loops at 10 kHz: the loop that is nearest to its limits, then all loops.
+    """Return table rows of the loops at 10 kHz: the best loop with its targets, then all loops without targets.
 
-    Loops for periodic references have limits of their own, so there are two loops with limits.
+    Two loops have targets: one for any reference, and one for periodic references.
     """
     found = [_structure(f) for f in sorted(root.iterdir()) if _is_robust(f)]
     rows = []

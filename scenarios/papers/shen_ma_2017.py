@@ -7,9 +7,10 @@ replica are closest to the printed numbers. The branch in table 1 is plausible i
 span of the output is 10, so the data are scaled to these spans. Table 1 and the held-out signals use the synthetic
 piezo stack.
 
-The literal replica uses the last extremum, normal equations, and thresholds over the full range. It chooses the number
-of hidden neurons and the order of the polynomial on the second half of the record, on which it is also tested. Our
-method uses dominant extrema, an increasing branch, and thresholds over half the range. It chooses the number of hidden
+In the literal replica, a branch starts at the last extremum. It uses normal equations, and thresholds over the full
+range. It chooses the number of hidden neurons and the order of the polynomial on the second half of the record, on
+which it is also tested. In our method, a branch starts at the last extremum that is not wiped out (dominant extremum).
+The fitted branch increases, and the thresholds are distributed over half the range. It chooses the number of hidden
 neurons and the order on a validation part of the first half.
 """
 

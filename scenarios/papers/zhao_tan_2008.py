@@ -8,8 +8,9 @@ over `DECAYS` and the number of samples over `SPLITS`. The table uses the values
 replica are closest to the printed numbers. Results are medians over `SEEDS` seeds.
 
 The literal replica uses the last extremum, 463 Powell-Beale iterations from one start, a reconstructed inverse
-operator, and ordinary least squares for the weights of the Krasnoselskii-Pokrovskii (KP) model. Our method uses the
-dominant extremum, Levenberg-Marquardt iterations, the exact inverse operator, and KP weights >= 0.
+operator, and ordinary least squares for the weights of the Krasnoselskii-Pokrovskii (KP) model. In our method, a branch
+starts at the last extremum that is not wiped out (dominant extremum). It uses Levenberg-Marquardt iterations, the exact
+inverse operator, and KP weights >= 0.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 As printed, f(k) = f(u_ex) + |u - u_ex| g(|u - u_ex|), where u_ex is the last extremum of the input. g(x) >= 0 is smooth
 and monotone; the default is 1 - e^-x. With this formula, f increases whether the input increases or decreases.
 Therefore it grows without bound and is not a function of the hysteresis state. The corrected formula is f(k) = f(u_ex)
-+ (u - u_ex) g(|u - u_ex|), the Zhao-Tan operator. Models use the block `zhao_tan` with dominant extrema. This module
-uses the last extremum, as in the text of the paper.
++ (u - u_ex) g(|u - u_ex|), the Zhao-Tan operator. Models use the block `zhao_tan`, in which u_ex is the last extremum
+that is not wiped out (dominant extremum). This module uses the last extremum, as in the text of the paper.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Numerical tests of lemmas, remarks and theorems of Zhao & Tan 2008: examples and counterexamples.
 
-The literal replica uses the last extremum and the reconstructed inverse operator. Our method uses the dominant extremum
-and the exact inverse of eq. 1. The hysteresis consists of the ten backlash operators of section II.
+In the literal replica, a branch starts at the last extremum, and the inverse operator is reconstructed from remarks in
+the paper. In our method, a branch starts at the last extremum that is not wiped out (dominant extremum), and the
+inverse of eq. 1 is exact. The hysteresis consists of the ten backlash operators of section II.
 """
 
 from __future__ import annotations
