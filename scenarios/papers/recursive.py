@@ -41,7 +41,8 @@ class Recursive:
         Forgetting factor in (0, 1]. With mu = 1 and without a dead zone, all samples have the same weight, and theta is
         the least-squares solution with this ridge penalty.
     dead_zone : float, optional
-        Largest error that changes no parameter, in the unit of measure of y. If it is smaller than the largest error with the best theta, the parameters follow the noise and diverge. By default, there is no dead zone.
+        Largest error that changes no parameter, in the unit of measure of y. If it is smaller than the largest error
+        with the best theta, the parameters follow the noise and diverge. By default, there is no dead zone.
     fraction : float
         Ratio of beta to its upper bound mu Sigma, in (0, 1]. With 1, the error after the update is r^2 / e.
     theta : array, shape (n,), optional

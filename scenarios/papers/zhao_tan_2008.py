@@ -7,10 +7,10 @@ half for validation. The actuator is that of section II, simulated in numpy: ten
 over `DECAYS` and the number of samples over `SPLITS`. The table uses the values for which the results of the literal
 replica are closest to the printed numbers. Results are medians over `SEEDS` seeds.
 
-The literal replica uses the last extremum, 463 Powell-Beale iterations from one start, a reconstructed inverse
-operator, and ordinary least squares for the weights of the Krasnoselskii-Pokrovskii (KP) model. In our method, a branch
-starts at the last extremum that is not wiped out (dominant extremum). It uses Levenberg-Marquardt iterations, the exact
-inverse operator, and KP weights >= 0.
+In the literal replica, a branch of the operator starts at the last extremum. The replica uses 463 Powell-Beale
+iterations from one start, a reconstructed inverse operator, and ordinary least squares for the weights of the
+Krasnoselskii-Pokrovskii (KP) model. In our method, a branch starts at the last extremum that is not wiped out (dominant
+extremum). It uses Levenberg-Marquardt iterations, the exact inverse operator, and KP weights >= 0.
 """
 
 from __future__ import annotations
