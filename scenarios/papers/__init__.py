@@ -1,10 +1,10 @@
 """Reproduction of papers. `reproduce(name)` returns a table of the printed numbers and of our results.
 
-Each number has up to three columns: the value that the paper prints, the result of a literal replica (the method
-exactly as the paper states it), and "ours", the result of the corrected and improved method of this project. Each paper
-or data set has one module with the name in `PAPERS` and a function ``table(data, progress) -> Report``. If a module
-needs a file or an optional package, it has a function ``check(data)``. The modules of the four papers also have a
-function ``quick() -> list of Row``, which computes the rows that take only seconds.
+Each row of the table has up to three numbers: the number that the paper prints, the result of a literal replica (the
+method exactly as the paper describes it), and "ours", the result of the corrected and improved method of this project.
+Each paper or data set has one module with the name in `PAPERS` and a function ``table(data, progress) -> Report``. If a
+module needs a file or an optional package, it also has a function ``check(data)``. The modules of the four papers also
+have a function ``quick()``, which returns the table rows that can be computed in seconds.
 """
 
 from __future__ import annotations
@@ -37,14 +37,15 @@ NEEDS_DATA = ("dbo_piezo",)
 
 
 def missing(name: str, data: str | Path | None = None) -> str:
-    """Return one line on missing data or packages of a paper or data set, or "" if nothing is missing.
+    """Return one line that names the missing data or packages for a paper or data set, or "" if nothing is missing.
 
-    Call this function before a long computation.
+    `name` is a key of `PAPERS`. `data` is the folder with the measured data. Call this function before a long
+    computation.
 
     Raises
     ------
     InputError
-        Unknown name.
+        The name is unknown.
     """
     module = _module(name)
     try:
@@ -68,11 +69,11 @@ def reproduce(
     name : str
         Key of `PAPERS`.
     data : path, optional
-        Folder with the measured data, for the names that use them.
+        Folder with the measured data. It is used only if the table contains results for measured data.
     progress : function
         Function that is called with the completed fraction of the work, 0 to 1.
     full : bool
-        Whether to run all variants of the paper (`FULL` in the module of the paper) instead of the default ones.
+        True computes all variants in the paper, such as all numbers of neurons. False computes fewer variants.
 
     Raises
     ------
@@ -87,12 +88,12 @@ def reproduce(
 
 
 def quick(name: str) -> tuple[Row, ...]:
-    """Compute the rows of a paper that take only seconds: equations, lemmas and statements.
+    """Compute the table rows of a paper that take only seconds: tests of equations, lemmas and statements.
 
     Parameters
     ----------
     name : str
-        Key of `PAPERS`, of a paper with such rows.
+        Key of `PAPERS`. Only the four papers have such rows.
 
     Raises
     ------

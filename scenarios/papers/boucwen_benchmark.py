@@ -1,13 +1,14 @@
-"""Bouc-Wen benchmark of nonlinearbenchmark.org: grey-box, structured Duhem and black-box models.
+"""Bouc-Wen benchmark of nonlinearbenchmark.org: errors of grey-box, structured Duhem and black-box models.
 
-The three models are trained on one multisine of 8192 rows with 8e-6 m of white noise. Our generator of the benchmark
-system computes this record, with other random phases than those of the test. The models are simulated without measured
-outputs on the two official test records. If these records are missing, the generator replaces them by another multisine
-and by the official sine sweep, whose force is a formula.
+The three models are trained on one period of a multisine, 8192 rows with 8e-6 m of white noise. A simulation of the
+benchmark system generates this record. Its phases differ from those of the test signals. The models are simulated
+without measured outputs on the two official test records. Without these files, generated test records are used instead:
+another multisine, and the sine sweep of the benchmark, whose force is given by a formula.
 
-Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016.  The published rows are test errors on the
-multisine that their authors print: best linear model, dynoNet (Forgione & Piga 2021), polynomial nonlinear state-space
-model (PNLSS), state-space neural networks (SS-NN, gr-SS-NN).
+The table also contains published test errors on the multisine: best linear model, dynoNet (Forgione & Piga 2021),
+polynomial nonlinear state-space model (PNLSS), and state-space neural networks (SS-NN, gr-SS-NN).
+
+Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016.
 """
 
 from __future__ import annotations
@@ -41,7 +42,11 @@ PUBLISHED = (
 
 @dataclass(frozen=True)
 class Records:
-    """Test records: forces and displacements at 750 Hz, and whether these are the official records."""
+    """Test records of the benchmark.
+
+    `multisine` and `sweep` are pairs of force (N) and displacement (m), sampled at 750 Hz. `official` is False for
+    generated records.
+    """
 
     multisine: tuple[Array, Array]
     sweep: tuple[Array, Array]
@@ -49,12 +54,15 @@ class Records:
 
 
 def records(data: Path | None) -> Records:
-    """Return the test records, read from ``boucwen_benchmark/test.h5`` in `data`, or generated without `data`.
+    """Return the test records of the benchmark.
+
+    The records are read from ``boucwen_benchmark/test.h5`` or ``test.h5`` in the folder `data`. If `data` is None, they
+    are generated.
 
     Raises
     ------
     InputError
-        The file is missing or is not the file of the benchmark, or h5py is not installed.
+        The file is missing, has another content, or cannot be read because h5py is not installed.
     """
     if data is None:
         u = synthetic.multisine(8192, seed=SEED + 1)
@@ -78,25 +86,25 @@ def records(data: Path | None) -> Records:
 
 
 def finer(v: Array, factor: int) -> Array:
-    """Return one band-limited period, shape (n,), interpolated to shape (n * factor,)."""
+    """Return one period v (n,) of a band-limited signal, interpolated to n * factor samples."""
     return np.asarray(np.fft.irfft(np.fft.rfft(v), len(v) * factor) * factor)
 
 
 def sampled(y: Array, factors: tuple[int, ...]) -> Array:
-    """Return a displacement at 15 kHz decimated to 750 Hz with the filter of the benchmark."""
+    """Return a displacement y, decimated from 15 kHz to 750 Hz in several steps with the given factors."""
     for factor in factors:
         y = decimate(y, factor)
     return y
 
 
 def training() -> tuple[Array, Array]:
-    """Return force and noisy displacement (ROWS,) of one period in the steady state."""
+    """Return force (N) and noisy displacement (m) of the training record, one period (ROWS,) in the steady state."""
     u = synthetic.multisine(ROWS, seed=SEED)
     return u, benchmark_multisine(u) + NOISE * np.random.default_rng(SEED).normal(size=ROWS)
 
 
 def grey_box(u: Array, y: Array, test: Records) -> tuple[float, float]:
-    """Return the errors (m) of the model ``bouc_wen_oscillator`` on both tests."""
+    """Fit ``bouc_wen_oscillator`` to the force u and the displacement y; return its RMS errors (m) on both tests."""
     from hystfmu.identify import fit
 
     rows = len(u) * UPSAMPLING
@@ -112,7 +120,7 @@ def grey_box(u: Array, y: Array, test: Records) -> tuple[float, float]:
 
 
 def duhem(u: Array, y: Array, test: Records, progress: Callable[[float], None]) -> tuple[float, float]:
-    """Return the errors (m) of the model ``duhem_oscillator`` on both tests."""
+    """Fit ``duhem_oscillator`` to the force u and the displacement y, and return its RMS errors (m) on both tests."""
     from hystfmu.identify import fit
 
     k = UPSAMPLING // COARSER
@@ -133,7 +141,7 @@ def duhem(u: Array, y: Array, test: Records, progress: Callable[[float], None]) 
 
 
 def black_box(u: Array, y: Array, test: Records, progress: Callable[[float], None]) -> tuple[float, float]:
-    """Return the errors (m) of the NARX network on both tests."""
+    """Fit a NARX network to the force u and the displacement y, and return its RMS errors (m) on both tests."""
     from hystfmu.identify import fit
 
     data = Dataset.from_signal(u, y, 1 / RATE, "Bouc-Wen benchmark")
@@ -144,20 +152,20 @@ def black_box(u: Array, y: Array, test: Records, progress: Callable[[float], Non
 
 
 def check(data: Path | None) -> None:
-    """Raise an InputError if the folder `data` has no test file or a damaged one."""
+    """Raise an InputError if the folder `data` contains no valid test file. Without a folder, do nothing."""
     if data is not None:
         records(data)
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """Return a table of our test errors (m) and the published ones.
+    """Return a table of our test errors and the published ones (RMS, m).
 
     Parameters
     ----------
     data : path, optional
         Folder with ``boucwen_benchmark/test.h5``, or the folder of this file. By default, generated records are used.
     progress : function
-        Function that is called with the completed fraction of the work.
+        Function that is called with the completed fraction of the work, 0 to 1.
     """
     test = records(data)
     n = len(test.multisine[0])

@@ -1,4 +1,7 @@
-"""First diagram of a page: each number of a paper over its bound, which is met up to a ratio of 1."""
+"""Bar diagram of the ratio of each of our results to its bound: the printed number or the target.
+
+A bound is met if the ratio is at most 1. For a lower bound, the ratio is inverted.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,11 @@ MOST = 12  # largest number of rows in the diagram
 
 
 def bounded(rows: Sequence[Row]) -> list[Ratios]:
-    """Return a diagram of the printed numbers, or of the targets if nothing is printed, or an empty list."""
+    """Return a list with one diagram of the ratios of our results to the printed numbers.
+
+    The results are those in the table rows `rows`. If no number is printed, the diagram contains the ratios to the
+    targets. Without targets, the list is empty.
+    """
     printed = [
         _printed(r) for r in rows if r.where == "paper" and r.printed_met is not None and _positive(r.printed, r.ours)
     ]
@@ -52,7 +59,7 @@ def _target(r: Row) -> Ratio:
 
 
 def _over(ours: float, bound: float, sense: str) -> float:
-    """Return the ratio of a number to its bound, which is at most 1 if the bound is met."""
+    """Return the ratio of the result `ours` to its bound, so that the ratio is at most 1 if the bound is met."""
     if sense == "equal":
         return max(ours / bound, bound / ours)
     return bound / ours if sense == "least" else ours / bound

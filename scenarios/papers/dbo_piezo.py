@@ -1,9 +1,10 @@
-"""Measured piezo stack (Aye & Ang 2018, PICMA P-885.91, 200 Hz): errors of every model, and published errors.
+"""Errors of every kind of model, and published errors, on the record of a piezo stack (Aye & Ang 2018).
 
-Protocol P1: u[k] is column 1 (V) of row k of the test file, y[k] column 5 (um) of row k + 1, because the sensor lags
-one sample. The model is simulated from row 0. The fit minimises the residuals of rows 2000:4200 (one decaying sine),
-and rows 3000:13800 are the test (stroke 41.4 um). The test rows contain other amplitudes than the training rows, and an
-input from a feed-forward inverse. The device repeats its cycles with an error of 0.071 um.
+The stack is a PICMA P-885.91, sampled at 200 Hz. In our protocol P1, u[k] is column 1 (V) in row k of the test file,
+and y[k] is column 5 (um) in row k + 1, because the sensor lags by one sample. The model is simulated from row 0. It is
+fitted to rows 2000:4200 (one decaying sine) and tested on rows 3000:13800 (stroke 41.4 um). The test rows contain other
+amplitudes than the training rows, and an input that is the output of an inverse. The repeatability of the stack is
+0.071 um.
 
 Data: github.com/yan9a/DiscreteBacklashOperator (MIT licence).
 """
@@ -44,12 +45,14 @@ PUBLISHED = (
 
 
 def measured(data: Path) -> tuple[Dataset, Array]:
-    """Return the data set of protocol P1 and the wanted displacement (um) of the same rows, shape (n,).
+    """Read the test file in the folder `data`, and return the data set of protocol P1 and the wanted displacement (um).
+
+    The wanted displacement has shape (n,) and belongs to the same rows as the data set.
 
     Raises
     ------
     InputError
-        The file is missing, or is not a table of at least nine columns.
+        The file is missing, or is not a table of at least nine columns with enough rows.
     """
     places = (data / "dbo_piezo" / FILE, data / FILE)
     path = next((p for p in places if p.is_file()), None)
@@ -70,35 +73,39 @@ def measured(data: Path) -> tuple[Dataset, Array]:
 
 
 def score(run: Dataset, key: str, **options: Any) -> tuple[float, str]:
-    """Return the test error of a model (um), and a note with the size and the training error of the model."""
+    """Fit a kind of model to the training rows, and return its RMS error (um) on the test rows, and a note.
+
+    `key` is the kind of model, and `options` are its options. `run` is the data set of protocol P1. The note contains
+    the number of parameters and the RMS error on the training rows.
+    """
     model = fit(run, key, **options)
     note = f"{model.fit['parameters']} parameters, training {model.fit['rms']:.3f}"
     return rms((model.predict(run.u, run.h) - run.y)[RESULT]), note
 
 
 def line(run: Dataset) -> float:
-    """Return the test error (um) of a straight line y = a + b u, fitted and tested as every model."""
+    """Fit a straight line y = a + b u to the training rows of `run`; return its RMS error (um) on the test rows."""
     columns = np.column_stack([np.ones(len(run.u)), run.u])
     c = np.linalg.lstsq(columns[TRAIN], run.y[TRAIN], rcond=None)[0]
     return rms((columns @ c - run.y)[RESULT])
 
 
 def check(data: Path | None) -> None:
-    """Raise an InputError if the folder `data` has no test file or a damaged one."""
+    """Raise an InputError if the folder `data` contains no valid test file. Without a folder, do nothing."""
     if data is not None:
         measured(data)
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """Return a table of the RMS errors (um) of every model on the test rows.
+    """Return a table of the RMS errors (um) of every kind of model on the test rows.
 
     Parameters
     ----------
     data : path, optional
-        Folder with ``dbo_piezo/Test_Vi_Do_Di.dat``, or the folder of this file. By default, the table has only
+        Folder with ``dbo_piezo/Test_Vi_Do_Di.dat``, or the folder of this file. By default, the table contains only
         published numbers.
     progress : function
-        Function that is called with the completed fraction of the work.
+        Function that is called with the completed fraction of the work, 0 to 1.
     """
     source = "Aye & Ang 2018, PICMA P-885.91, 200 Hz; protocol P1, RMS in um of a stroke of 41.4 um"
     published = [Row(f"model: {name}", reported=value, group="reported") for name, value in PUBLISHED]
@@ -128,7 +135,10 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
 
 
 def _experiment(data: tuple[Array, Array] | None) -> list[Row]:
-    """Return rows of the printed tracking errors, and of those computed from the measured displacement."""
+    """Return table rows of the RMS tracking error of the published experiment, without and with feed-forward.
+
+    `data` contains the measured and the wanted displacement (um). From these, the printed errors are computed again.
+    """
     rows = []
     for name, printed, part in (("no feed-forward", 1.68, WITHOUT), ("its inverse as feed-forward", 0.58, WITH)):
         ours, note = None, "needs the measured data"

@@ -1,7 +1,8 @@
-"""Plants with random parameters, in numpy and independent of the C core. No default was tuned on these plants.
+"""Simulated plants with random parameters, in numpy and independent of the C core.
 
-Every function accepts a random generator and returns a function that maps an input u (n,) to the output y (n,) from
-rest. The thresholds of the plays are not on a regular grid.
+No default of this project was tuned on these plants. Every public function accepts a random generator `rng` and returns
+a function that maps an input u (n,) to the output y (n,), from rest. The thresholds of the plays are not on a regular
+grid.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ FINER = 10
 
 
 def play_sum(rng: np.random.Generator) -> Response:
-    """Return a random sum of ten plays and a linear term, which maps inputs in [-1, 1] to outputs in [-1, 1]."""
+    """Return a random sum of ten plays and a linear term. Its output is in [-1, 1] for inputs in [-1, 1]."""
     r, w = np.sort(rng.uniform(0.05, 0.6, PLAYS)), rng.uniform(0.3, 1.7, PLAYS)
     largest = 3 + (1 - r) @ w
     return lambda u: np.asarray((3 * u + plays(u, r) @ w) / largest)
 
 
 def bent(rng: np.random.Generator) -> Response:
-    """Return a random sum of plays followed by a static nonlinearity with a slope of at least 0.15."""
+    """Return a plant that is a random sum of plays, followed by a static nonlinearity with a slope of at least 0.15."""
     inside, b2, b3 = play_sum(rng), rng.uniform(-0.2, 0.2), rng.uniform(-0.15, 0.15)
 
     def response(u: Array) -> Array:
@@ -40,7 +41,7 @@ def bent(rng: np.random.Generator) -> Response:
 
 
 def stop_like(rng: np.random.Generator) -> Response:
-    """Return a random sum of ten stops, as in friction, followed by a cubic static nonlinearity."""
+    """Return a plant that is a random sum of ten stop operators, as in friction, followed by a cubic nonlinearity."""
     r, w = np.sort(rng.uniform(0.05, 0.6, PLAYS)), rng.uniform(0.3, 1.7, PLAYS)
     b3 = rng.uniform(0.1, 0.5)
 
@@ -52,19 +53,22 @@ def stop_like(rng: np.random.Generator) -> Response:
 
 
 def butterfly(rng: np.random.Generator) -> Response:
-    """Return the square of a random sum of plays, like the strain of a magnetostrictive rod."""
+    """Return a plant whose output is the square of a random sum of plays, like the strain of a magnetostrictive rod."""
     inside = play_sum(rng)
     return lambda u: np.asarray(inside(u) ** 2)
 
 
 def creeping(rng: np.random.Generator, h: float) -> Response:
-    """Return random plays with a static nonlinearity and logarithmic creep, sampled with step h (s)."""
+    """Return a plant as `bent`, followed by logarithmic creep. The sampling step is h (s)."""
     inside = bent(rng)
     return lambda u: _creep(inside(u), h)
 
 
 def actuator(rng: np.random.Generator, h: float) -> Response:
-    """Return a plant as `creeping` followed by a resonance G0(s), sampled with step h (s), ten substeps a row."""
+    """Return a plant as `creeping`, followed by a resonance G0(s).
+
+    The sampling step is h (s). Each step has ten substeps.
+    """
     from scipy.signal import cont2discrete, lfilter
 
     inside = bent(rng)

@@ -1,8 +1,9 @@
-"""Preisach sum whose density depends on the rate of the input (eqs. 2 and 3 of Yu & Alici 2005).
+"""Preisach model whose density depends on the rate of the input (eqs. 2 and 3 of Yu & Alici 2005).
 
-y = c + sum over cells of (mu_0 + mu_1 du/dt) relay[u], the density to first order in du/dt (Mayergoyz 1991, ch. 2).
-Both densities are linear parameters. A ridge (regularisation), chosen on the last part of the training rows, makes the
-density near 0 in cells about which the data contain no information. The relays switch as in the classical model.
+The model is y = c + sum over the cells of (mu_0 + mu_1 du/dt) relay[u]: the density is expanded to first order in du/dt
+(Mayergoyz 1991, ch. 2). The parameters c, mu_0 and mu_1 are linear. If the data contain no information about a cell, a
+ridge penalty makes its density almost 0. The strength of this penalty is chosen on the last part of the training rows.
+The relays switch as in the classical Preisach model.
 """
 
 from __future__ import annotations
@@ -31,7 +32,10 @@ Response = Callable[[Array], Array]
 
 
 def relays(u: Array, n: int, most: float) -> Array:
-    """Return the outputs of the relays of all cells of a grid over [-most, most], shape (rows, n (n + 1) / 2)."""
+    """Return the outputs of the relays of all cells in the Preisach plane, shape (rows, n (n + 1) / 2).
+
+    `u` is the input, shape (rows,). The plane is divided by a grid with n intervals over [-most, most].
+    """
     cells = triangles(n)
     out = np.empty((len(u), cells.shape[1]), order="F")
     for c, E in enumerate(cells.T):
@@ -40,7 +44,10 @@ def relays(u: Array, n: int, most: float) -> Array:
 
 
 def preisach(record: Dataset, dynamic: bool) -> Response:
-    """Fit the sum of eq. 2 (eq. 3 if `dynamic`), and return a function for its response to an input."""
+    """Fit the model of eq. 2 to a record, and return a function that computes its response to an input.
+
+    If `dynamic` is True, the model is that of eq. 3, whose density depends on the rate of the input.
+    """
     most = REACH * float(np.abs(record.u).max())
 
     def regressors(u: Array) -> Array:
@@ -62,7 +69,7 @@ def preisach(record: Dataset, dynamic: bool) -> Response:
 
 
 def rows(record: Dataset, plant: Response, ours: tuple[float, float]) -> list[Row]:
-    """Return rows that compare eqs. 2 and 3, trained on `record` and tested on held-out signals of the plant.
+    """Return table rows with the errors of the models of eqs. 2 and 3 on the training record and on held-out signals.
 
     Parameters
     ----------
@@ -71,7 +78,7 @@ def rows(record: Dataset, plant: Response, ours: tuple[float, float]) -> list[Ro
     plant : function
         Function that returns the true output (n,) for an input (n,).
     ours : tuple of float
-        RMS error of our model on the training signal, and its worst RMS error on the held-out signals (%FS).
+        RMS error of our model on the training signal, and its largest RMS error on the held-out signals (%FS).
     """
     tests = {name: (u, plant(u)) for name, u in signals.held_out().items()}
     cells = STEPS * (STEPS + 1) // 2
@@ -89,7 +96,7 @@ def rows(record: Dataset, plant: Response, ours: tuple[float, float]) -> list[Ro
 
 
 def drawings() -> tuple[Drawing, ...]:
-    """Return our form of fig. 4 (a relay) and of fig. 5 (the Preisach plane after a decaying input)."""
+    """Return diagrams like figs. 4 (output of a relay) and 5 (Preisach plane after a decaying input) of the paper."""
     u = signals.decaying_sine(3, 0.3, 200)
     relay, state = np.empty(len(u)), -1.0
     for k, v in enumerate(u):

@@ -1,8 +1,8 @@
-"""Errors of models and inverses on random plants that were not used for tuning, from fixed and random seeds.
+"""Errors of models and inverses on random plants that were not used to tune defaults.
 
-Every model is trained with the default options of its kind, on random nested reversals, or on a multisine for the
-actuator with dynamics. It is tested on other signals of the same plant. Each row states its seeds, because targets must
-also be met for other seeds.
+The plants are generated from fixed and from random seeds. Every model is trained with the default options of its kind.
+The training signal consists of random nested reversals, or is a multisine if the plant has dynamics. Each model is
+tested on the same plant with other inputs. Each table row states its seeds. The targets must be met for every seed.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ def table(data: object, progress: Callable[[float], None], drawn: int = 2) -> Re
     data : object
         Not used, because the plants are synthetic.
     progress : function
-        Function that is called with the completed fraction of the work.
+        Function that is called with the completed fraction of the work, 0 to 1.
     drawn : int
-        Number of random seeds in addition to the fixed seeds. Each seed determines two plants.
+        Number of random seeds in addition to the fixed seeds.
     """
     first = int(np.random.SeedSequence().generate_state(1)[0])
     seeds = {f"seeds {FIXED[0]} to {FIXED[-1]}": FIXED, f"{drawn} drawn, first {first}": range(first, first + drawn)}
@@ -71,7 +71,10 @@ def _recorded(plant: Response, seed: int, noise: float, h: float = STEP) -> Data
 
 
 def _bent_rows(kind: str, name: str, seeds: Sequence[int]) -> list[Row]:
-    """Return rows with the number of plants (plays with and without static nonlinearity) that meet the limits."""
+    """Return a table row with the number of plants on which the errors of a kind of model are within the limits.
+
+    Each seed gives two plants: a sum of plays without and with a static nonlinearity. `name` describes the seeds.
+    """
     inside, worst = [], 0.0
     for seed in seeds:
         for draw in (drawn_plants.play_sum, drawn_plants.bent):
@@ -89,7 +92,10 @@ def _bent_rows(kind: str, name: str, seeds: Sequence[int]) -> list[Row]:
 
 
 def _odd_rows(kind_of_plant: str, name: str, seeds: Sequence[int]) -> list[Row]:
-    """Return rows of the worst held-out error of `actuator` on stop-like or butterfly loops, with 0.1 % noise."""
+    """Return a table row with the largest held-out RMS error of the kind `actuator` over the plants of all seeds.
+
+    `kind_of_plant` is ``stop_like`` or ``butterfly``. The records have 0.1 % noise. `name` describes the seeds.
+    """
     errors = []
     for seed in seeds:
         plant = getattr(drawn_plants, kind_of_plant)(np.random.default_rng(seed))
@@ -101,7 +107,11 @@ def _odd_rows(kind_of_plant: str, name: str, seeds: Sequence[int]) -> list[Row]:
 
 
 def _actuator_rows(seed: int) -> list[Row]:
-    """Return rows of `actuator` fitted to 3 s of a multisine: errors on five other signals, f_n and zeta."""
+    """Fit the kind `actuator` to 3 s of a multisine, and return table rows with its errors.
+
+    The rows contain the error on five other signals, the errors of natural frequency f_n and damping ratio zeta, and
+    the error of the inverse.
+    """
     model, plant, span = _whole(seed)
     found = {
         name: accuracy.errors(model.predict(u, FAST), plant(u), span)["rms_percent"]
@@ -119,7 +129,7 @@ def _actuator_rows(seed: int) -> list[Row]:
 
 
 def _dynamic_row(model: Model, about: str) -> Row:
-    """Return the error of the inverse with preview in series with its model, up to a tenth of f_n."""
+    """Return a table row with the error of the inverse with preview, in series with its model, up to a tenth of f_n."""
     what = f"{about}: inverse with preview before its model up to f_n / 10, max, % of span"
     try:
         found = inverse(model).fit
@@ -130,7 +140,10 @@ def _dynamic_row(model: Model, about: str) -> Row:
 
 
 def _inverse_rows(seed: int) -> list[Row]:
-    """Return errors of the exact inverse in series with its model, which has a static nonlinearity and creep."""
+    """Return a table row with the error of the exact inverse in series with its model.
+
+    The model has a static nonlinearity and creep.
+    """
     plant = drawn_plants.creeping(np.random.default_rng(seed), STEP)
     model = fit(_recorded(plant, seed, NOISE), "actuator", seed, dynamics="no")
     what = f"exact inverse through creep and bend before its model, worst held-out max, of span, seed {seed}"
@@ -150,7 +163,7 @@ def _whole(seed: int) -> tuple[Model, Response, float]:
 
 
 def _others(seed: int) -> dict[str, Array]:
-    """Return five test signals of 0.6 to 2 s, which are independent of the training multisine."""
+    """Return five test signals of 0.6 to 2 s by name. They are independent of the training multisine."""
     from scipy.signal import lfilter, sawtooth
 
     t = np.arange(6000) * FAST
@@ -166,7 +179,10 @@ def _others(seed: int) -> dict[str, Array]:
 
 
 def _multisine(seconds: float, seed: int) -> Array:
-    """Return a multisine in [-1, 1] with equal power in each octave up to `HIGHEST`, which rises from 0."""
+    """Return a random multisine in [-1, 1] that starts from 0.
+
+    Every octave up to `HIGHEST` has the same power. `seconds` is the duration, and `seed` determines the phases.
+    """
     n, rng = round(seconds / FAST), np.random.default_rng(seed)
     f = np.arange(n // 2 + 1) / seconds
     lines = (f > 0) & (f <= HIGHEST)

@@ -1,11 +1,15 @@
-"""Table of the IPMC paper: basis-function network with and without the auxiliary function f, synthetic sensor.
+"""Table of the IPMC paper: basis-function network of a sensor, with and without the auxiliary function f.
 
-The measurements of the paper are not published. The sensor is `papers.ipmc_sensor`, scaled to 1 mV. Fig. 3 and table 1
-use the protocol of the paper: one decaying sine, here of 10 Hz, validated with another decay, without the first 0.098
-s. The decays, the length (not printed) and two readings of eq. 3 are varied (a scan). As printed, f can only grow; with
-the sign of u - u_ex, f is an operator. The noise is the largest that the printed IC(10) allows. Further training data,
-which are not in the paper, have 1, 2 and 5 Hz and random reversals. Literal: the reading closest to the printed
-numbers, last extremum, and the printed recursion. Ours: the kind polynomial_narx as `fit` returns it.
+The sensor is a strip of ionic polymer-metal composite (IPMC). The measurements of the paper are not published. The data
+come from the synthetic sensor in `papers.ipmc_sensor`, with voltages up to about 1 mV. Fig. 3 and table 1 use the
+protocol of the paper: the network is trained on one decaying sine, here of 10 Hz, and validated on a sine with another
+decay. The first 0.098 s are excluded from the errors. The paper prints neither the decays nor the length. A scan varies
+them, and also the sign in eq. 3. As printed, f can only grow. With the sign of u - u_ex, where u_ex is an extremum of
+u, f is a hysteresis operator. The noise is the largest that agrees with the printed IC(10). Additional training data,
+which are not in the paper, contain 1, 2 and 5 Hz and random reversals.
+
+In the literal replica, a branch of f starts at the last extremum. It uses the printed recursion and the sign in eq. 3
+that gives results closest to the printed numbers. Our method is the kind polynomial_narx with default options.
 """
 
 from __future__ import annotations
@@ -60,18 +64,18 @@ Criteria = dict[int, tuple[list[float], ...]]
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """Return the table of the paper. `data` is not used; `progress` is called with the completed fraction.
+    """Return the table of the paper. `data` is not used. `progress` is called with the completed fraction of the work.
 
-    Targets: f reduces the largest error at least fivefold, also compared with the best ridge without f. The error of
-    recursive least squares is at most 20 % above that of batch least squares. The n with the smallest validation error
-    depends on the data, so it has no target.
+    Targets: f reduces the largest error at least fivefold, also if the network without f has the best ridge penalty.
+    The held-out error of recursive least squares is at most 20 % above that of batch least squares. The number of lags
+    with the smallest validation error depends on the data, so it has no target.
     """
     with threadpool_limits(1):  # as in `fit`, because the matrices are small
         return _table(progress)
 
 
 def quick() -> list[Row]:
-    """Return the rows that take only seconds: equations and theorem."""
+    """Return the table rows that take only seconds: tests of the equations and of the theorem."""
     return statements.rows()
 
 
@@ -116,14 +120,18 @@ def _table(progress: Callable[[float], None]) -> Report:
 
 # ---- the paper's protocol --------------------------------------------------------------------------------------------
 def _sine(cycles: int, decay: float, seed: int, noise: float = NOISE) -> Dataset:
-    """Return a decaying sine of 10 Hz (mm), sampled at 1000 Hz, and the noisy voltage of the sensor (mV)."""
+    """Return a record of the sensor for a decaying sine of 10 Hz: displacement (mm) and noisy voltage (mV) at 1000 Hz.
+
+    `decay` is the decay per cycle, `cycles` is the number of cycles, and `noise` is the RMS noise (mV) with the given
+    seed.
+    """
     x = signals.decaying_sine(cycles, decay, round(RATE / F_SINE))
     y = VOLTAGE * sensor(x) + noise * np.random.default_rng(seed).normal(size=len(x))
     return Dataset(np.arange(len(x)) / RATE, STROKE * x, y, "decaying sine of 10 Hz", unit_u="mm", unit_y="mV")
 
 
 def _tail(response: Response, record: Dataset) -> Array:
-    """Return the error of a simulation (mV) without its beginning."""
+    """Return the error of a simulation (mV) on a record, without the first 0.098 s."""
     return (response(record.u / STROKE) - record.y)[round(LEFT_OUT * RATE) :]
 
 
@@ -132,19 +140,25 @@ READINGS: dict[str, Response] = {"as printed": lambda x: auxiliary(x, corrected=
 
 
 def _fitted(train: Dataset, n: int = N) -> Response:
-    """Return a fitted polynomial_narx; the fit chooses the scale of f on the training record."""
+    """Fit the kind polynomial_narx with n lags of u and of f to a record, and return a function for its response."""
     return _of(fit(train, "polynomial_narx", n_u=n, n_f=n, q=Q))
 
 
 def _pairs(cycles: int, trained: float, validated: float, noise: float = NOISE) -> list[tuple[Dataset, Dataset]]:
-    """Return the training and the validation record for every seed of the noise."""
+    """Return pairs of a training and a validation record, one pair for every seed of the noise.
+
+    `trained` and `validated` are the decays per cycle of the two records.
+    """
     return [
         (_sine(cycles, trained, SEEDS + seed, noise), _sine(cycles, validated, seed, noise)) for seed in range(SEEDS)
     ]
 
 
 def _figure_3(progress: Callable[[float], None]) -> tuple[list[Row], list[Row], Point]:
-    """Return the rows of fig. 3 and of the scan, and the point of the scan (cycles, decays, reading) in the table."""
+    """Return the table rows of fig. 3, the table rows of the scan, and the setting of the scan that the table uses.
+
+    In this setting, the results of the literal replica are closest to the printed numbers.
+    """
     found: dict[Point, list[list[float]]] = {}  # errors for every seed: literal, without f, ours
     for k, (cycles, trained) in enumerate(product(CYCLES, TRAINED)):
         records = [_sine(cycles, trained, SEEDS + seed) for seed in range(SEEDS)]
@@ -201,7 +215,7 @@ def _rows_of_figure_3(point: Point, of: list[list[float]], as_printed: list[floa
 
 
 def _noises(point: Point) -> list[Row]:
-    """Return rows for other noise levels at the point of the table, because the paper does not print the noise."""
+    """Return table rows for other noise levels with the setting `point`, because the paper does not print the noise."""
     rows = []
     for noise in NOISES:
         pairs = _pairs(*point[:3], noise)
@@ -216,9 +230,11 @@ def _most(response: Response, record: Dataset) -> float:
 
 
 def _structure(point: Point, progress: Callable[[float], None]) -> tuple[list[Row], list[Row]]:
-    """Return rows of IC(n) and TC(n), the mean squares over training and validation data, n = n_u = n_f = 7..10.
+    """Return table rows with IC(n) and TC(n) (table 1), for the table and for the scan.
 
-    The table uses the record of fig. 3 and every seed. The scan uses every record, also without noise, and one seed.
+    IC(n) and TC(n) are the mean squared errors on the training and the validation record with n = n_u = n_f lags, n =
+    7..10. The table uses the record of fig. 3 and every seed. The scan uses all records, also without noise, and one
+    seed.
     """
     literal, ours = (
         _criteria(_pairs(*point[:3]), lambda a, n: _direct(a, n, READINGS[point[3]])),
@@ -259,12 +275,15 @@ def _structure(point: Point, progress: Callable[[float], None]) -> tuple[list[Ro
 
 
 def _best(c: Criteria) -> list[float]:
-    """Return the n with the smallest TC for every pair of records."""
+    """Return the number of lags n with the smallest TC(n), for every pair of records."""
     return [float(min(c, key=lambda n: c[n][1][s])) for s in range(len(c[7][1]))] if c else []
 
 
 def _criteria(pairs: Sequence[tuple[Dataset, Dataset]], made: Callable[[Dataset, int], Response]) -> Criteria:
-    """Return IC(n) and TC(n) of every pair of records. The keys are the values of n."""
+    """Return IC(n) and TC(n) of every pair of records. The keys are the values of n.
+
+    `made` fits a network with n lags to a training record, and returns a function for its response.
+    """
     found: Criteria = {}
     for n in TABLE_1:
         models = [made(a, n) for a, _ in pairs]
@@ -275,7 +294,10 @@ def _criteria(pairs: Sequence[tuple[Dataset, Dataset]], made: Callable[[Dataset,
 
 
 def _bases(pairs: Sequence[tuple[Dataset, Dataset]]) -> list[Row]:
-    """Return rows that compare the basis functions in section 4, and other g in eq. 3, on the records of fig. 3."""
+    """Return table rows with the largest errors on the records of fig. 3, for other basis functions and other f.
+
+    The basis functions are those in section 4 of the paper. The functions f differ in the function g of eq. 3.
+    """
 
     def errors_of(f: Response, made: Callable[[Array], Array] = _monomials) -> list[float]:
         return [_most(_direct(train, N, f, made=made), validation) for train, validation in pairs]
@@ -314,7 +336,7 @@ def _bases(pairs: Sequence[tuple[Dataset, Dataset]]) -> list[Row]:
 
 
 def _drawings(train: Dataset, validation: Dataset) -> tuple[Drawing, ...]:
-    """Return our form of figs. 1, 3 and 4."""
+    """Return diagrams from our data that correspond to figs. 1, 3 and 4 of the paper."""
     rows = slice(round(LEFT_OUT * RATE), None)
     x = validation.u / STROKE
     t, truth = validation.t[rows], validation.y[rows]
@@ -368,7 +390,10 @@ def _drawings(train: Dataset, validation: Dataset) -> tuple[Drawing, ...]:
 
 # ---- several frequencies ---------------------------------------------------------------------------------------------
 def _several_frequencies() -> list[Row]:
-    """Return rows of requirement S8: training on several frequencies and random reversals, test on other signals."""
+    """Return table rows with the largest errors without f over those with f, on signals with other frequencies.
+
+    The networks are trained on a record with several frequencies and random reversals.
+    """
     train, tests = ipmc(80, seed=1), _tests()
     with_f = _with_f(train, N)
     ours = {name: _largest(_of(with_f), test) for name, test in tests.items()}
@@ -393,7 +418,10 @@ def _several_frequencies() -> list[Row]:
 
 # ---- models and tests ------------------------------------------------------------------------------------------------
 def _tests() -> dict[str, tuple[Array, Array]]:
-    """Return displacement in [-1, 1] and voltage of test signals between the trained frequencies, then held-out."""
+    """Return displacement in [-1, 1] and voltage (mV) of the test signals by name.
+
+    Two signals have frequencies between the trained ones. The others are the held-out signals.
+    """
     displacements = {
         "decaying sine": signals.decaying_sine(10, 0.1, round(RATE / 3)),
         "random": excitation(60, (1.5, 3.0, 4.0), seed=2),
@@ -426,7 +454,10 @@ def _monomials(z: Array) -> Array:
 def _direct(
     train: Dataset, n: int, f: Response | None, ridge: float = RIDGE, made: Callable[[Array], Array] = _monomials
 ) -> Response:
-    """Fit the network in numpy for any f and basis, with n lags of x, and n lags of f(x) unless f is None."""
+    """Fit the network in numpy with n lags of x and n lags of f(x), and return a function for its response.
+
+    If `f` is None, the network contains only the lags of x. `made` computes the basis functions.
+    """
     x = train.u / STROKE
     size = 1.0 if f is None else float(np.abs(f(x)).max())
 
@@ -439,13 +470,13 @@ def _direct(
 
 
 def _operator(x: Array) -> Array:
-    """Return the corrected f with dominant extrema, which is the Zhao-Tan operator."""
+    """Return the Zhao-Tan operator of x: f with the sign of u - u_ex, where u_ex is the last dominant extremum."""
     return Graph.single(Node("f", "zhao_tan")).run(x)
 
 
 # ---- recursions ------------------------------------------------------------------------------------------------------
 def _recursions(progress: Callable[[float], None]) -> list[Row]:
-    """Return rows that compare recursive and batch least squares on data that start at rest, with few lags."""
+    """Return table rows that compare recursive with batch least squares, on records that start at rest."""
     found = []
     for seed in range(SEEDS):
         found.append(_recursion(3 + 2 * seed))
@@ -484,7 +515,10 @@ def _recursions(progress: Callable[[float], None]) -> list[Row]:
 
 
 def _recursion(seed: int) -> dict[str, tuple[float, float]]:
-    """Return the held-out RMS error of each recursion over that of batch, and the largest error during the run."""
+    """Return two results for each recursion: its relative held-out error, and its largest error during the run (mV).
+
+    The relative held-out error is the RMS error divided by that of batch least squares.
+    """
     n = 3
     train, test = ipmc(SECONDS, rest=REST, seed=seed), ipmc(30, (1.5, 3.0, 4.0), noise=0.0, seed=seed + 1)
 

@@ -1,7 +1,7 @@
-"""Synthetic IPMC sensor: displacement of a bent strip (mm) and voltage of the strip (mV), at 1000 Hz.
+"""Synthetic IPMC sensor: voltage (mV) of a strip for its bending displacement (mm), at 1000 Hz.
 
-The sensor has the hysteresis, rate dependence and drift that fig. 1 of the IPMC paper shows. It is written in numpy,
-with finer steps and another integrator than the C core, so that models of the core are tested with an independent
+The sensor has the hysteresis, rate dependence and drift that fig. 1 of the IPMC paper shows. It is written in numpy.
+Step and integration method differ from those of the C core, so that the models are tested with an independent
 implementation.
 """
 
@@ -32,9 +32,9 @@ FINER = 5  # number of integration steps in a sample
 def sensor(x: Array, rate: float = RATE) -> Array:
     """Return the voltage (n,), about in [-1, 1], for a displacement x (n,) in [-1, 1] at `rate` (Hz), from rest.
 
-    z = (w0 x + sum w_i p_{r_i}[x]) / c with p a play, q = z + 0.04 z^2, the lag T v' = q - v, and the drift y = v + sum
-    s_l d_l, T_l d_l' = v - d_l.  x is linear between samples. Each sample is integrated by five steps of the
-    trapezoidal rule.
+    The hysteresis z = (w0 x + sum w_i p_{r_i}[x]) / c is a sum of plays p. It is followed by the static nonlinearity q
+    = z + 0.04 z^2, the lag T v' = q - v, and the drift y = v + sum s_l d_l with T_l d_l' = v - d_l. Between two
+    samples, x is linear, and the equations are integrated by five steps of the trapezoidal rule.
     """
     n = len(x)
     fine = np.interp(np.arange((n - 1) * FINER + 1) / FINER, np.arange(n), x)
@@ -46,7 +46,7 @@ def sensor(x: Array, rate: float = RATE) -> Array:
 
 
 def _lag(q: Array, T: float, dt: float) -> Array:
-    """Return the solution v of T v' = q - v from v = 0, by the trapezoidal rule."""
+    """Return the solution v of T v' = q - v from v = 0, by the trapezoidal rule with step dt."""
     from scipy.signal import lfilter
 
     a = dt / (2 * T)
@@ -84,7 +84,7 @@ def ipmc(
     rest: float = 0.0,
     seed: int = 0,
 ) -> Dataset:
-    """Return displacement and voltage of the synthetic sensor for `excitation`, at 1000 Hz.
+    """Return a record of the synthetic sensor for the displacement that `excitation` computes, at 1000 Hz.
 
     Parameters
     ----------

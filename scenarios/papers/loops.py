@@ -1,4 +1,4 @@
-"""Closed loops of this project and their requirements: tracking, margins, the stage, adaptation and speed.
+"""Results of the shipped closed loops: tracking errors, margins, positioning stage, adaptive inverse, and study speed.
 
 Gains, worst-case parameter sets (corners) and limits are those in the files of the shipped scenarios.
 """
@@ -41,7 +41,7 @@ ADAPTED = {
 
 @dataclass(frozen=True)
 class Structure:
-    """Errors and margins of one controller at 10 kHz.
+    """Tracking errors and margins of the closed loop with one controller at 10 kHz.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Structure:
         Peak of the sensitivity (dB) and delay margin (steps) of the nominal loop with the known delay of one step. None
         if the loop is unstable.
     stable_to : float or None
-        Additional delay (steps) up to which every corner is stable.
+        Largest additional delay (steps) at which the loop is stable in every corner.
     """
 
     name: str
@@ -63,22 +63,28 @@ class Structure:
     stable_to: float | None
 
     def worst(self, reference: str, more: str = "") -> float | None:
-        """Return the largest error over the corners of the scenario."""
+        """Return the largest RMS error over the corners for a reference, or None without such cases.
+
+        `reference` is ``10``, ``100`` or ``broadband``. `more` is a part of the case name, such as ``_two_steps``.
+        """
         found = [self.errors[c] for c in (f"{k}{more}_{reference}" for k in CORNERS) if c in self.errors]
         return max(found, default=None)
 
     def nominal(self, reference: str) -> float | None:
-        """Return the error of the nominal case, or None if there is no such case."""
+        """Return the RMS error of the nominal case for a reference, or None if this case does not exist."""
         return self.errors.get(NOMINAL[reference])
 
     def excess(self, asked: Mapping[str, tuple[float, float]]) -> float:
-        """Return the largest ratio of a number to its requirement, or infinity if a case is missing."""
+        """Return the largest ratio of an RMS error to its limit, or infinity if a case is missing.
+
+        `asked` contains the limits for each reference: for the nominal case and for the worst corner.
+        """
         pairs = [(f, a) for k, v in asked.items() for f, a in zip((self.nominal(k), self.worst(k)), v, strict=True)]
         return max(float("inf") if f is None else f / a for f, a in pairs)
 
 
 def check(data: object) -> None:
-    """Raise an error if the package that stores the tables of studies is not installed."""
+    """Raise an ImportError if the package pyarrow, which stores results of studies, is missing. `data` is not used."""
     import pyarrow  # noqa: F401
 
 
@@ -90,9 +96,9 @@ def table(data: object, progress: Callable[[float], None], draws: int = 100) -> 
     data : object
         Not used.
     progress : function
-        Function that is called with the completed fraction of the work.
+        Function that is called with the completed fraction of the work, 0 to 1.
     draws : int
-        Number of variations in the studies of the stage.
+        Number of runs with random parameters in each study of the positioning stage.
     """
     root = shipped_scenarios()
     parts: list[Callable[[], list[Row]]] = [partial(_loops, root)]
@@ -116,7 +122,10 @@ def table(data: object, progress: Callable[[float], None], draws: int = 100) -> 
 
 
 def _loops(root: Path) -> list[Row]:
-    """Return rows of requirement S18: the structure nearest to the targets, then every structure."""
+    """Return table rows of the loops at 10 kHz: the best loop with its targets, then all loops without targets.
+
+    Two loops have targets: one for any reference, and one for periodic references.
+    """
     found = [_structure(f) for f in sorted(root.iterdir()) if _is_robust(f)]
     rows = []
     for title, asked, names in (
@@ -166,7 +175,7 @@ def _targets(s: Structure, title: str, asked: Mapping[str, tuple[float, float]])
 
 
 def _listed(s: Structure) -> list[Row]:
-    """Return one row without target for each number of a structure."""
+    """Return table rows without targets for a controller: peak of the sensitivity, delay margins and RMS errors."""
     figures: list[tuple[str, float | None]] = [
         ("Ms, one step, dB", s.ms_db),
         ("delay margin beyond it, steps", s.delay_steps),
@@ -179,7 +188,10 @@ def _listed(s: Structure) -> list[Row]:
 
 
 def _stage(root: Path) -> list[Row]:
-    """Return rows of the nominal scans of the stage, then of the scans with other controllers."""
+    """Return table rows with the RMS errors of the positioning stage on the scan lines, for every controller.
+
+    Only the loop in `STAGE` has a target. The rows of the other loops are for comparison.
+    """
     rows = []
     for folder in sorted(f.parent for f in root.glob("stage/*/scenario.toml")):
         ours = folder == root / STAGE
@@ -195,7 +207,10 @@ def _stage(root: Path) -> list[Row]:
 
 
 def _stage_draws(root: Path, width: int, draws: int) -> list[Row]:
-    """Return rows of the studies of the stage, whose modes have errors of up to `width` percent."""
+    """Run a study of the positioning stage; return table rows with unstable runs and percentiles of the scan error.
+
+    The study has `draws` runs, in which the modes have random errors of up to `width` percent.
+    """
     with TemporaryDirectory() as copied:
         # the number of variations is stated in the study file, so a copy of the file is changed
         stage = Path(copied) / "stage"
@@ -217,7 +232,10 @@ def _stage_draws(root: Path, width: int, draws: int) -> list[Row]:
 
 
 def _adaptive(root: Path) -> list[Row]:
-    """Return rows of requirement S20: the adaptive inverse after a change, without and with feedback."""
+    """Return table rows with the errors of the adaptive inverse after a change of the plant.
+
+    The adaptive inverse is tested without and with feedback.
+    """
     alone = {r.case: _metric(r, "tracking") for r in hy.run([root / "adaptive"], engine="native")}
     rows = [
         Row(f"S20, adaptive inverse: {what}", ours=alone[case], target=target)

@@ -1,8 +1,9 @@
 """Magnetostrictive actuator in numpy: strain proportional to the squared magnetisation (Jiles-Atherton model).
 
-M = (1 - c) M_i + c M_an, dM_i/dH = (M_an - M_i)/(k sgn(dH) - alpha (M_an - M_i)) where the wall moves with the field,
-M_an = coth(H_e/a) - a/H_e, H_e = H + alpha M (Jiles & Atherton 1986); y proportional to M^2, from the bias field.
-Unlike the synthetic piezo stack, it is asymmetric and is not a sum of plays.
+The equations are M = (1 - c) M_i + c M_an, dM_i/dH = (M_an - M_i)/(k sgn(dH) - alpha (M_an - M_i)), M_an = coth(H_e/a)
+- a/H_e and H_e = H + alpha M (Jiles & Atherton 1986). M_i changes only if the domain wall moves in the direction of the
+field. The strain y is proportional to M^2 and is measured from the bias field. Unlike the synthetic piezo stack, this
+actuator is asymmetric and is not a sum of plays.
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ WAY_IN = 200  # number of samples from field 0 to the bias field
 
 
 def strain(x: Array, bias: float) -> Array:
-    """Return the strain (n,), minus its first value, for a field bias + x (n,) after the virgin curve to the bias."""
+    """Return the strain (n,) relative to its first value, for the field bias + x, where x has shape (n,).
+
+    The field first increases from 0 to bias + x[0] along the virgin curve.
+    """
     n = len(x)
     field = np.concatenate([np.linspace(0, bias + x[0], WAY_IN, endpoint=False), bias + x])
     fine = np.interp(np.arange((len(field) - 1) * FINER + 1) / FINER, np.arange(len(field)), field)

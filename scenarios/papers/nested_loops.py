@@ -1,8 +1,8 @@
 """Errors of models and inverses on nested loops, which the single decaying sine of the papers does not excite.
 
-There are two plants in numpy: ten backlash operators with a linear term, without and with a static nonlinearity at the
-output. Models are trained on random nested reversals and tested on held-out signals. Inverses are tested in series with
-the plant.
+The two plants are simulated in numpy: ten backlash operators with a linear term, without and with a static nonlinearity
+at the output. Models are trained on random nested reversals and tested on held-out signals. Inverses are tested in
+series with the plant.
 """
 
 from __future__ import annotations
@@ -26,7 +26,10 @@ Response = Callable[[Array], Array]
 
 
 def bent(plant: Response) -> Response:
-    """Return a plant followed by an asymmetric polynomial that increases over the outputs -1 to 1."""
+    """Return a plant whose output is an asymmetric polynomial of the output of `plant`.
+
+    The polynomial increases over [-1, 1].
+    """
 
     def response(u: Array) -> Array:
         y = plant(u)
@@ -36,7 +39,10 @@ def bent(plant: Response) -> Response:
 
 
 def recorded(plant: Response, reversals: int, noise: float = 0.0) -> Dataset:
-    """Return a record of a plant with random nested reversals, and white noise relative to the span."""
+    """Return the data set of a plant for an input with `reversals` random nested reversals.
+
+    White noise is added to the output. `noise` is its standard deviation relative to the span of the output.
+    """
     u = signals.training(reversals, 1)
     y = plant(u)
     y = y + noise * np.ptp(y) * np.random.default_rng(0).normal(size=len(y))
@@ -44,7 +50,11 @@ def recorded(plant: Response, reversals: int, noise: float = 0.0) -> Dataset:
 
 
 def bank_rows(name: str, plant: Response, data: Dataset) -> list[Row]:
-    """Return rows of requirement S2: errors of a bank of plays with a network, on nested and other signals."""
+    """Fit the kind `play_bank_mlp` to `data`, and return table rows with its errors on held-out signals.
+
+    `plant` computes the true outputs. `name` describes the plant. The limits for nested reversals differ from those for
+    the other signals.
+    """
     found = accuracy.held_out_table(fit(data, "play_bank_mlp"), plant, data.span)
     nested = found.pop("nested reversals")
     rows = []
@@ -66,7 +76,11 @@ def bank_rows(name: str, plant: Response, data: Dataset) -> list[Row]:
 
 
 def inverse_rows(plant: Response, reversals: int) -> list[Row]:
-    """Return rows of requirement S6: exact inverse of plays in series with its model and with the plant."""
+    """Return table rows with the errors of the exact inverse of a fitted sum of plays.
+
+    The inverse is tested in series with its model and with the plant. The training input has `reversals` nested
+    reversals.
+    """
     clean, noisy = (
         fit(recorded(plant, reversals, noise), "prandtl_ishlinskii", N=200, w0_min=0.01) for noise in (0, NOISE)
     )
@@ -85,7 +99,10 @@ def inverse_rows(plant: Response, reversals: int) -> list[Row]:
 
 
 def implicit_rows(name: str, plant: Response, reversals: int) -> list[Row]:
-    """Return rows of requirement S6: implicit inverse of a bank of plays with a network, in series with the plant."""
+    """Return a table row with the error of the implicit inverse of the kind `play_bank_mlp`, in series with the plant.
+
+    `name` describes the plant. The training input has `reversals` nested reversals.
+    """
     data = recorded(plant, reversals)
     few, made = (inverse(fit(data, "play_bank_mlp", N=n), "implicit") for n in (16, 32))
     worst = [cascade(m, plant)["max_percent"] for m in (few, made)]
@@ -95,7 +112,10 @@ def implicit_rows(name: str, plant: Response, reversals: int) -> list[Row]:
 
 
 def cascade(made: Model, plant: Response) -> dict[str, float]:
-    """Return the worst errors of the cascade of inverse and plant on the held-out signals, over their spans."""
+    """Return the largest errors of the inverse `made` in series with the plant, over all held-out signals.
+
+    The keys are the names of the error measures. Each error is relative to the span of its signal.
+    """
     found = {}
     for name, u in signals.held_out().items():
         wanted = plant(SHARE * u)

@@ -1,8 +1,8 @@
 """Rate-dependent actuator in numpy, independent of the C core, and inputs of figs. 6 to 8 of Yu & Alici 2005.
 
-The actuator is a series connection of plays with a linear term, G0(s), and a delay. Each sample is computed in sixteen
-steps, with an input that is linear between samples and the trapezoidal rule for G0. Integrator, step and thresholds
-differ from those of every model.
+The actuator is a series connection: plays with a linear term, linear dynamics G0(s), and a delay. Each sampling
+interval is divided into sixteen steps. Within an interval the input is linear, and G0 is integrated by the trapezoidal
+rule. Integration method, step and thresholds differ from those of every model.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ def actuator(u: Array) -> Array:
 
 
 def excitation(figure: str, seconds: float = 1.0, rate: float = RATE) -> Array:
-    """Return the input of a figure of the paper, in [-1, 1]: a sine whose frequency sweeps between 2 and 100 Hz.
+    """Return the input of one figure of the paper: a sine in [-1, 1] whose frequency sweeps between 2 and 100 Hz.
 
     Parameters
     ----------
     figure : {"6", "7", "8"}
-        Number of the figure. 6: constant amplitude, decreasing frequency. 7: increasing frequency, decreasing
-        amplitude. 8: both decrease. The paper prints no frequencies. A decreasing amplitude ends at 0. The number of
-        cycles is an integer, so that signals can be joined without a discontinuity.
+        Number of the figure. In fig. 6, the amplitude is constant and the frequency decreases. In fig. 7, the frequency
+        increases and the amplitude decreases. In fig. 8, both decrease. A decreasing amplitude ends at 0. The paper
+        prints no frequencies. The number of cycles is an integer, so that signals can be joined without a jump.
     seconds : float
         Duration (s).
     rate : float

@@ -1,19 +1,21 @@
 """Recursive least squares in square-root form, with or without a dead zone.
 
-Without a dead zone, the update is P(k)^-1 = mu P(k-1)^-1 + h h'. If R'R = P^-1, one orthogonal transformation of R and
-the new row h' computes the next R. P is never computed, because its differences lose half of the digits.
+Without a dead zone, the update of the covariance P is P(k)^-1 = mu P(k-1)^-1 + h h', with the forgetting factor mu and
+the regressor h. The triangular matrix R satisfies R'R = P^-1. One orthogonal transformation of R and the new row h'
+computes the next R. P itself is never computed, because its update subtracts nearly equal numbers and loses half of the
+digits.
 
-With a dead zone (IPMC paper, eqs. 13 to 19, corrected), eqs. 15 to 17 are a weighted update
-P(k)^-1 = mu (P(k-1)^-1 + c h h') with c = lambda / (mu Sigma). The transformation is the same, with the row sqrt(c) h'.
-Three printed equations are corrected:
+The version with a dead zone r corrects eqs. 13 to 19 of the IPMC paper. Eqs. 15 to 17 are a weighted update P(k)^-1 =
+mu (P(k-1)^-1 + c h h') with the weight c = lambda / (mu Sigma). The transformation is the same, with the row sqrt(c)
+h'. Three printed equations are corrected:
 
-- sigma^2(k) = sigma^2(k-1) + (e^2(k) - sigma^2(k-1)) / k is a mean. As printed, it grows without bound.
-- lambda = beta (e^2(k) - r^2) / (h' P h r^2) contains the present error. The paper prints the variance instead, so that
-  lambda can be negative.
+- sigma^2(k) = sigma^2(k-1) + (e^2(k) - sigma^2(k-1)) / k is the mean of e^2. As printed, it grows without bound.
+- lambda = beta (e^2(k) - r^2) / (h' P h r^2) contains the present error e(k). In the paper, it contains the variance
+  sigma^2 instead, so that lambda can be negative.
 - P does not change while lambda = 0. As printed, P grows as 1 / mu^k.
 
-The largest allowed beta is mu Sigma. With beta = fraction * mu Sigma, the weight is
-c = fraction (e^2 - r^2) / (h' P h r^2), which does not contain Sigma.
+The largest allowed beta is mu Sigma. With beta = fraction * mu Sigma, the weight is c = fraction (e^2 - r^2) / (h' P h
+r^2). This weight does not contain Sigma.
 """
 
 from __future__ import annotations
@@ -27,16 +29,32 @@ BLOCK = 4  # block size of the update in LAPACK; a larger one is not faster for 
 
 
 class Recursive:
-    """Recursive estimator of theta in y = h' theta + e.
+    """Recursive estimator of the parameters theta in y = h' theta + e.
 
-    The initial covariance is P(0) = eta I; 1/eta is a regularisation (ridge) towards the initial parameters, which are
-    0 by default. mu in (0, 1] is the forgetting factor. With mu = 1 all samples have the same weight, and theta is
-    their least-squares solution with this ridge. An error of at most the dead zone, in the unit of measure of y,
-    changes no parameter. Trap: if the dead zone is smaller than the error of the best theta, the parameters follow the
-    noise and diverge. Without a dead zone, the update is ordinary recursive least squares. `fraction` in (0, 1] is beta
-    over its upper bound mu Sigma. With 1, the error after the update is r^2 / e. A value out of range, or a recursion
-    that diverges, raises an InputError.
+    Parameters
+    ----------
+    n : int
+        Number of parameters.
+    eta : float
+        Initial covariance P(0) = eta I. 1/eta is a ridge penalty on the distance from the initial parameters.
+    mu : float
+        Forgetting factor in (0, 1]. With mu = 1 and without a dead zone, all samples have the same weight, and theta is
+        the least-squares solution with this ridge penalty.
+    dead_zone : float, optional
+        Largest error that changes no parameter, in the unit of measure of y. If it is smaller than the largest error
+        with the best theta, the parameters follow the noise and diverge. By default, there is no dead zone.
+    fraction : float
+        Ratio of beta to its upper bound mu Sigma, in (0, 1]. With 1, the error after the update is r^2 / e.
+    theta : array, shape (n,), optional
+        Initial parameters, 0 by default.
 
+    Raises
+    ------
+    InputError
+        A value is out of range, or the recursion diverges.
+
+    References
+    ----------
     IPMC paper, section 5; Golub & Van Loan, Matrix Computations, 6.5 (updating QR factorisations).
     """
 
@@ -72,11 +90,11 @@ class Recursive:
 
     @property
     def theta(self) -> Array:
-        """Parameters (n,), the solution of R theta = z."""
+        """Present parameters (n,). They are the solution of R theta = z, where z is the transformed right-hand side."""
         return self._solve(self._triangle[: self.n, self.n], 0)
 
     def leverage(self, phi: Array) -> float:
-        """Return h' P h = |R^-T h|^2 for a regressor h (n,)."""
+        """Return h' P h for the regressor h = `phi` (n,), computed as |R^-T h|^2."""
         v = self._solve(phi, 1)
         return float(v @ v)
 
@@ -86,10 +104,11 @@ class Recursive:
         return np.asarray(dtrtrs(self._triangle[: self.n, : self.n], b, trans=transposed)[0])
 
     def update(self, phi: Array, y: float) -> float:
-        """Update the parameters with one sample.
+        """Update the parameters with one sample, and return the error before the update.
 
-        The regressor phi is h(k), shape (n,). The error before the update is e(k) = y - phi' theta(k-1). An InputError
-        is raised if a value is not finite, if phi has another length, or if the recursion diverges.
+        `phi` is the regressor h(k), shape (n,), and `y` is the measured output. The error is e(k) = y - phi'
+        theta(k-1). An InputError is raised if a value is not finite, if phi has another length, or if the recursion
+        diverges.
         """
         h = np.asarray(phi, dtype=np.float64)
         if h.shape != (self.n,):
@@ -113,7 +132,10 @@ class Recursive:
         return e
 
     def _append(self, h: Array, y: float, weight: float) -> None:
-        """Update R so that R'R becomes mu R'R + weight h h', or mu (R'R + weight h h') with a dead zone."""
+        """Update R for one sample with regressor h, output y and a weight.
+
+        R'R becomes mu R'R + weight h h' without a dead zone, and mu (R'R + weight h h') with a dead zone.
+        """
         from scipy.linalg.lapack import dtpqrt
 
         root = np.sqrt(self.mu)

@@ -1,7 +1,7 @@
-"""A row in the table of a paper: printed number, literal replica, our result, verdict and target.
+"""One row in the table of a paper: printed number, result of the literal replica, our result, verdict and target.
 
 The column "printed" contains only numbers that the paper prints. Results of other packages and authors, and run times,
-have separate groups. In this room, a "figure" of a row is a number, not a diagram.
+have separate groups. In this package, a "figure" of a row is a number, not a diagram.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SAME = 0.01  # largest relative difference at which a number counts as equal to 
 
 @dataclass(frozen=True)
 class Row:
-    """One row: a quantity with up to three numbers.
+    """One row of the table: a quantity with up to three numbers.
 
     Parameters
     ----------
@@ -35,25 +35,28 @@ class Row:
     printed : float or None
         Number that the paper prints, or None.
     literal : float or None
-        Result of our literal replica of the method in the paper, or None if the text does not define the method.
+        Result of the literal replica, that is, of the method exactly as in the paper. None if the text does not define
+        the method.
     ours : float or None
         Result of the corrected and improved method.
     target : float or None
-        Upper bound of `ours` (lower bound with `at_least`), or None.
+        Upper bound of `ours`, or lower bound if `at_least` is True, or None.
     at_least : bool
         Whether the target is a lower bound.
     note : str
         Reason for a missed number or target, or difference from the paper.
     place : str
-        Table, figure, equation or section of the paper. A row with a place belongs to the group "paper".
+        Table, figure, equation or section of the paper.
     sense : {"most", "least", "equal"}
-        Condition for a met printed number: `ours` is at most, at least, or within 1 % equal to the printed number.
+        Condition under which the printed number is met: `ours` is at most the printed number, at least the printed
+        number, or equal to it within 1 %.
     group : str
         Key of `GROUPS`. The default "" means "paper" for a row with a place, and "beyond" for other rows.
     reported : float or None
         Number that another package or author reports.
     seeds : int
-        Number of seeds of random start values or noise, over which the numbers are medians. 0 if nothing is random.
+        Number of seeds of random start values or noise. The numbers of the row are medians over these seeds. 0 if
+        nothing is random.
     literal_range, ours_range : tuple of float, optional
         Smallest and largest number over the seeds.
     scanned : tuple of int, optional
@@ -78,7 +81,11 @@ class Row:
 
     @classmethod
     def over_seeds(cls, quantity: str, printed: float | None, of: Sequence[Sequence[float]], **more: Any) -> Row:
-        """Return a row of medians and ranges over seeds. `of` contains one literal number and one of ours per seed."""
+        """Return a row whose numbers are medians and ranges over random seeds.
+
+        `of` contains two sequences, the results of the literal replica and ours, with one number per seed. Either one
+        may be empty. `quantity` and `printed` are fields of the row, and `more` contains other fields.
+        """
         literal, ours = (float(median(v)) if len(v) else None for v in of)
         ranges = [(float(min(v)), float(max(v))) if len(v) > 1 else None for v in of]
         ends: dict[str, Any] = {"literal_range": ranges[0], "ours_range": ranges[1]}
@@ -86,14 +93,17 @@ class Row:
 
     @property
     def met(self) -> bool | None:
-        """True if the target is met. None if there is no target."""
+        """True if our result meets the target. None if there is no target or no result."""
         if self.target is None or self.ours is None:
             return None
         return bool(self.ours >= self.target if self.at_least else self.ours <= self.target)
 
     @property
     def printed_met(self) -> bool | None:
-        """True if the printed number is met (sense "equal": on every seed). None if nothing is printed or computed."""
+        """True if our result meets the printed number. None if there is no printed number or no result.
+
+        With the sense "equal", the results of all seeds must be equal to the printed number.
+        """
         if self.printed is None or self.ours is None:
             return None
         if self.sense == "equal":
@@ -102,11 +112,11 @@ class Row:
 
     @property
     def where(self) -> Group:
-        """Key of the group to which the row belongs."""
+        """Key in `GROUPS` of the group to which the row belongs."""
         return self.group or ("paper" if self.place else "beyond")
 
     def verdict(self) -> str:
-        """Return "met", or the factor by which the target is missed, or "" if there is no target."""
+        """Return "met", or the factor by which our result misses the target, or "" without a target or a result."""
         if self.met is None:
             return ""
         assert self.ours is not None
@@ -114,7 +124,7 @@ class Row:
         return "met" if self.met else _missed(self.ours, self.target, "least" if self.at_least else "most")
 
     def printed_verdict(self) -> str:
-        """Return "met", or the factor by which the printed number is missed, or "" if nothing is printed."""
+        """Return "met", or the factor by which our result misses the printed number, or "" if nothing is printed."""
         if self.printed is None:
             return ""
         if self.ours is None:

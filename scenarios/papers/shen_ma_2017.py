@@ -1,13 +1,17 @@
 """Shen & Ma 2017: constraint-factor operator with 2-5-1 network, and Prandtl-Ishlinskii model of 4994 plays.
 
-The record of the paper, 1916 samples of a magnetostrictive actuator, is not published.  A Jiles-Atherton actuator
-(`magnetostrictive_plant`) replaces it for tables 2 and 3 and the figures.  The paper does not print the bias field and
-the decay of the sine. Therefore both are varied (a scan), and the tables use the point at which the literal replica is
-closest to the printed numbers. Table 1 is plausible for branches up to 0.8 with outputs up to 10, so outputs are scaled
-to this range. The branch of table 1 and the held-out signals use the synthetic piezo stack. Literal: last extremum,
-normal equations, thresholds over the full range; hidden neurons and order are chosen on the test half itself. Ours:
-dominant extrema, increasing branch, thresholds over half the range; hidden neurons and order are chosen on a validation
-split of the first half.
+The record of the paper, 1916 samples of a magnetostrictive actuator, is not published. A Jiles-Atherton actuator
+(`magnetostrictive_plant`) replaces it for tables 2 and 3 and for the figures. The paper prints neither the bias field
+nor the decay of the sine. A scan varies both, and the tables use the values for which the results of the literal
+replica are closest to the printed numbers. The branch in table 1 is plausible if the span of the input is 0.8 and the
+span of the output is 10, so the data are scaled to these spans. Table 1 and the held-out signals use the synthetic
+piezo stack.
+
+In the literal replica, a branch starts at the last extremum. It uses normal equations, and thresholds over the full
+range. It chooses the number of hidden neurons and the order of the polynomial on the second half of the record, on
+which it is also tested. In our method, a branch starts at the last extremum that is not wiped out (dominant extremum).
+The fitted branch increases, and the thresholds are distributed over half the range. It chooses the number of hidden
+neurons and the order on a validation part of the first half.
 """
 
 from __future__ import annotations
@@ -72,7 +76,7 @@ Progress = Callable[[float], None]
 
 
 def quick() -> list[Row]:
-    """Return the rows that take only seconds: eqs. 1 to 7 and table 1."""
+    """Return the table rows that take only seconds: tests of eqs. 1 to 7 and of table 1."""
     record = paper_record()
     return [*statements.rows(record.u, record.y, slice(0, SAMPLES // 2)), *_branches(record)]
 
@@ -83,10 +87,10 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
     Parameters
     ----------
     data : path, optional
-        Folder with ``dbo_piezo/Test_Vi_Do_Di.dat``, or the folder of this file. With data, rows of models on measured
-        data are added.
+        Folder with ``dbo_piezo/Test_Vi_Do_Di.dat``, or the folder of this file. If it is given, the table also contains
+        errors on these measured data.
     progress : function
-        Function that is called with the completed fraction of the work.
+        Function that is called with the completed fraction of the work, 0 to 1.
     hidden : sequence of int
         Numbers of hidden neurons to try. The paper tries 1 to 100 (`FULL`).
     """
@@ -145,7 +149,10 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
 
 
 def _drawings(first: str, second: str, name: str, record: Dataset, models: Sequence[Model]) -> list[Drawing]:
-    """Return diagrams of prediction and absolute error of the literal model and of ours on the second half."""
+    """Return diagrams of output and absolute error of the literal model and of ours, on the second half of a record.
+
+    `first` and `second` are the numbers of the two figures.
+    """
     rows = slice(SAMPLES // 2, None)
     y = [m.predict(record.u)[rows] for m in models]
     t, truth = record.t[rows], record.y[rows]
@@ -164,17 +171,21 @@ def _drawings(first: str, second: str, name: str, record: Dataset, models: Seque
 
 # ---- data ------------------------------------------------------------------------------------------------------------
 def plant(u: Array) -> Array:
-    """Return the output (about +-5) of the actuator that replaces the one of the paper, for u (n,) within +-0.4."""
+    """Return the output (n,) of the synthetic piezo stack, about -5 to 5, for an input u (n,) within -0.4 to 0.4."""
     return OUTPUT * stack(u / INPUT, 1 / RATE)
 
 
 def paper_record() -> Dataset:
-    """Return a decaying sine of 1916 samples, the number in the paper."""
+    """Return a record of the synthetic piezo stack for a decaying sine of 1916 samples, the number in the paper."""
     return _dataset(INPUT * signals.decaying_sine(10, 0.05)[:SAMPLES], "decaying sine, 1916 samples")
 
 
 def magnetostrictive(bias: float, decay: float, seed: int = 0) -> Dataset:
-    """Return a noisy record of the magnetostrictive actuator with the decaying sine; the span of y is 2 `OUTPUT`."""
+    """Return a noisy record of the magnetostrictive actuator for a decaying sine.
+
+    The span of y is 2 `OUTPUT`. `decay` is the decay per cycle, `bias` is the bias field, and `seed` determines the
+    noise.
+    """
     x = signals.decaying_sine(10, decay)[:SAMPLES]
     y = strain(x, bias)
     return _dataset(INPUT * x, "magnetostrictive actuator", 2 * OUTPUT * y / np.ptp(y), seed)
@@ -190,9 +201,11 @@ def _dataset(u: Array, name: str, y: Array | None = None, seed: int = 0) -> Data
 
 
 def _scan(progress: Progress) -> tuple[list[Row], dict[str, tuple[int, int]], tuple[float, float]]:
-    """Return the rows of the scan, and the point (bias and decay) that the tables use. Each row counts met points.
+    """Return the table rows of the scan, the counts of met printed numbers by quantity, and the chosen bias and decay.
 
-    The kind `actuator` is fitted with one seed at each point, because its fit takes longer than that of both networks.
+    The chosen values are those for which the results of the literal replica are closest to the printed numbers. The
+    kind `actuator` is fitted with one seed for each pair of bias and decay, because its fit takes longer than that of
+    both networks.
     """
     points, found = [(b, d) for b in BIASES for d in DECAYS], {}
     for k, point in enumerate(points):
@@ -221,13 +234,20 @@ def _scan(progress: Progress) -> tuple[list[Row], dict[str, tuple[int, int]], tu
 
 
 def _each(halves: Sequence[Dataset], made: Sequence[Callable[[Dataset, int], Model]]) -> list[list[float]]:
-    """Return the MSE on the second half of every model that `made` returns for the record of every seed."""
+    """Return the MSE on the second half of the record, for every fit function in `made` and every seed.
+
+    `halves` contains the record of each seed, whose first half is used for training.
+    """
     second = slice(SAMPLES // 2, SAMPLES)
     return [[_mse(of(half, seed), half, second) for seed, half in enumerate(halves)] for of in made]
 
 
 def _orders(halves: Sequence[Dataset]) -> list[Row]:
-    """Return rows of the order m of the polynomial with the least MSE: literal on the second half, ours on a split."""
+    """Return a table row with the order m of the polynomial that has the least MSE.
+
+    For the literal replica, the MSE is that on the second half. For our method, it is that on a validation part of the
+    first half.
+    """
     best: list[list[float]] = [[], []]
     for seed, half in enumerate(halves):
         first, second = half.train, slice(half.train.stop, SAMPLES)
@@ -246,7 +266,7 @@ def _orders(halves: Sequence[Dataset]) -> list[Row]:
 
 # ---- the operator ----------------------------------------------------------------------------------------------------
 def _branches(record: Dataset) -> list[Row]:
-    """Return rows of condition, initial slope and falling part of the branch: printed, literal and ours."""
+    """Return table rows with the initial slope and the falling part of the fitted branch: printed, literal and ours."""
     u, rows = record.u, slice(0, SAMPLES // 2)
     # a delayed sensor shows a dip after a reversal, which is the likely cause of the printed a_0 < 0
     late = np.concatenate([np.full(LATE, record.y[0]), record.y[:-LATE]])
@@ -294,7 +314,7 @@ def _branches(record: Dataset) -> list[Row]:
 
 
 def _condition(record: Dataset) -> Row:
-    """Return a row of the condition number of the normal equations and of our least squares."""
+    """Return a table row with the condition numbers of the normal equations and of our least-squares problem."""
     u, y, rows = record.u, record.y, slice(0, SAMPLES // 2)
     literal = literal_branch(stack_coordinates(u, u[0], "last"), y, rows, M)
     ours = increasing_branch(stack_coordinates(u, u[0]), y[rows], np.ones((rows.stop, 1)), rows, M, ROUGHNESS)
@@ -313,7 +333,10 @@ def _condition(record: Dataset) -> Row:
 def _networks(
     halves: Sequence[Dataset], hidden: Sequence[int], progress: Progress
 ) -> tuple[list[Row], list[list[float]], list[Model]]:
-    """Return rows of the MSE on the second half, and of the number of hidden neurons with the least MSE."""
+    """Return table rows of the networks in table 2, and the MSEs and models of the 2-5-1 networks.
+
+    The rows contain the MSE on the second half of the record, and the number of hidden neurons with the least MSE.
+    """
     tried, numbers = [], []
     for seed, half in enumerate(halves):
         literal, ours = (_sweep(half, hidden, seed, o) for o in SETTINGS)
@@ -358,7 +381,11 @@ def _network(n: int, setting: dict[str, Any]) -> Callable[[Dataset, int], Model]
 
 
 def _sweep(half: Dataset, hidden: Sequence[int], seed: int, setting: dict[str, Any]) -> dict[int, float]:
-    """Return the MSE for each number of neurons: literal on the second half, ours on a split of the first half."""
+    """Return the MSE for each number of hidden neurons.
+
+    For the literal replica, the MSE is that on the second half. For our method (`setting` is empty), it is that on a
+    validation part of the first half.
+    """
     chosen = {**resolve("constraint_factor_mlp", options("constraint_factor_mlp"), QUICK), **setting}
     first = half.train
     middle = first.stop if setting else round(SHARE * first.stop)
@@ -367,7 +394,10 @@ def _sweep(half: Dataset, hidden: Sequence[int], seed: int, setting: dict[str, A
 
 
 def _many_plays(halves: Sequence[Dataset]) -> tuple[list[Row], list[list[float]], list[Model]]:
-    """Return rows of models with the numbers of plays in table 3, at the thresholds of the paper and at ours."""
+    """Return table rows of the Prandtl-Ishlinskii models in table 3, and the MSEs and models with 4994 plays.
+
+    Each number of plays is fitted with the thresholds of the paper and with ours.
+    """
     few = float(np.median(_each(halves, [lambda half, seed: fit(half, "prandtl_ishlinskii")])[0]))
     rows: list[Row] = []
     mse: list[list[float]] = []
@@ -401,12 +431,15 @@ def _many_plays(halves: Sequence[Dataset]) -> tuple[list[Row], list[list[float]]
 
 
 def _paper_thresholds(data: Dataset, n: int) -> Array:
-    """Return the thresholds r_i = (i - 1)/N (max x - min x), i = 1..N (eq. 11)."""
+    """Return the thresholds of n plays in the paper: r_i = (i - 1)/n (max x - min x) with i = 1..n (eq. 11)."""
     return np.asarray(np.arange(n) / n * np.ptp(data.u[data.train]))
 
 
 def paper_pi(data: Dataset, n: int) -> Model:
-    """Fit plays at the thresholds of the paper and an offset by non-negative least squares."""
+    """Fit the weights of n plays with the thresholds of the paper, and an offset, by non-negative least squares.
+
+    `data` contains the training rows.
+    """
     rows, u0 = data.train, float(data.u[0])
     r = _paper_thresholds(data, n)
     columns = plays(data.u, r, u0)[rows]
@@ -416,7 +449,7 @@ def paper_pi(data: Dataset, n: int) -> Model:
 
 
 def _still(data: Dataset, r: Array) -> float:
-    """Return the percentage of plays that do not move in both directions over the training rows."""
+    """Return the percentage of plays with thresholds r that do not move in both directions on the training rows."""
     moves = np.diff(plays(data.u, r, float(data.u[0]))[data.train], axis=0)
     return 100 * float(np.mean((moves.min(axis=0) >= 0) | (moves.max(axis=0) <= 0)))
 
@@ -427,7 +460,10 @@ def _mse(model: Model, data: Dataset, rows: slice) -> float:
 
 # ---- held-out signals ------------------------------------------------------------------------------------------------
 def _held_out(half: Dataset, progress: Progress) -> list[Row]:
-    """Return rows of the worst RMS error over the held-out signals (% of span)."""
+    """Return table rows with the largest RMS error of each model over the held-out signals (% of span).
+
+    `half` is a record of one decaying sine, on which the networks are also trained.
+    """
     u = INPUT * signals.training(60, 1)[:SAMPLES]
     data = _dataset(u, "nested reversals")
     tests = {name: INPUT * x for name, x in signals.held_out().items()}

@@ -1,7 +1,7 @@
 """Ultimate bound of |s| for the control law of Yu & Alici 2005 (eq. 5): ds/dt = -eta s - rho s/(|s| + eps) + d.
 
-With |d| <= D, the bound solves eta s + rho s/(s + eps) = D, a quadratic in s.  The printed bound eps/(eta - 1) contains
-neither D nor rho and does not follow from the law.
+s is the sliding variable. For a disturbance with |d| <= D, the bound solves eta s + rho s/(s + eps) = D, which is
+quadratic in s. The printed bound eps/(eta - 1) contains neither D nor rho and does not follow from the law.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ LAM = 20.0  # slope of the sliding line in `simulated` (1/s), on which the bound
 
 
 def printed(eta: float, eps: float) -> float:
-    """Return the bound of |s| as printed in the paper, for eta > 1."""
+    """Return the bound of |s| that the paper prints: eps / (eta - 1), for eta > 1."""
     return eps / (eta - 1)
 
 
 def ultimate(eta: float, rho: float, eps: float, D: float) -> float:
-    """Return the exact ultimate bound of |s|.
+    """Return the exact ultimate bound of |s| for a disturbance |d| <= D.
 
     eta is in 1/s. eps has the unit of measure of s. rho and D have the unit of measure of ds/dt.
     """
@@ -32,16 +32,18 @@ def ultimate(eta: float, rho: float, eps: float, D: float) -> float:
 
 
 def printed_error(eta: float, eps: float, lam: float = LAM) -> float:
-    """Return the bound of |e| as printed in the paper, for eta > 1."""
+    """Return the bound of |e| that the paper prints: eps / (lam (eta - 1)), for eta > 1."""
     return printed(eta, eps) / lam
 
 
 def simulated(
     eta: float, rho: float, eps: float, D: float, h: float = 1e-4, seconds: float = 4.0, error: bool = False
 ) -> float:
-    """Return the largest |s| or |e| of the block `sliding_mode` with the plant e'' = -LAM e' + u + d, d = D.
+    """Simulate the block `sliding_mode` with the plant e'' = -LAM e' + u + d and d = D, and return the largest |s|.
 
     The largest value is that over the last quarter of the run. For this plant, ds/dt = u + d, as the paper assumes.
+    `eta`, `rho` and `eps` are the parameters of the control law, `h` is the step (s), and `seconds` is the duration. If
+    `error` is True, the largest |e| is returned instead.
     """
     control = {"lam": LAM, "eta": eta, "rho": rho, "epsilon": eps}
     plant: dict[str, Value] = {"b": [1.0], "a": [1.0, LAM, 0.0], "hold": "zoh"}

@@ -1,7 +1,7 @@
-"""Models with both classes of memory, fitted to a static Bouc-Wen operator, which is not a sum of plays.
+"""Two models of a static Bouc-Wen operator, which is not a sum of plays: plays, and the kind that `auto` chooses.
 
-y = c + a u + b z, dz/du = A - (beta sgn(du z) + gamma) |z|^n (Wen 1976), integrated along every ramp by scipy's RK45.
-The core uses another integrator.
+The operator is y = c + a u + b z with dz/du = A - (beta sgn(du z) + gamma) |z|^n (Wen 1976). It is integrated along
+every ramp of the input by scipy's RK45. The core uses another integration method.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ REVERSALS = 60
 
 
 def response(u: Array) -> Array:
-    """Return the output (n,) for an input u (n,), from z = 0."""
+    """Return the output (n,) of the operator for an input u (n,), from z = 0."""
     from scipy.integrate import solve_ivp
 
     turns = [0, *(np.flatnonzero(np.diff(np.sign(np.diff(u))) != 0) + 1).tolist(), len(u) - 1]
@@ -39,7 +39,7 @@ def response(u: Array) -> Array:
 
 
 def rows() -> list[Row]:
-    """Return rows of requirement S3: class of memory found from the data, and worst held-out error."""
+    """Return a table row with the largest held-out RMS errors of a sum of plays and of the kind that `auto` chooses."""
     u = signals.training(REVERSALS, 1)
     data = Dataset.from_signal(u, response(u))
     plays, chosen = fit(data, "prandtl_ishlinskii"), fit(data, "auto")

@@ -1,4 +1,4 @@
-"""Online adaptation of a `polynomial_narx` model with every sample."""
+"""Online adaptation of a `polynomial_narx` model with every new sample."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from papers.recursive import Recursive
 
 
 class Stream:
-    """Fitted model whose weights recursive least squares updates with every sample.
+    """Model whose weights are updated by recursive least squares with every new sample.
 
     >>> stream = Stream(model, mu=0.999)
     >>> for u, y in samples: stream.update(u, y)
@@ -23,14 +23,15 @@ class Stream:
     Parameters
     ----------
     model : Model
-        Model of the kind ``polynomial_narx``.
+        Fitted model of the kind ``polynomial_narx``.
     eta : float
         Initial covariance P(0) = eta I. With a large eta, the first samples can change the weights much, which is
         suitable for a changed plant.
     mu : float
         Forgetting factor in (0, 1].
     dead_zone : float, optional
-        Largest error without an update, in the unit of measure of y.
+        Largest prediction error that changes no weight, in the unit of measure of y. By default, every error changes
+        the weights.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Speed of a study, compared with a simulation loop written by hand with fmpy.
+"""Processor time of a study, compared with a simulation loop that is written by hand with fmpy.
 
-The simulated loop has a P controller and a first-order plant, and makes 10 000 steps of 1 ms.  Both sides count
-processor time of the loop alone; the study counts all, from its file to its table.
+The simulated loop has a P controller and a first-order plant, and makes 10 000 steps of 1 ms. The time by hand contains
+only the steps. The time of the study contains everything, from reading the study file to writing the result table.
 """
 
 from __future__ import annotations
@@ -47,7 +47,10 @@ LOOP: dict[str, Any] = {
 
 
 def rows(n: int) -> list[Row]:
-    """Return rows of the speed of n variations on one and on two cores, and of the loop by hand."""
+    """Return table rows with the speed of a study of n runs.
+
+    The study on one core is compared with the loop by hand, and with the same study on two cores.
+    """
     with TemporaryDirectory() as folder:
         return _rows(Path(folder), n)
 
@@ -95,7 +98,10 @@ def _rows(folder: Path, n: int) -> list[Row]:
 
 
 def _study(path: Path, folder: Path, cores: list[int]) -> tuple[float, float]:
-    """Return the elapsed time and the processor time (s) of a study on some cores."""
+    """Run a study on the given cores, and return the elapsed time (s) and the processor time (s).
+
+    `path` is the study file, and `folder` receives the results.
+    """
     if hasattr(os, "sched_setaffinity"):
         before_cores = os.sched_getaffinity(0)
         os.sched_setaffinity(0, cores)
@@ -111,13 +117,16 @@ def _study(path: Path, folder: Path, cores: list[int]) -> tuple[float, float]:
 
 
 def _used() -> float:
-    """Return the processor time of this process and its finished children (s)."""
+    """Return the processor time (s) of this process and of its child processes that have ended."""
     t = os.times()
     return t.user + t.system + t.children_user + t.children_system
 
 
 def unpacked(system: System, folder: Path) -> dict[str, tuple[str, Any]]:
-    """Export the units of a system as FMUs; return folder and model description of each FMU by name."""
+    """Export the units of a system as FMUs into a folder, unpack them, and return their folders and model descriptions.
+
+    The keys are the names of the units. Each value is a pair of the unpacked folder and the model description of fmpy.
+    """
     import fmpy  # imported here, because the import takes a second
 
     found = {}
@@ -128,7 +137,7 @@ def unpacked(system: System, folder: Path) -> dict[str, tuple[str, Any]]:
 
 
 def by_hand(units: Mapping[str, tuple[str, Any]], n: int = STEPS) -> tuple[float, Array]:
-    """Simulate the loop as users usually write it with fmpy.
+    """Simulate the loop step by step with fmpy, as users usually write it.
 
     Parameters
     ----------
@@ -140,7 +149,7 @@ def by_hand(units: Mapping[str, tuple[str, Any]], n: int = STEPS) -> tuple[float
     Returns
     -------
     seconds : float
-        Processor time of the loop alone (s).
+        Processor time of the steps (s), without loading the FMUs.
     y : array, shape (n + 1,)
         Output of the plant.
     """

@@ -1,4 +1,7 @@
-"""Run times of sums of thousands of plays: fit (20 h in Shen & Ma 2017), and one step by turning points."""
+"""Run times of sums of thousands of plays: time of a fit (20 h in Shen & Ma 2017) and time of a simulation step.
+
+The simulation step is computed by two methods: from stored turning points, or with one state per play.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,10 @@ BLOCKS = ("prandtl_ishlinskii", "backlash_sum")  # block that stores turning poi
 
 
 def fit_rows() -> list[Row]:
-    """Return rows of requirement S4: fits to 2000 samples without noise by models with the true thresholds."""
+    """Return table rows with the times of fits of 100, 1000 and 5000 plays to 2000 samples without noise.
+
+    The samples are the output of a linear term and plays, whose thresholds are a subset of the thresholds of the model.
+    """
     u = signals.training(60, 1)[:2000]
     rows = []
     for n, target in ((100, 0.02), (1000, 0.5), (5000, 5.0)):
@@ -37,7 +43,11 @@ def fit_rows() -> list[Row]:
 
 
 def step_rows() -> list[Row]:
-    """Return rows of requirement S5: time of a step by turning points and by one state per play, signed weights."""
+    """Return table rows that compare a step by turning points with a step by one state per play.
+
+    The rows contain the largest difference of the outputs, and the time of one step. The weights of the plays have both
+    signs.
+    """
     rng = np.random.default_rng(0)
     levels = rng.uniform(-1, 1, STEPS // 10 + 1)
     u = np.interp(np.arange(STEPS) / 10, np.arange(len(levels)), levels)
@@ -65,7 +75,10 @@ def step_rows() -> list[Row]:
 
 
 def _operators(rng: np.random.Generator) -> list[tuple[Array, Array]]:
-    """Return three sets of thresholds and signed weights: 1000 uneven, 5000 even, 5000 uneven thresholds."""
+    """Return three pairs of thresholds and random weights of both signs.
+
+    The pairs have 1000 random, 5000 equally spaced and 5000 random thresholds.
+    """
     r = [np.sort(rng.uniform(0, 0.95, 1000)), np.linspace(0, 0.95, 5000), np.sort(rng.uniform(0, 0.95, 5000))]
     return [(v, rng.normal(size=len(v)) / len(v)) for v in r]
 
@@ -75,7 +88,10 @@ def _graph(block: str, r: Array, w: Array) -> Graph:
 
 
 def nanoseconds(graph: Graph, u: Array, runs: int) -> float:
-    """Return the smallest time per step (ns) over `runs` runs of the graph with the input u (n,)."""
+    """Run a graph several times with the input u (n,), and return the smallest time per step (ns).
+
+    `runs` is the number of runs.
+    """
     executor, rows = graph.executor(), np.ascontiguousarray(u[:, None])
     best = np.inf
     for _ in range(runs):

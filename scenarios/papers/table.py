@@ -1,8 +1,8 @@
-"""Table of a paper: printed number, literal replica, our result, verdict on each printed number, and targets.
+"""Table of a paper: printed numbers, results of the literal replica, our results, verdicts, and targets.
 
-For a missed number, the table states the factor and the reason. The exit status of ``hystfmu reproduce`` depends only
-on stated targets, because the records of the papers are not published. It does not depend on targets of run times,
-because run times depend on the load of the computer.
+For a missed number, the table states the factor and the reason. The exit status of ``hystfmu reproduce`` depends on
+targets, not on printed numbers, because the records of the papers are not published. Targets of run times have no
+effect on the exit status, because run times depend on the load of the computer.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from papers.row import GROUPS, Row
 
 @dataclass(frozen=True)
 class Drawing:
-    """Our form of a figure of the paper. `place` is the number of the figure in the paper."""
+    """Diagram from our data that corresponds to a figure of the paper. `place` is the number of this figure."""
 
     place: str
     plot: Plot
@@ -31,7 +31,10 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Report:
-    """Table and diagrams of one paper. `omitted` states the reason for each place of the paper that has neither."""
+    """Table and diagrams of one paper.
+
+    `omitted` contains the figures and equations of the paper that have neither rows nor diagrams, with the reasons.
+    """
 
     name: str
     source: str
@@ -41,7 +44,7 @@ class Report:
     omitted: Mapping[str, str] = field(default_factory=dict)
 
     def data(self) -> dict[str, Any]:
-        """Return the table as JSON types."""
+        """Return the table as a dict of JSON types."""
         rows = [
             {
                 **{k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in asdict(r).items()},
@@ -58,7 +61,7 @@ class Report:
         return facts | {"drawings": drawn, "omitted": dict(self.omitted), "notes": list(self.notes)}
 
     def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
-        """Return title, head and rows of every group as text, without empty groups and empty columns."""
+        """Return title, column heads and cells of every group of rows, as text, without empty groups and columns."""
         found = []
         for key, title in GROUPS.items():
             rows = [r for r in self.rows if r.where == key]
@@ -93,7 +96,7 @@ class Report:
         return " ".join(counts) or "Nothing is printed, and no target is stated."
 
     def html(self) -> str:
-        """Return a page: summary, diagram of the bounds, tables, and our form of the figures of the paper."""
+        """Return an HTML page with a summary, the ratios of results to bounds, the tables, and the diagrams."""
         body = [f"<h1>{escape(self.name)}</h1>", f'<p class="answer">{escape(self.answer())}</p>']
         body.append(f'<p class="lead">{escape(self.source)}</p>')
         plots = [d.plot for d in self.drawings]
@@ -109,7 +112,7 @@ class Report:
 
 
 def verdict(r: Row) -> str:
-    """Return the verdict on the printed number, or on the target if no number is printed."""
+    """Return the verdict of the row r on the printed number, or on the target if no number is printed."""
     return r.printed_verdict() or r.verdict()
 
 
@@ -146,18 +149,20 @@ _COLUMNS: dict[str, Any] = {
 
 
 def scanned(rows: Sequence[Row]) -> tuple[int, int]:
-    """Return on how many rows of a scan the printed number is met, and the number of rows."""
+    """Return the number of rows in a scan on which the printed number is met, and the number of all rows."""
     return sum(r.printed_met is True for r in rows), len(rows)
 
 
 def nearest(scanned: Sequence[tuple[Any, Sequence[float]]], printed: Sequence[float]) -> Any:
-    """Return the setting whose replica is closest to the printed numbers (smallest maximum factor).
+    """Return the setting in a scan for which the results of the literal replica are closest to the printed numbers.
+
+    The distance is the largest ratio between a result and its printed number, or its inverse if that is larger.
 
     Parameters
     ----------
-    scanned : sequence of (setting, figures of the literal replica)
+    scanned : sequence of (setting, results of the literal replica)
     printed : sequence of float
-        Printed numbers of the paper, in the same order.
+        Printed numbers of the paper, in the order of the results.
     """
 
     def factor(figures: Sequence[float]) -> float:

@@ -1,10 +1,11 @@
-"""Yu & Alici 2005: rate-dependent network, its inverse and a sliding mode loop, and our structure H -> G0(s).
+"""Yu & Alici 2005: network for rate-dependent hysteresis, its inverse, and a loop with sliding mode control.
 
-The paper prints only diagrams and one formula, the bound of |s|. Literal: a network with the inputs (u, du/dt), an
-inverse network with the inputs (y, dy/dt), and the control law of eq. 5. Ours: plays in series with G0(s) and a delay,
-fitted by variable projection. The exact inverse of the hysteresis follows a feed-forward of G0, with feedback and
-integral action. Identification is tested on the numpy actuator of `rate_plant`. The loops are simulated with the plant
-of the shipped scenarios at 10 kHz. Their errors include the errors between samples.
+The paper prints only diagrams and the formulas of two bounds. The literal replica is a network with the inputs (u,
+du/dt), an inverse network with the inputs (y, dy/dt), and the control law of eq. 5. Our model is a sum of plays in
+series with linear dynamics G0(s) and a delay, fitted by variable projection. Our loop has a feed-forward of G0 in front
+of the exact inverse of the hysteresis, and feedback with integral action. The identification is tested on the numpy
+actuator in `rate_plant`. The loops are simulated at 10 kHz with the plant of the shipped scenarios. The errors of the
+loops include the errors between samples.
 """
 
 from __future__ import annotations
@@ -41,16 +42,17 @@ W0_MIN = 0.05  # smallest weight of the linear term, which makes the model inver
 
 
 def quick() -> list[Row]:
-    """Return the rows that take only seconds: equations and statements."""
+    """Return the table rows that take only seconds: tests of equations and statements."""
     return statements.rows()
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """Return the table of the paper. `data` is not used; `progress` is called with the completed fraction.
+    """Return the table of the paper. `data` is not used. `progress` is called with the completed fraction of the work.
 
-    Targets: S10 requires errors of at most 1 % for f_n and damping, 0.1 sample for the delay, and 0.06 %FS on held-out
-    signals. S18 requires, at 10 kHz with a delay of one step, errors of at most 0.03 and 0.02 % of the stroke at 10 and
-    100 Hz. With 20 % mismatch the limits are 0.08 and 0.75 %, only for the internal model.
+    Targets of the identification: the error is at most 1 % for f_n and for the damping ratio, 0.1 sample for the delay,
+    and 0.06 %FS on held-out signals. Targets of the loops at 10 kHz with one step of delay: the RMS error is at most
+    0.03 % of the stroke at 10 Hz and 0.02 % at 100 Hz. If the plant differs by 20 % from the model, the limits are 0.08
+    % and 0.75 %, and only the internal model controller has these targets.
     """
     rows = [*quick(), *_figures()]
     progress(0.2)
@@ -83,13 +85,13 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
 
 
 def measured(u: Array, seed: int = 0) -> Dataset:
-    """Return a noisy record of the actuator for an input u (n,)."""
+    """Return a noisy record of the numpy actuator for an input u (n,). `seed` determines the noise."""
     y = actuator(u) + NOISE * np.random.default_rng(seed).normal(size=len(u))
     return Dataset.from_signal(u, y, 1 / RATE, "rate-dependent actuator")
 
 
 def _figures() -> list[Row]:
-    """Return rows of models that are trained and tested on the signal of one figure, as in the paper."""
+    """Return table rows of networks that are trained and tested on the signal of one figure, as in the paper."""
     titles = {"6": "frequency falls", "7": "frequency rises, amplitude falls", "8": "frequency and amplitude fall"}
     rows = []
     for figure in FIGURES:
@@ -110,7 +112,7 @@ def _figures() -> list[Row]:
 
 
 def _identification() -> tuple[list[Row], Drawing]:
-    """Return the rows of the models, of eqs. 2 and 3 and of the inverse, and our form of fig. 9."""
+    """Return table rows with the errors of models, of eqs. 2 and 3, and of inverses, and a diagram like fig. 9."""
     u = np.concatenate([excitation(f) for f in FIGURES])
     records = [measured(u, seed) for seed in range(SEEDS)]
     literal = [fit(d, "rate_mlp", k, **LITERAL) for k, d in enumerate(records)]
@@ -146,7 +148,10 @@ def _identification() -> tuple[list[Row], Drawing]:
 
 
 def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Drawing]:
-    """Return rows that compare the network inverse and the exact inverse in series with the actuator at 2 Hz."""
+    """Return a table row that compares the network inverses with the exact inverse, and a diagram like fig. 9.
+
+    The inverses are tested in series with the actuator at 2 Hz. `model` is the model that is inverted exactly.
+    """
     literal = [fit(replace(d, u=d.y, y=d.u), "rate_mlp", k, **LITERAL) for k, d in enumerate(records)]
     exact = inverse(hysteresis(model))
     wanted = 0.8 * signals.decaying_sine(4, 0.2, 5000)
@@ -167,7 +172,10 @@ def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Drawing]:
 
 # ---- closed loops ------------------------------------------------------------------------------------------------
 class _Loops:
-    """The shipped scenarios with inverses identified here: the exact inverse, and one network for every seed."""
+    """The shipped scenarios with inverses that are identified here.
+
+    There are two kinds of inverse: the exact inverse of our model, and one inverse network for every seed.
+    """
 
     def __init__(self) -> None:
         self.folder = shipped_scenarios()
@@ -179,7 +187,10 @@ class _Loops:
         self.literal = [fit(exchanged, "rate_mlp", seed, **LITERAL).graph for seed in range(SEEDS)]
 
     def _data(self) -> Dataset:
-        """Return the signals of figs. 6 to 8 on the plant of the scenarios, with ten fine steps in each sample."""
+        """Return a record of the plant of the scenarios for the inputs of figs. 6 to 8.
+
+        The plant is simulated with ten steps in each sampling interval.
+        """
         plant = Model.load(self.folder / "models" / "backlash_plant.model.toml").graph
         u = 1.4 * np.concatenate([excitation(f, rate=10 * RATE) for f in FIGURES])
         held = np.append(
@@ -190,10 +201,11 @@ class _Loops:
         return Dataset.from_signal(u[::10], y, 1 / RATE, "plant of the scenarios")
 
     def run(self, scenario: str, case: str, inverse: Graph | None = None, **changed: float) -> tuple[float, float]:
-        """Return the RMS tracking error of a scenario (% of stroke), and the total variation of u over feed-forward.
+        """Simulate a case of a scenario, and return two results: RMS tracking error and relative total variation of u.
 
-        `inverse` replaces the inverse of the scenario. The default is the inverse of the shipped scenario. For a loop
-        that diverges, the results are infinite.
+        The RMS tracking error is in % of the stroke. The total variation of the command u is divided by that of the
+        feed-forward signal. `inverse` replaces the inverse in the scenario; by default, the inverse is not changed.
+        `changed` contains new parameter values. If the loop diverges, both results are infinite.
         """
         from hystfmu.scenario.outcome.metrics import measure
         from hystfmu.scenario.outcome.trace import Stopped
@@ -206,7 +218,7 @@ class _Loops:
         return measure(metrics["tracking"], trace), variation
 
     def trace(self, scenario: str, case: str, inverse: Graph | None = None, **changed: float) -> tuple[Trace, Any]:
-        """Run a scenario as `run` does, and return the signals and the metrics."""
+        """Simulate a case of a scenario with the arguments of `run`, and return the signals and the metrics."""
         from hystfmu.scenario import Cases, build, simulate
 
         overrides: dict[str, Any] = {key.replace("__", "."): v for key, v in changed.items()}
@@ -223,7 +235,10 @@ class _Loops:
         return simulate(system, "native"), system.case.metrics
 
     def drawings(self, case: str = "sine_10") -> tuple[Drawing, ...]:
-        """Return our form of fig. 10 (linearised actuator) and fig. 11 (tracking of a sine in open and closed loop)."""
+        """Return diagrams like fig. 10 (actuator with inverse) and fig. 11 (tracking in open and closed loop).
+
+        `case` is the case of the scenarios that is simulated.
+        """
         law, off = "sliding_mode_2005", {"sliding_mode__eta": 0.0, "sliding_mode__rho": 0.0}
         none = self.trace("open_loop", case)[0]
         alone = {n: self.trace(law, case, i, **off)[0] for n, i in (("network", self.literal[0]), ("ours", self.ours))}
@@ -261,7 +276,11 @@ class _Loops:
 
 
 def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
-    """Return a row that compares closed and open loop at f (Hz). Fig. 11 shows no numbers for this comparison."""
+    """Return table rows with the RMS error of the open loop, and with the closed-loop errors relative to it.
+
+    `f` is the frequency of the sine (Hz), `alone` is the open-loop error, and `closed` contains the closed-loop errors.
+    Fig. 11 shows no numbers for this comparison.
+    """
     return [
         Row(f"{f} Hz, open loop: RMS, % of stroke", None, alone, place="fig. 11"),
         Row.over_seeds(
@@ -276,7 +295,7 @@ def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
 
 
 def _drawings() -> tuple[Drawing, ...]:
-    """Return our form of figs. 3 and 6 to 8 for the numpy actuator, with the networks of the table."""
+    """Return diagrams like figs. 3 and 6 to 8, from the numpy actuator and the networks of the table."""
     plots = [
         Plot(
             "fig. 3: fixed amplitude, several frequencies",
@@ -298,14 +317,14 @@ def _drawings() -> tuple[Drawing, ...]:
 
 
 def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Drawing, ...]]:
-    """Return the rows of the closed loops, and our form of figs. 10 and 11."""
+    """Return the table rows of the closed loops, and diagrams like figs. 10 and 11."""
     loops = _Loops()
     progress(0.8)
     off = {"sliding_mode__eta": 0.0, "sliding_mode__rho": 0.0}
     law, integral = "sliding_mode_2005", "sliding_mode"
 
     def both(scenario: str, case: str, **changed: float) -> list[list[float]]:
-        """Return the tracking errors with the network of each seed, and with our inverse."""
+        """Return the RMS tracking errors of a case with the network of each seed, and with our inverse."""
         return [[loops.run(scenario, case, inv, **changed)[0] for inv in of] for of in (loops.literal, [loops.ours])]
 
     def ours(scenario: str, case: str) -> float:

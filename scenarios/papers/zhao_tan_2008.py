@@ -1,12 +1,16 @@
-"""Zhao & Tan 2008: operator with 2-12-1 network, KP model, and cascade of network inverse and actuator.
+"""Zhao & Tan 2008: operator with 2-12-1 network, KP model, and series connection of network inverse and actuator.
 
-The measurements of the paper are not published. The setup is that of the paper: a decaying sine of 5 Hz, 1200 samples
-at 1000 Hz, scaled to [-1, 1], one part for identification and the other part for validation. The actuator is that of
-section II in numpy, ten backlash operators with full widths of 0.1 to 1. The paper does not print the decay, the
-division of the samples and the seed. A scan varies them over `DECAYS`, `SPLITS` and `SEEDS`, and the table uses the
-point at which the literal replica is nearest to the printed numbers. Literal: last extremum, 463 Powell-Beale
-iterations from one start, reconstructed inverse operator, ordinary least squares for the KP weights. Ours: dominant
-extremum, Levenberg-Marquardt, exact inverse operator, KP weights >= 0.
+The measurements of the paper are not published. The input is that of the paper: a decaying sine of 5 Hz, sampled at
+1000 Hz and scaled to [-1, 1]. The first half of the 1200 or 2400 samples is used for identification, and the second
+half for validation. The actuator is that of section II, simulated in numpy: ten backlash operators with full widths of
+0.1 to 1. The paper does not print the decay, the number of samples in each half, and the seed. A scan varies the decay
+over `DECAYS` and the number of samples over `SPLITS`. The table uses the values for which the results of the literal
+replica are closest to the printed numbers. Results are medians over `SEEDS` seeds.
+
+In the literal replica, a branch of the operator starts at the last extremum. The replica uses 463 Powell-Beale
+iterations from one start, a reconstructed inverse operator, and ordinary least squares for the weights of the
+Krasnoselskii-Pokrovskii (KP) model. In our method, a branch starts at the last extremum that is not wiped out (dominant
+extremum). It uses Levenberg-Marquardt iterations, the exact inverse operator, and KP weights >= 0.
 """
 
 from __future__ import annotations
@@ -50,7 +54,10 @@ MARGIN = 0.98  # range of the wanted outputs of the cascade over the range of th
 
 
 def actuator(linear: float = 0.0) -> Response:
-    """Return the sum of ten backlash operators and `linear` times the input, from rest, scaled to [-1, 1]."""
+    """Return a plant that is the sum of ten backlash operators and `linear` times the input, from rest.
+
+    The output is scaled to [-1, 1].
+    """
 
     def response(u: Array) -> Array:
         z, out = np.zeros(len(R)), np.empty(len(u))
@@ -63,7 +70,11 @@ def actuator(linear: float = 0.0) -> Response:
 
 
 def experiment(plant: Response, decay: float = DECAY, rows: int = ROWS) -> Dataset:
-    """Return the decaying sine of the paper and the response, scaled to [-1, 1] without the virgin curve."""
+    """Return the record of a plant for the decaying sine of the paper, with input and output scaled to [-1, 1].
+
+    `rows` is the number of samples, and `decay` is the decay per cycle. The training rows do not contain the virgin
+    curve.
+    """
     u = signals.decaying_sine(rows / CYCLE, decay, CYCLE)[:rows]
     u = u / np.abs(u).max()
     y = plant(u)
@@ -71,15 +82,15 @@ def experiment(plant: Response, decay: float = DECAY, rows: int = ROWS) -> Datas
 
 
 def quick() -> list[Row]:
-    """Return the rows that take only seconds: lemmas, remarks and theorems."""
+    """Return the table rows that take only seconds: tests of lemmas, remarks and theorems, and the network size."""
     return [*statements.rows(actuator(), actuator(LINEAR)), _weights(actuator())]
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """Return the table of the paper. `data` is not used; `progress` is called with the completed fraction.
+    """Return the table of the paper. `data` is not used. `progress` is called with the completed fraction of the work.
 
-    Targets: the printed validation errors, and the requirements S1 (training error), S2 (nested loops) and S6 (exact
-    inverse operator).
+    The targets are the printed validation errors, and limits for the training error, the errors on nested loops, and
+    the error of the exact inverse operator.
     """
     plant = actuator()
     validated, scan, (decay, size) = _validation(plant, lambda f: progress(0.3 * f))
@@ -128,7 +139,10 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
 
 # ---- model: validation against validation ----------------------------------------------------------------------------
 def _validation(plant: Response, progress: Callable[[float], None]) -> tuple[list[Row], list[Row], tuple[float, int]]:
-    """Return the rows of figs. 5 and 6 and of the scan, and the decay and number of rows of the table."""
+    """Return the table rows of figs. 5 and 6, the table rows of the scan, and the values that the table uses.
+
+    These values are the decay of the sine and the number of rows.
+    """
     points = [(decay, size) for size in SPLITS for decay in DECAYS]
     found: dict[tuple[float, int], list[list[dict[str, float]]]] = {}
     for k, point in enumerate(points):
@@ -163,7 +177,7 @@ def _validation(plant: Response, progress: Callable[[float], None]) -> tuple[lis
 
 
 def _weights(plant: Response) -> Row:
-    """Return the size of the network of section IV."""
+    """Return a table row with the number of weights and biases in the network of section IV."""
     model = fit(_first_half(experiment(plant)), "zhao_tan_mlp", iterations=1, starts=1)
     what = "weights and biases of the 2-12-1 network"
     return Row(
@@ -181,7 +195,10 @@ def _second_half(model: Model, data: Dataset) -> dict[str, float]:
 
 
 def _kp(decay: float, size: int) -> tuple[list[Row], Array]:
-    """Return the rows of figs. 7 and 8 for the record of the table, and the output of our model (n,)."""
+    """Return the table rows of figs. 7 and 8 (KP model), and the output of our KP model (n,).
+
+    `decay` and `size`, the number of samples, define the record.
+    """
     of = {p: _kp_of(experiment(actuator(), *p)) for p in [(d, rows) for rows in SPLITS for d in DECAYS]}
     _, _, other, output = of[decay, size]
     rows = []
@@ -199,7 +216,10 @@ def _kp(decay: float, size: int) -> tuple[list[Row], Array]:
 
 
 def _kp_of(record: Dataset) -> tuple[dict[str, float], dict[str, float], dict[str, float], Array]:
-    """Return the errors of literal, ours and plays on the second half, and the output of our model."""
+    """Return the validation errors of three models of a record, and the output of our KP model.
+
+    The models are the literal KP model, our KP model, and a sum of plays.
+    """
     half = _first_half(record)
     second = slice(len(record.u) // 2, None)
     trained = record.u[half.train]
@@ -212,7 +232,7 @@ def _kp_of(record: Dataset) -> tuple[dict[str, float], dict[str, float], dict[st
 
 
 def _training() -> list[Row]:
-    """Return rows of requirement S1: errors on the training rows for a decay of 0.1, and the time of a fit."""
+    """Return table rows with the errors on the training rows for a decay of 0.1, and with the time of a fit."""
     data = experiment(actuator(), 0.1)
     found = {}
     for name, chosen in (
@@ -234,7 +254,7 @@ def _training() -> list[Row]:
 
 
 def _timed(data: Dataset, seed: int, chosen: dict[str, Any]) -> dict[str, float]:
-    """Return the errors on the training rows, and the processor time of the fit (s)."""
+    """Fit the network with the options `chosen`; return its errors on the training rows and the processor time (s)."""
     began = time.process_time()
     model = fit(data, "zhao_tan_mlp", seed, **chosen)
     return {"max": model.fit["max"], "rms": model.fit["rms"], "seconds": time.process_time() - began}
@@ -246,7 +266,10 @@ def _median(found: list[dict[str, float]]) -> dict[str, float]:
 
 # ---- other signals ---------------------------------------------------------------------------------------------------
 def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
-    """Return rows of errors on held-out signals: replica trained on one sine, ours on random reversals."""
+    """Return table rows with the errors on held-out signals.
+
+    The literal replica is trained on one decaying sine, and our method on random nested reversals.
+    """
     rich, bent = recorded(plant, REVERSALS), nested_loops.bent(plant)
     rich_bent = recorded(bent, REVERSALS)
     replica = accuracy.held_out_table(
@@ -294,10 +317,11 @@ def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
 
 # ---- inverse in cascade ----------------------------------------------------------------------------------------------
 def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], list[Row], list[Drawing]]:
-    """Return rows of the error of inverse and actuator in series, without the virgin curve.
+    """Return table rows with the error of the inverse network in series with the actuator, without the virgin curve.
 
-    The networks are trained on the first half of a decaying sine. The wanted output has another decay. The result
-    contains the rows of the paper, the scan over both decays, and our form of figs. 12 and 13.
+    The networks are trained on the first half of a decaying sine of `size` samples. The wanted output has another
+    decay. The result contains the table rows of fig. 13, those of a scan over both decays, and diagrams that correspond
+    to figs. 12 and 13.
     """
     plant = actuator()
     asked = {decay: MARGIN * signals.decaying_sine(size / CYCLE, decay, CYCLE)[:size] for decay in DECAYS}
@@ -338,7 +362,10 @@ def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], l
 
 
 def _beside(decay: float, size: int) -> list[Row]:
-    """Return rows of the cascade for other signals, for an actuator with linear term, and for the inverse of plays."""
+    """Return table rows with the errors of network inverses and of the inverse of plays, in series with two actuators.
+
+    One actuator has a linear term. The wanted outputs are a decaying sine and nested reversals.
+    """
     asked = {
         "decaying sine": MARGIN * signals.decaying_sine(size / CYCLE, decay, CYCLE)[:size],
         "nested reversals": MARGIN * signals.held_out()["nested reversals"],
@@ -362,7 +389,10 @@ def _beside(decay: float, size: int) -> list[Row]:
 
 
 def _inverses(plant: Response, decay: float, size: int) -> list[list[Model]]:
-    """Return the inverse networks for every seed, literal and ours, trained on half of a decaying sine."""
+    """Return the inverse networks for every seed: first those of the literal replica, then ours.
+
+    They are trained on the first half of a decaying sine with `size` samples.
+    """
     record = experiment(plant, decay, size)
     swapped = Dataset.from_signal(record.y, record.u, STEP, "exchanged", slice(VIRGIN, size // 2))
     settings: tuple[dict[str, Any], ...] = (
@@ -377,14 +407,20 @@ def _largest(model: Model, r: Array, plant: Response) -> float:
 
 
 def _where(y: Array, wanted: Array) -> float:
-    """Return the absolute wanted output at the largest error over its maximum, without the virgin curve."""
+    """Return the absolute wanted output at the sample with the largest error, divided by the largest wanted output.
+
+    The virgin curve is excluded.
+    """
     e, r = np.abs(y - wanted)[VIRGIN:], np.abs(wanted)[VIRGIN:]
     return float(r[np.argmax(e)] / r.max())
 
 
 # ---- figures ---------------------------------------------------------------------------------------------------------
 def _drawings(plant: Response, record: Dataset, kp: Array) -> list[Drawing]:
-    """Return our form of figs. 1, 2 and 5 to 10 for the record of the table."""
+    """Return diagrams from our data that correspond to figs. 1, 2 and 5 to 10 of the paper.
+
+    `kp` is the output of our KP model for the record.
+    """
     u = signals.decaying_sine(3, 0.2, 400)
     forward, back = (Graph.single(Node("operator", name)) for name in ("zhao_tan", "zhao_tan_inverse"))
     model = fit(_first_half(record), "zhao_tan_mlp")
@@ -410,7 +446,10 @@ def _lines(x: Array, **of: Array) -> list[Line]:
 
 
 def _validated(first: str, second: str, name: str, truth: Array, model: Array, printed: float | None) -> list[Drawing]:
-    """Return diagrams of a model output and its error on the second half, with a line at the printed error."""
+    """Return diagrams of the output and the error of a model on the second half, with a line at the printed error.
+
+    `first` and `second` are the numbers of the two figures. `truth` is the true output.
+    """
     rows = slice(len(truth) // 2, None)
     t: Array = STEP * np.arange(len(truth), dtype=np.float64)[rows]
     error = _lines(t, error=(model - truth)[rows])

@@ -1,7 +1,8 @@
-"""Branches of an operator: crossings of two branches, and differences of the hysteresis outputs at crossings.
+"""Crossings of the branches of an operator, and differences of the hysteresis outputs at these crossings.
 
 Lemma 1 and theorems 1 and 2 of Zhao & Tan 2008, and the theorem of the IPMC paper, state that input and operator value
-together determine the output. This is false if two branches that are not neighbours cross at different outputs.
+together determine the output of the hysteresis. This is false if two branches cross that share no extremum, and if the
+outputs differ at the crossing.
 """
 
 from __future__ import annotations
@@ -19,7 +20,11 @@ END = 0.02  # excluded ends of the common range; neighbours meet at their extrem
 
 @dataclass(frozen=True)
 class Branch:
-    """Samples between two extrema of the input, in rising order of the input: x, operator h, output y (n,)."""
+    """Samples between two extrema of the input, sorted by increasing input.
+
+    `x` is the input, `h` the operator value, and `y` the hysteresis output, each of shape (n,). `number` counts the
+    branches in time, and `rising` states whether the input increases.
+    """
 
     number: int
     rising: bool
@@ -30,14 +35,14 @@ class Branch:
 
 @dataclass(frozen=True)
 class Crossings:
-    """Crossings of branches: their numbers, and the differences of the outputs.
+    """Crossings of branches: their numbers, and the largest difference of the outputs.
 
     Parameters
     ----------
     neighbours, others : int
         Number of crossings of branches that share an extremum, and of all other branches.
     difference : float
-        Largest difference of the outputs at a crossing, in the unit of measure of y.
+        Largest difference of the two outputs at a crossing, in the unit of measure of y.
     """
 
     neighbours: int
@@ -46,7 +51,7 @@ class Crossings:
 
 
 def branches(x: Array, h: Array, y: Array) -> list[Branch]:
-    """Return the branches: the samples (n,), split at the extrema of x."""
+    """Return the branches of a signal: input x, operator value h and output y (n,), split at the extrema of x."""
     turns = np.flatnonzero(np.diff(np.sign(np.diff(x))) != 0) + 1
     ends = [0, *turns.tolist(), len(x) - 1]
     found = []
@@ -58,7 +63,10 @@ def branches(x: Array, h: Array, y: Array) -> list[Branch]:
 
 
 def crossings(x: Array, h: Array, y: Array) -> Crossings:
-    """Return the crossings of any two branches of h over x, which are linear between samples."""
+    """Count the crossings of all pairs of branches in the plane of x and h, and compare the outputs y at each crossing.
+
+    x, h and y have shape (n,). Between samples, the branches are linear.
+    """
     counts, difference = [0, 0], 0.0
     for a, b in combinations(branches(x, h, y), 2):
         lo, hi = max(a.x[0], b.x[0]), min(a.x[-1], b.x[-1])
@@ -77,7 +85,10 @@ def crossings(x: Array, h: Array, y: Array) -> Crossings:
 
 
 def least_slope(x: Array, h: Array, near: float) -> float:
-    """Return the least dh/dx on any branch, at points farther than `near` from the first extremum of the branch."""
+    """Return the least slope dh/dx on all branches of an operator with input x and value h, shape (n,).
+
+    Points nearer than `near` to the start of their branch are excluded.
+    """
     slopes = []
     for b in branches(x, h, x):
         far = (b.x - b.x[0] if b.rising else b.x[-1] - b.x) > near
@@ -87,6 +98,9 @@ def least_slope(x: Array, h: Array, near: float) -> float:
 
 
 def area(x: Array, y: Array) -> float:
-    """Return the signed area of a closed loop relative to its bounding box, positive if counterclockwise."""
+    """Return the signed area of a closed loop (x, y) divided by the area of its bounding box.
+
+    The area is positive if the loop is counterclockwise.
+    """
     enclosed = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2
     return enclosed / float(np.ptp(x) * np.ptp(y))

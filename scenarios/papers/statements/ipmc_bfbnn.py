@@ -1,6 +1,6 @@
 """Numerical tests of the IPMC paper: Preisach's sum, the auxiliary function, basis functions, and the theorem.
 
-In the theorem, the hysteresis is the Preisach operator of eq. 1.
+The theorem is tested with the Preisach operator of eq. 1 as hysteresis.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ROUNDING = 1e-12
 
 
 def rows() -> list[Row]:
-    """Return the rows of eqs. 1 to 12 that take only seconds."""
+    """Return the table rows of the tests of eqs. 1 to 12, of the theorem and of the appendix."""
     cycles = np.sin(2 * np.pi * np.arange(CYCLES * 200 + 1) / 200)
     printed, kept = auxiliary(cycles, corrected=False), auxiliary(cycles)
     # from the second maximum of the input on, the output of the hysteresis is the same at each maximum
@@ -97,7 +97,7 @@ def rows() -> list[Row]:
 
 
 def _free_run() -> float:
-    """Return the largest difference between a fitted network and eqs. 8 to 12 in numpy, relative to the span."""
+    """Return the largest difference between a fitted network and eqs. 8 to 12 in numpy, relative to the input span."""
     u = signals.decaying_sine(4, 0.1, 100)
     data = Dataset.from_signal(u, u + 0.1 * auxiliary(u), 1e-3)
     model = fit(data, "polynomial_narx", n_u=3, n_f=3, q=Q, range=2.0)

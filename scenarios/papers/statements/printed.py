@@ -1,9 +1,10 @@
 """Auxiliary function f (eq. 3) and recursion (eqs. 13 to 19) of the IPMC paper, as printed and corrected.
 
-Printed: f(k) = f(u_ex) + |u - u_ex| g(|u - u_ex|), g(x) >= 0 smooth and monotone; the default is 1 - e^-x. Every branch
-increases f in both directions, so f grows without bound and is not a function of a hysteresis state. Corrected: f(k) =
-f(u_ex) + (u - u_ex) g(|u - u_ex|).  This is the Zhao-Tan operator.  Models use the block `zhao_tan` with dominant
-extrema. In this module the last extremum is used, as in the text of the paper.
+As printed, f(k) = f(u_ex) + |u - u_ex| g(|u - u_ex|), where u_ex is the last extremum of the input. g(x) >= 0 is smooth
+and monotone; the default is 1 - e^-x. With this formula, f increases whether the input increases or decreases.
+Therefore it grows without bound and is not a function of the hysteresis state. The corrected formula is f(k) = f(u_ex)
++ (u - u_ex) g(|u - u_ex|), the Zhao-Tan operator. Models use the block `zhao_tan`, in which u_ex is the last extremum
+that is not wiped out (dominant extremum). This module uses the last extremum, as in the text of the paper.
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ def exponential(x: float) -> float:
 
 
 def auxiliary(u: Array, corrected: bool = True, g: Callable[[float], float] = exponential) -> Array:
-    """Return f (n,) for an input (n,), from f = 0 at the first value.
+    """Return the auxiliary function f (n,) for an input u (n,). The first value of f is 0.
 
     Parameters
     ----------
     u : array, shape (n,)
-        Scaled input. The scale affects g.
+        Scaled input. The scale has an effect, because g is nonlinear.
     corrected : bool
-        Whether the sign of u - u_ex is kept. False omits the sign, as printed.
+        True uses the corrected formula, with the sign of u - u_ex. False uses the printed formula.
     g : function
         Function that is smooth, monotone and not negative for arguments >= 0.
     """
@@ -45,10 +46,11 @@ def auxiliary(u: Array, corrected: bool = True, g: Callable[[float], float] = ex
 
 
 class PrintedRecursive:
-    """Recursion with dead zone exactly as printed (IPMC paper, eqs. 13 to 19), for replicas; it fails.
+    """Recursive least squares with dead zone exactly as printed (IPMC paper, eqs. 13 to 19), for the literal replica.
 
-    P is stored and grows as 1/mu^k while lambda = 0. sigma^2 = sum e^2(k)/k can only grow. lambda contains sigma^2
-    instead of e^2, so lambda is negative while sigma^2 < r^2.
+    This recursion fails for three reasons. P grows as 1/mu^k while lambda = 0. sigma^2 = sum e^2(k)/k can only grow.
+    lambda contains sigma^2 instead of e^2, so that it is negative while sigma^2 < r^2. The paper does not state rho,
+    beta, eta and Sigma(0). Here Sigma(0) = r^2 and epsilon(k) = e(k).
 
     Parameters
     ----------
@@ -59,10 +61,9 @@ class PrintedRecursive:
     eta : float
         Initial covariance P(0) = eta I.
     rho : float
-        Convergence factor, a constant in (0, 1), which determines mu = 1 - rho.
+        Convergence factor, a constant in (0, 1). The forgetting factor is mu = 1 - rho.
     fraction : float
-        beta over its upper bound mu Sigma. The paper does not state rho, beta, eta and Sigma(0). Here Sigma(0) = r^2
-        and epsilon(k) = e(k).
+        Ratio of beta to its upper bound mu Sigma.
     """
 
     def __init__(self, n: int, r: float, eta: float = 1e6, rho: float = 0.005, fraction: float = 1.0) -> None:
@@ -71,7 +72,10 @@ class PrintedRecursive:
         self.samples, self.variance, self.Sigma = 0, 0.0, r * r
 
     def update(self, phi: Array, y: float) -> float:
-        """Update the parameters with one sample (regressor phi (n,) and output y), and return e(k)."""
+        """Update the parameters with one sample, and return the error e(k) before the update.
+
+        phi is the regressor (n,), and y is the measured output.
+        """
         mu, r2 = 1 - self.rho, self.r**2
         e = float(y - phi @ self.theta)  # eq. 13
         self.samples += 1

@@ -1,8 +1,7 @@
-"""Preisach's sum of relays in a plain loop, compared with the block in Everett's form and with increments from an
-extremum.
+"""Preisach's sum of relays, computed relay by relay, and compared with the block `preisach`.
 
-The equations are eq. 1 of the IPMC paper and of Yu & Alici 2005, and eq. 2 of the IPMC paper (increment of the output
-after an extremum u_p).
+The block uses Everett integrals. The sum is eq. 1 of the IPMC paper and of Yu & Alici 2005. Eq. 2 of the IPMC paper,
+the increment of the output after an extremum u_p, is also tested.
 """
 
 from __future__ import annotations
@@ -19,15 +18,19 @@ ROUNDING = 1e-12
 
 
 def density() -> Array:
-    """Return the weights of the relays, one for each cell alpha > beta of the grid and 0 below, (STEPS, STEPS).
+    """Return random weights of the relays, shape (STEPS, STEPS).
 
-    The weights are whole numbers, so that their sums are exact.
+    The grid has one weight for each cell with alpha > beta. The other entries are 0. The weights are integers, so that
+    their sums are exact.
     """
     return np.asarray(np.tril(np.random.default_rng(SEED).integers(1, 10, (STEPS, STEPS)).astype(float)))
 
 
 def relay_sum(u: Array, mu: Array) -> Array:
-    """Return the sum (n,) over relays that switch up at alpha_i and down at beta_j, and that are down at first."""
+    """Return the output (n,) of the relays with weights mu for an input u (n,).
+
+    Relay (i, j) switches up at alpha_i and down at beta_j. All relays are down at first.
+    """
     edges = np.linspace(-1, 1, STEPS + 1)
     alpha = (edges[1:, None] + edges[:-1, None]) / 2 + 1e-9  # the offset makes alpha > beta for cells on the diagonal
     beta = alpha.T - 2e-9
@@ -39,13 +42,16 @@ def relay_sum(u: Array, mu: Array) -> Array:
 
 
 def everett(mu: Array) -> Array:
-    """Return the Everett integral of the density for each (alpha_i, beta_j), in the form of the block."""
+    """Return the Everett integrals of the weights mu for all (alpha_i, beta_j), in the order that the block expects."""
     cells = [mu[j:i, j:i].sum() for i in range(1, STEPS + 1) for j in range(i)]
     return np.array(cells)
 
 
 def block_row() -> Row:
-    """Return a row that compares the block and the relays on random grid levels."""
+    """Return a table row with the largest difference between the block and the sum of relays.
+
+    The input consists of random levels of the grid.
+    """
     mu = density()
     levels: Array = np.random.default_rng(SEED).integers(0, STEPS + 1, 400) * np.float64(2 / STEPS) - 1
     values: dict[str, Value] = {"lo": -1.0, "hi": 1.0, "E": everett(mu), "start": "low"}
@@ -56,7 +62,10 @@ def block_row() -> Row:
 
 
 def increment_row() -> Row:
-    """Return a row that compares increments from an extremum u_p, for two histories and for another u_p."""
+    """Return a table row with the differences of output increments after an extremum u_p.
+
+    Two histories with the same u_p are compared, and one history with another u_p.
+    """
     mu, step = density(), 2 / STEPS
     rises = [[0, -1, 1, -0.4, 0.4], [0, 1, -0.8, 0.8, -0.4, 0.4], [0, -1, 1, -0.8, 0.0]]
     u = [signals.ramps(list(r), step) for r in rises]

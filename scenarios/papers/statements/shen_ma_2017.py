@@ -16,12 +16,18 @@ ROUNDING = 1e-12
 
 
 def rows(u: Array, y: Array, trained: slice) -> list[Row]:
-    """Return the rows of eqs. 1 to 7. The branch is fitted to the rows `trained` of the record u, y (n,)."""
+    """Return the table rows of the tests of eqs. 1 to 7.
+
+    u and y (n,) are a record. The branch is fitted to its rows `trained`.
+    """
     return [_main(), _normal_equations(u, y, trained)]
 
 
 def _main() -> Row:
-    """Return a row that compares the block with eqs. 1 and 2, with the last extremum as origin."""
+    """Return a table row with the largest difference between the block `constraint_factor` and eqs. 1 and 2.
+
+    The branches start at the last extremum, as in the paper.
+    """
     u = signals.nested_reversals(40, 1)
     h, origin, at_origin, direction = np.zeros(len(u)), float(u[0]), 0.0, 0.0
     for k in range(1, len(u)):
@@ -39,7 +45,10 @@ def _main() -> Row:
 
 
 def _normal_equations(u: Array, y: Array, trained: slice) -> Row:
-    """Return rows of the residual of the branch with the printed and with the correct last entry of eq. 7."""
+    """Return a table row with the fit residuals of the branch, for the printed and for the corrected normal equations.
+
+    The two versions differ in the last entry of eq. 7. The branch is fitted to the rows `trained` of u and y (n,).
+    """
     where = stack_coordinates(u, float(u[0]), "last")
     rows = np.flatnonzero(where.start[trained] >= 0)
     v = np.sign(where.weight[rows]) * (y[rows] - y[where.start[rows]])

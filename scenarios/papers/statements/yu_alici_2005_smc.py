@@ -1,6 +1,6 @@
 """Numerical tests of Yu & Alici 2005: eqs. 1, 4 and 5, one-to-one mapping, rate dependence, and bounds.
 
-The actuator is the one in `rate_plant`.
+The actuator is the numpy actuator in `rate_plant`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ ROUNDING = 1e-12
 
 
 def rows() -> list[Row]:
-    """Return the rows of equations and statements that take only seconds."""
+    """Return the table rows of the tests of equations and statements."""
     y = [actuator(signals.ramps(list(p), SLOW))[-1] for p in PATHS]
     low, high, small = _width(2, 1.0), _width(100, 1.0), _width(2, 0.5)
     return [
@@ -68,7 +68,10 @@ def rows() -> list[Row]:
 
 
 def _width(frequency: float, amplitude: float) -> float:
-    """Return the largest distance between the rising and the falling branch of a cycle in the steady state."""
+    """Return the width of the steady-state loop of the actuator for a sine: the largest distance between its branches.
+
+    `frequency` is in Hz. The distance is that of the outputs of the rising and the falling branch at the same input.
+    """
     cycle = round(RATE / frequency)
     u = amplitude * np.sin(2 * np.pi * np.arange(4 * cycle) / cycle)
     x, y = u[-cycle:], actuator(u)[-cycle:]
@@ -80,7 +83,7 @@ def _width(frequency: float, amplitude: float) -> float:
 
 
 def _law() -> float:
-    """Return the largest difference between the block and the printed control law on random signals."""
+    """Return the largest difference of u between the block `sliding_mode` and the printed law, on random signals."""
     h, lam, eta, rho, eps = 1e-3, 30.0, 2e-3, 0.4, 2.0
     y_d, y, u_nn = np.random.default_rng(0).normal(size=(3, 500)).cumsum(axis=1) / 30
     e: Array = y - y_d

@@ -1,7 +1,8 @@
 """Numerical tests of lemmas, remarks and theorems of Zhao & Tan 2008: examples and counterexamples.
 
-Literal uses the last extremum and the reconstructed inverse operator. Ours uses the dominant extremum and the exact
-inverse of eq. 1. The hysteresis consists of the ten backlash operators of section II.
+In the literal replica, a branch starts at the last extremum, and the inverse operator is reconstructed from remarks in
+the paper. In our method, a branch starts at the last extremum that is not wiped out (dominant extremum), and the
+inverse of eq. 1 is exact. The hysteresis consists of the ten backlash operators of section II.
 """
 
 from __future__ import annotations
@@ -24,7 +25,10 @@ ROUNDING = 1e-12
 
 
 def rows(plant: Response, invertible: Response) -> list[Row]:
-    """Return the rows of eqs. 1 to 11. `plant` is the hysteresis; `invertible` is one that increases with its input."""
+    """Return the table rows of the tests of eqs. 1 to 11.
+
+    `plant` is the hysteresis. `invertible` is a hysteresis with a linear term, so that an inverse exists.
+    """
     u = signals.nested_reversals(REVERSALS, SEED, FINE)
     y, wanted = plant(u), invertible(u)
     last, dominant = _run("zhao_tan", u, memory="last"), _run("zhao_tan", u)
@@ -114,7 +118,11 @@ def rows(plant: Response, invertible: Response) -> list[Row]:
 
 
 def _one_loop(plant: Response) -> list[Row]:
-    """Return rows of assumption 1 and remarks 1, 4 and 5 for a sine: closed loops and their orientation."""
+    """Return table rows of the tests of assumption 1 and remarks 1, 4 and 5 with a sine as input.
+
+    The tests state whether the loop of the hysteresis `plant` is closed, in which direction the loops of hysteresis and
+    operators turn, and whether the operators are antisymmetric.
+    """
     cycle = 400
     u = np.sin(2 * np.pi * np.arange(2 * cycle + 1) / cycle)
     y = plant(u)
@@ -164,7 +172,10 @@ def _one_loop(plant: Response) -> list[Row]:
 
 
 def _counterexample(plant: Response) -> Row:
-    """Return rows of theorem 1 for two histories that end at the same input with the same operator value."""
+    """Return a table row with the output difference for two histories that contradict theorem 1.
+
+    Both histories end at the same input and the same operator value, but `plant` has different outputs.
+    """
     paths = [signals.ramps(list(p), FINE) for p in PATHS]
     h = [_run("zhao_tan", p)[-1] for p in paths]
     y = [plant(p)[-1] for p in paths]
