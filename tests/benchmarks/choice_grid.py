@@ -153,11 +153,11 @@ def page(store, cells):
     rows = zip(dict.fromkeys(at[:2] for at in cells), met, strict=True)
     missed = [f"{family} ({form})" for (family, form), good in rows if not good]
     found = (
-        f'{sum(met)} of {len(met)} rows meet both goals; missed: {"; ".join(missed) or "none"}. {drawn}. The columns "best kinds" and '
-        '"chosen" state for how many seeds a kind was the best or was chosen; a kind without a number applies to all '
-        "seeds. The median time of a choice was "
-        f"{np.median(seconds):.1f} s on one core. If the error of a kind after a short fit is more than {FAR:g} times "
-        "the smallest error, the kind is not fitted further."
+        f"{sum(met)} of {len(met)} rows meet both goals; missed: {'; '.join(missed) or 'none'}. {drawn}. "
+        'The columns "best kinds" and "chosen" state for how many seeds a kind was the best or was chosen; a kind '
+        f"without a number applies to all seeds. The median time of a choice was {np.median(seconds):.1f} s on one "
+        f"core. If the error of a kind after a short fit is more than {FAR:g} times the smallest error, the kind is "
+        "not fitted further."
     )
     head = f"""# Choice of the kind of model
 

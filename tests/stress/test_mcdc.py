@@ -24,7 +24,7 @@ import hystfmu
 HERE = Path(__file__).parent
 COUNT = ["-fprofile-instr-generate", "-fcoverage-mapping", "-fcoverage-mcdc"]
 MASTER = sorted((ROOT / "fmu_build" / "master").glob("*.c"))
-LAYER = "derivatives edges events exchange exchange_calls phases saved structure"
+LAYER = "derivatives events exchange phases structure"
 SUITES = [
     "contract",
     "c",

@@ -115,7 +115,8 @@ def fit_graph(
     graph : Graph, Block or Path
         Graph, single block, or path of a file that contains a graph and its free parameters. From a single block, a
         graph of three parts is built: a scaling of the input to [-1, 1], the block, and a weighted sum of its outputs
-        with an offset. The names of the parameters of a single block have no node name.
+        with an offset. The parameters of a single block have names without the
+        prefix ``node.``.
     free : mapping of str to True, (lower, upper) or a table
         Free parameters by name. For a single block, the default is all parameters with real values that `graph` does
         not set. Redundant parameters, whose effect is a linear combination of the effects of others, are excluded.

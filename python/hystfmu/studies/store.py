@@ -3,7 +3,7 @@
 Each row is one line of `journal.jsonl` with CRC-32, tab and JSON. The line is appended when the run ends. If a run has
 two rows, the later row is valid. A lock prevents that two studies use the folder, in this process or in another. A full
 journal is converted to a Parquet file (a part) by an atomic rename. The name of the part ends with its CRC-32. The
-names of the columns are stored in two files, and so is the seed.
+names of the columns and the seed are stored in two files each.
 
 Truncated or damaged data are found at the next start. Damaged lines are moved to `damaged.jsonl`, damaged parts are
 renamed, and their runs are repeated. The final table is `results.parquet`, sorted by row. This table does not depend on

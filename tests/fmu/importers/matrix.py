@@ -414,8 +414,8 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
             for line in (
                 """- In the column "uneven", the steps are 1, 0.5, 1.7 and 0.3 ms long. If the model has a sample time,
                 they are one, two or three samples long. A step of 5.7e-15 s represents a rounding error of the time.
-                Before each step, the FMU must return an error for a step of 0. The outputs are compared with those of
-                the unit in Python.""",
+                Before each step, the test requests a step of length 0, which the FMU must refuse. The outputs are
+                compared with those of the unit in Python.""",
                 """- The columns "ME" use Model Exchange. The importer solves the FMU by Euler's method and handles its
                 events. For kinds with continuous states, it uses the solver CVode and a constant input, because fmpy
                 changes inputs only between steps of CVode.""",

@@ -32,7 +32,7 @@ _RULES = "the rules of fmpy cannot be applied: {}: {}"
 def rule_problems(folder: Path, description: Any) -> Iterator[str]:
     """Yield the problems that the schema and the rules of fmpy find, one sentence each.
 
-    `description` is the model description read by fmpy without its rules, or None if it cannot be read.
+    `description` is the model description read by fmpy without validation, or None if fmpy cannot read it.
     """
     from fmpy import read_model_description
     from fmpy.model_description import ValidationError
