@@ -17,6 +17,7 @@ CALLS = (
     "from_torch",
     "predict",
     "score",
+    "check",
     "plot",
     "inverse",
     "export",

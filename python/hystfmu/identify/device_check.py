@@ -11,7 +11,8 @@ measured output by least squares. Each correction represents one change of the d
 - loop: a + b y + c u + a sum of plays of u. The shape of the hysteresis loop changed.
 
 The reported change is the first one in this list whose correction leaves an error of at most `AS_GOOD` times the
-smallest remaining error.
+smallest remaining error or `AS_GOOD` times the stated error of the model. The correction "loop" has more weights than
+the others, so it also fits the error of the model itself and always leaves the smallest error.
 """
 
 from __future__ import annotations
@@ -146,12 +147,13 @@ def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceC
         100 * float(counted.mean()),
         100 * float(np.ptp(seen)) / (span[1] - span[0]),
         parts,
-        _moved(parts) if drifted else "",
+        _moved(parts, stated) if drifted else "",
     )
 
 
-def _moved(parts: tuple[Part, ...]) -> str:
-    least = min(p.left for p in parts)
+def _moved(parts: tuple[Part, ...], stated: float) -> str:
+    """Return the simplest correction that restores the stated error of the model, or almost the least error."""
+    least = max(min(p.left for p in parts), stated)
     return next(p.name for p in parts if p.left <= AS_GOOD * least)
 
 

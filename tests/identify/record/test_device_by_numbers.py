@@ -75,11 +75,22 @@ def test_many_rows_are_thinned():
 
 
 @pytest.mark.parametrize(
-    ("lefts", "moved"), [((1.25, 1.1, 1.0, 1.0), "offset"), ((1.26, 1.25, 1.0, 1.0), "gain"), ((9, 9, 9, 1), "loop")]
+    ("lefts", "stated", "moved"),
+    [
+        ((1.25, 1.1, 1.0, 1.0), 0.1, "offset"),
+        ((1.26, 1.25, 1.0, 1.0), 0.1, "gain"),
+        ((9, 9, 9, 1), 0.1, "loop"),
+        (
+            (9, 1.25, 1.0, 0.5),
+            1.0,
+            "gain",
+        ),  # restores the accuracy of the fit: the weights of the loop follow its error
+        ((9, 1.26, 1.26, 0.5), 1.0, "loop"),
+    ],
 )
-def test_the_first_part_within_a_quarter_of_the_best(lefts, moved):
+def test_the_first_part_within_a_quarter_of_the_best_or_of_the_fit(lefts, stated, moved):
     parts = tuple(Part(n, "", v) for n, v in zip(("offset", "gain", "lag", "loop"), lefts, strict=True))
-    assert device_check._moved(parts) == moved
+    assert device_check._moved(parts, stated) == moved
     assert isinstance(check_device(model(), record()), DeviceCheck)
 
 
