@@ -8,13 +8,12 @@ path D in parallel:
 A scenario simulates the same blocks, so the simulated controller equals the tuned controller. Sources: notch and
 integral, Abramovitch et al. 2008; integral resonant control (IRC), Aphale, Fleming & Moheimani 2007, Smart Materials
 and Structures 16, 439-446; positive position feedback (PPF), Fanson & Caughey 1990, AIAA Journal 28, 717-724; internal
-model, Smith 1957; H-infinity loop shaping, McFarlane & Glover 1992.
+model, Smith 1957; H-infinity loop shaping, McFarlane & Glover, IEEE Trans. Automat. Control 37 (1992) 759-769, and
+Skogestad & Postlethwaite, Multivariable Feedback Control, 2nd ed., section 9.4.
 
-H-infinity loop shaping designs the controller that is most robust against perturbations of a shaped plant.
-
-Sources: McFarlane & Glover, IEEE Trans. Automat. Control 37 (1992) 759-769; Skogestad & Postlethwaite, Multivariable
-Feedback Control, 2nd ed., section 9.4. For a discrete plant, the design uses the bilinear transformation, which
-preserves all norms. The resulting controller is realised as second-order filters in series, followed by an integral.
+H-infinity loop shaping designs the controller that is most robust against perturbations of a shaped plant. For a
+discrete plant, the design uses the bilinear transformation, which preserves all norms. The resulting controller is
+realised as second-order filters in series, followed by an integral.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ measured output by least squares. Each correction represents one change of the d
 
 The reported change is the first one in this list whose correction leaves an error of at most `AS_GOOD` times the
 smallest remaining error or `AS_GOOD` times the stated error of the model. The correction "loop" has more weights than
-the others, so it also fits the error of the model itself and always leaves the smallest error.
+the others, so it also reduces the error that the model already had on its own record.
 """
 
 from __future__ import annotations
