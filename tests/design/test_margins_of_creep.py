@@ -149,7 +149,8 @@ def test_creep_that_only_the_inverse_has_stays_in_the_loop(tmp_path: Path) -> No
 def test_behind_creep_a_command_at_its_limit_has_no_slope(tmp_path: Path) -> None:
     """A device of 0.8 of the gain asks for more than the range: 0 while the command stands at its limit, else 0.8.
 
-    Creep moves the output meanwhile; differences of the output alone had slopes of either sign.
+    Creep moves the output meanwhile; differences of the output alone had slopes of either sign. The range reaches at
+    most 0.8 * 3.48 * 1.6 = 4.5 with the largest creep drawn, and the reference 5.
     """
     seed, rng = drawn()
     w, T = rng.uniform(0.05, 0.3, 2), 10 ** rng.uniform(-1.5, 0.5, 2)
@@ -164,7 +165,7 @@ def test_behind_creep_a_command_at_its_limit_has_no_slope(tmp_path: Path) -> Non
     )
     made = hy.Scenario("creeping", step=H, stop=4.0)
     made.add("plant", hy.Model("actuator", graph, provenance=SPAN, step=H))
-    made.add("reference", hy.blocks.Reference(amplitude=4.0, frequency=0.5))
+    made.add("reference", hy.blocks.Reference(amplitude=5.0, frequency=0.5))
     made.add("pid", hy.blocks.Pid(Kp=0.1, Ki=12.0))
     made.add("inverse", model.inverse())
     for ends in (

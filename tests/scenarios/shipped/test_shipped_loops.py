@@ -291,7 +291,9 @@ def test_the_page_says_by_how_much_the_corners_are_missed() -> None:
         f: max(found[f"{corner}_{f}"] for corner in CORNERS) / asked[f"corner_{f}"]["limits"]["tracking"]
         for f in ("10", "100", "broadband")
     }
-    said = "factors of {:.2g} at 10 Hz, {:.2g} at 100 Hz and {:.2g} broadband".format(*misses.values())
+    said = "by a factor of {:.2g} at 10 Hz, {:.2g} at 100 Hz and {:.2g} for the broadband reference".format(
+        *misses.values()
+    )
     assert said in " ".join((REPOSITORY / "python" / "docs" / "tracking.md").read_text().split())
 
 
@@ -371,8 +373,8 @@ def test_the_readme_states_the_figures() -> None:
     )
     said = " ".join((REPOSITORY / "README.md").read_text().split())
     assert (
-        f"the error of the sliding mode with integral action is {law} %. With a linear term instead of the switching "
-        f"term it is {linear} %, and for the best PID {pid} %." in said
+        f"the error of sliding mode with integral action is {law} %. It is {linear} % if a linear term replaces the "
+        f"switching term. The error of the best PID is {pid} %." in said
     )
 
 
