@@ -1,7 +1,5 @@
 """Tables of every command in a terminal of 80 columns: no line is longer, no word breaks; colours and their absence."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import random

@@ -1,7 +1,5 @@
 """What a person at a terminal sees: progress, -v and -q, and what an interrupt leaves; a pseudo-terminal shows it."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
