@@ -256,7 +256,7 @@ def test_what_cannot_be_reached_is_refused_with_what_can(
 ) -> None:
     refused = command("design", "irc", folder / "loop", "-o", folder / "none", "--bandwidth", 900)
     assert refused.exit_code == 2
-    assert f"Reachable is {designed['irc']['bandwidth_hz']:.3g} Hz" in refused.stderr
+    assert f"Reachable is {of_structures['irc']['bandwidth_hz']:.3g} Hz" in refused.stderr
     assert not (folder / "none").exists()
 
 
