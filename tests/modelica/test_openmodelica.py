@@ -150,7 +150,7 @@ def test_script_has_a_result_of_every_simulation(script: str, tmp_path: Path) ->
 def test_model_agrees(name: str, tmp_path: Path) -> None:
     o = compare.compare(name, tmp_path / "result.npz")
     print(outcome.line(o))
-    for error, limit in ((o.error_c, o.bound_c), (o.error_numpy, o.bound_numpy), (o.error_reference, o.tube)):
+    for error, limit in ((o.error_c, o.bound_c), (o.error_reference, o.tube)):
         assert np.isnan(limit) or error <= bound(o, limit)
 
 

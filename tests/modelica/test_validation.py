@@ -1,4 +1,4 @@
-"""Every Validation and Example model against the C core, the plain numpy forms and the committed references."""
+"""Every Validation and Example model against the C core and the committed references."""
 
 from __future__ import annotations
 

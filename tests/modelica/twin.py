@@ -36,17 +36,6 @@ def tested(model: library.Class) -> tuple[str, Node, float]:
     return block, Node("tested", kind.name, dims, values), float(step)
 
 
-def values_of(node: Node) -> dict[str, object]:
-    """Every parameter of a node in plain numbers, defaults included; a choice is its word."""
-    found: dict[str, object] = dict(node.dims)
-    for v in node.block.parameters:
-        value = node.value(v.name)
-        found[v.name] = (
-            v.choices[int(value[0])] if v.choices else np.asarray(value) if v.size != "1" else float(value[0])
-        )
-    return found
-
-
 def columns(values: dict[str, Array], node: Node, role: str) -> Array:
     """The inputs or outputs of the component `tested`, one column for each element."""
     blocks = [simulate.port(values, "tested", v.name, node.sizes[v.name]) for v in node.block.of(role)]
