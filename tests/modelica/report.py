@@ -30,7 +30,7 @@ def main(arguments: list[str]) -> int:
     with tempfile.TemporaryDirectory() as folder:
         print(outcome.HEADING)
         for name in compare.models():
-            found[name] = compare.compare(name, Path(folder) / "result.npz")
+            found[name] = compare.compare(name)
             print(outcome.line(found[name]), flush=True)
         print(f"\n{'class':58} {'loads':9} {'simulates in':40} {'C core':>8} {'events':>6} {'s':>6}")
         for name in sorted(library.classes()):
@@ -42,7 +42,7 @@ def main(arguments: list[str]) -> int:
             exports += exported.compare_realisations(exported.small(key), key, Path(folder))
         print(*map(exported.line, exports[len(exported.KEYS) :]), sep="\n")
         print(f"\n{cost.HEADING}")
-        smooth, events = (cost.measure(kind, Path(folder)) for kind in ("Smooth", "Events"))
+        smooth, events = (cost.measure(kind) for kind in ("Smooth", "Events"))
         print(cost.line(smooth, smooth), cost.line(events, smooth), sep="\n")
     bad = [f"{name}: does not load: {complaint}" for name, complaint in complaints.items() if complaint]
     bad += [message for o in found.values() for message in o.bad]

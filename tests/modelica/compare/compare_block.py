@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import library
 import numpy as np
 import simulate
@@ -66,12 +64,12 @@ def is_example(name: str) -> bool:
     return name.startswith("HystFMU.Examples.")
 
 
-def compare(name: str, out: Path) -> Outcome:
+def compare(name: str) -> Outcome:
     """Simulate a Validation model of a block and compare it with the unit of the same name."""
     model = library.classes()[name]
     c = library.find(str(model.tree.symbols["tested"].type), name)
     assert c is not None
-    trajectory = simulate.run(name, out)
+    trajectory = simulate.run(name)
     if c.short_name in CLOSED:
         now = trajectory.at(library.experiment(model)["Interval"])
         expected = CLOSED[c.short_name](now["time"])
@@ -138,9 +136,9 @@ def _lagged_sine(t: Array, omega: float, T: float) -> Array:
     return np.column_stack([r, (np.sin(omega * t) - r) / T])
 
 
-def compare_example(name: str, out: Path) -> Outcome:
+def compare_example(name: str) -> Outcome:
     """Simulate an Example and compare it with its reference; what it should give otherwise is in test_loops.py."""
-    trajectory = simulate.run(name, out)
+    trajectory = simulate.run(name)
     rows = trajectory.values
     got = np.column_stack([rows[n] for n in EXAMPLES[name.rsplit(".", 1)[-1]]])
     error, tube = against_reference(name, rows["time"], got, EXAMPLE_TUBE)

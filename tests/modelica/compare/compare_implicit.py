@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import library
 import numpy as np
 import simulate
@@ -25,7 +23,7 @@ def graph(inverse: Node, model: Node) -> Graph:
     return Graph([inverse, model], wires, [Input("y", ("inverse.y",))], [Output("u", "inverse.u")], sort=False)
 
 
-def compare(name: str, out: Path) -> Outcome:
+def compare(name: str) -> Outcome:
     """Simulate the Validation model and compare it with the C core."""
     tested = library.classes()[name].tree.symbols["tested"]
     given = {k: library.evaluate(e, {}) for k, e in library.modifiers(tested.class_modification).items()}
@@ -33,7 +31,7 @@ def compare(name: str, out: Path) -> Outcome:
     w0, r, w = given["values"][0], *np.split(given["values"][1:], 2)
     assert not np.any(given["state0"])
     plays = {"w0": w0, "r": r, "w": w}
-    trajectory = simulate.run(name, out)
+    trajectory = simulate.run(name)
     rows = trajectory.at(h)
     y, u = rows["tested.y"], rows["tested.u"][:, None]
     unit = graph(

@@ -7,8 +7,6 @@ the true input at a fine grid between them, so that no extremum is missed by the
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import library
 import numpy as np
 import simulate
@@ -53,7 +51,7 @@ def run_c(block: str, node: Node, u: Array, h: float) -> Array:
     return u[:, None] - y if block == "StopBank" else y
 
 
-def compare(name: str, out: Path) -> Outcome:
+def compare(name: str) -> Outcome:
     """Simulate a Validation model of an operator and compare it with the unit."""
     kind = name.split(".")[2]
     model = library.classes()[name]
@@ -61,7 +59,7 @@ def compare(name: str, out: Path) -> Outcome:
     tested = library.find(str(model.tree.symbols["tested"].type), name)
     assert tested is not None
     limit = bound(tested)
-    trajectory = simulate.run(name, out)
+    trajectory = simulate.run(name)
     rows = trajectory.at(h) if kind == "Sampled" else trajectory.instants() if kind == "Events" else trajectory.values
     u = twin.columns(rows, node, "input")[:, 0]
     ports = [("s" if block == "StopBank" else v.name, node.sizes[v.name]) for v in node.block.of("output")]
