@@ -1,7 +1,5 @@
 """Foreign FMUs have no network, write into their own folder only and read no files of the user."""
 
-from __future__ import annotations
-
 import os
 import socket
 import subprocess

@@ -1,7 +1,5 @@
 """What foreign FMUs rightly do works in confinement: threads, files of their own, processes, a Python inside."""
 
-from __future__ import annotations
-
 from contextlib import closing
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What a foreign FMU leaves in place of its result is no way to files that it may not read."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """A finished step is not repeated; another input, another name, a changed file or a damaged record make it anew."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

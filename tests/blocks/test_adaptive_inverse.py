@@ -1,7 +1,5 @@
 """The adaptive inverse: exact for the present weights, a Kalman filter of a random walk, without drift, in its box."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

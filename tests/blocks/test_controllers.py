@@ -1,7 +1,5 @@
 """Properties of the controllers: frequency response, observer transfer, convergence of learning and sliding."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import scipy.linalg

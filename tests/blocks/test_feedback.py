@@ -1,7 +1,5 @@
 """Controllers and feed-forward against their definitions in numpy, closed forms, and the exact ultimate bound."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The reference by its closed forms: every shape at drawn parameters, none at its default."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Reference, disturbance and noise against their formulas, statistics, and their own derivatives by differences."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A container of foreign units under AddressSanitizer and UBSan: random calls, and damaged files of its system."""
 
-from __future__ import annotations
-
 import random
 import subprocess
 from pathlib import Path

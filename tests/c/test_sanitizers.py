@@ -1,7 +1,5 @@
 """The C core under AddressSanitizer and UBSan on good, extreme and damaged block files; what its objects contain."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Every block has a class in the Modelica library: the file with its equations, beside a generated base class."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -2,8 +2,6 @@
 
 MC/DC listed their conditions as not covered (tests/stress)."""
 
-from __future__ import annotations
-
 import ctypes as C
 import locale
 import math

@@ -1,7 +1,5 @@
 """Corner cases of the reader of block files, and of graphs that only hand-made files contain."""
 
-from __future__ import annotations
-
 import ctypes as C
 import struct
 

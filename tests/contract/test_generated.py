@@ -1,7 +1,5 @@
 """What follows from the C tables is up to date: page of the blocks, signatures for editors, Modelica base classes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Groups of parameters: what a dialog shows together follows from the rows of the table."""
 
-from __future__ import annotations
-
 import pytest
 from excitation import every_block
 

@@ -4,8 +4,6 @@ No other file states all sizes.  A file without a size means the default, and th
 that no release has yet may be missing here: CONTRIBUTING.md adds a block by four files.
 """
 
-from __future__ import annotations
-
 from hystfmu.core.library import block_types
 
 SIZES = {

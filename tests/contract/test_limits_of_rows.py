@@ -1,7 +1,5 @@
 """Limits of the rows of every block: round numbers, taken themselves, and the next number beyond is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from excitation import default, every_block

@@ -1,7 +1,5 @@
 """Pairs of parameters that may be equal, and what the block says where they have passed each other."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The polynomial network by its definition: every monomial of every lag, in the order of theta, at every size."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """The end of a step by a clock: without its rounding where it is a step of the model, as asked for otherwise."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

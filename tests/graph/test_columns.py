@@ -1,7 +1,5 @@
 """The recursion over many columns against the block in the executor, against scipy, and on picked rows."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import cont2discrete, lfilter

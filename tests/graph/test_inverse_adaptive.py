@@ -1,7 +1,5 @@
 """Adaptive inverses of models: what a model gives them, and what has none."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path

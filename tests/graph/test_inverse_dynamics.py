@@ -1,7 +1,5 @@
 """Inverses of a hysteresis with linear dynamics behind it: the cascade tracks late by whole steps, as stated."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

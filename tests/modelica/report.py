@@ -3,8 +3,6 @@
 report.py [--record]    --record writes the references of Examples and of the models that have one anew
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from collections.abc import Mapping

@@ -3,8 +3,6 @@
 Another process with a time limit, because a panic of the compiler is a BaseException and a solver may hang.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

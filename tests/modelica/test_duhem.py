@@ -1,7 +1,5 @@
 """Duhem operator at the limits of its integration: as many steps in a sample as the C core takes, and overflow."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import simulate

@@ -1,7 +1,5 @@
 """The implicit inverse in Modelica: example, exported models of every static form, refusals."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import compare_implicit

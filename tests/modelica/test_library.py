@@ -1,7 +1,5 @@
 """Form of the library: two parsers read it, folders and names fit, documentation is there, and the lint is quiet."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """Models of several blocks against the C core: the hysteretic actuator, and the example against its scenario's loop."""
 
-from __future__ import annotations
-
 import csv
 import os
 import subprocess

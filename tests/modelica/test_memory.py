@@ -1,7 +1,5 @@
 """The memory of dominant extrema when its list is full: nested loops are forgotten, and one sweep closes all."""
 
-from __future__ import annotations
-
 import numpy as np
 import simulate
 

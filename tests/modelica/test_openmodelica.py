@@ -3,8 +3,6 @@
 `make openmodelica` runs this file.  The first tests need no OpenModelica: they hold what the others rely on.
 """
 
-from __future__ import annotations
-
 import stat
 import sys
 from collections.abc import Iterable

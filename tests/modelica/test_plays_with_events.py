@@ -1,7 +1,5 @@
 """The realisation Events has an event at each reversal of its input and no other."""
 
-from __future__ import annotations
-
 import cost
 
 

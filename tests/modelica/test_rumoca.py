@@ -1,7 +1,5 @@
 """What users are told about bad parameters; the compiler of the tests after a crash."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import library

@@ -1,7 +1,5 @@
 """A hysteresis of micrometres, in metres: nothing in the way from data to FMU and Modelica has a size of its own."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import exported

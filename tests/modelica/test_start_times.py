@@ -1,7 +1,5 @@
 """A simulation that starts at another time gives the same trajectory, shifted by it."""
 
-from __future__ import annotations
-
 import re
 
 import compare

@@ -1,7 +1,5 @@
 """Every Validation and Example model against the C core and the committed references."""
 
-from __future__ import annotations
-
 import compare
 import compare_operator
 import library

@@ -1,7 +1,5 @@
 """The C block that is compared with a class of the library: its node for a Validation model, its ports as columns."""
 
-from __future__ import annotations
-
 import library
 import numpy as np
 import simulate

@@ -1,7 +1,5 @@
 """`hystfmu reproduce`: what is missing is told before anything runs; the rest runs, and the exit status is 1."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A page of each kind, as the commands write it, from records and loops that take seconds."""
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Callable
 from pathlib import Path

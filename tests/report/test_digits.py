@@ -1,7 +1,5 @@
 """Figures of a page: three digits, and no error below the floor is a figure."""
 
-from __future__ import annotations
-
 import pytest
 
 from hystfmu.report.page import figure_of, percent

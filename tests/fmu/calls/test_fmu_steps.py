@@ -1,7 +1,5 @@
 """Times and lengths of steps, inputs without a value, blocks that refuse: a refused step changes nothing."""
 
-from __future__ import annotations
-
 import ctypes as C
 import math
 import os

@@ -1,7 +1,5 @@
 """A problem never ends the list: after names, a description or a crash that is wrong all other checks are made."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

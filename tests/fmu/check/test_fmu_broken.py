@@ -4,8 +4,6 @@ broken.c is compiled once: the guid selects the defect.  Defects of an archive a
 FMUs of others that obey the standard are in test_reference_fmus.py.
 """
 
-from __future__ import annotations
-
 import io
 import shutil
 import stat

@@ -3,8 +3,6 @@
 Two of them have real defects, which the check names.
 """
 
-from __future__ import annotations
-
 import pytest
 from reference_fmus import reference_fmu
 

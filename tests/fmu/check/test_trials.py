@@ -1,7 +1,5 @@
 """`validate` finds false dependencies and wrong derivatives, but accepts kinks, discontinuities and rounding."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """`export_fmu` writes small, reproducible files; `validate` finds defects of untrusted files."""
 
-from __future__ import annotations
-
 import io
 import time
 import xml.etree.ElementTree as ET

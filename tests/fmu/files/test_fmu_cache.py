@@ -1,7 +1,5 @@
 """The cache of unpacked FMUs: what is damaged is unpacked anew, what is old goes, and a run works without one."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import time

@@ -6,8 +6,6 @@ SSP archive and as one FMU.  A cell is the largest difference from `predict`, or
 share of the span; "bits" is no difference.  A cell above its bound ends the command with 1.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Run a graph by fmpy, libcosim, a container FMU and the Python unit, which must agree to the last bit."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Run an SSP archive by fmpy, libcosim and ecos: rows of the signals that its reference has."""
 
-from __future__ import annotations
-
 import csv
 import importlib.util
 import io

@@ -5,8 +5,6 @@ in a master that follows the standard to the letter: it sets continuous inputs b
 where the unit asks for it only.
 """
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -3,8 +3,6 @@
 Expected values are those of an instance that is stepped at start + k h, or the closed form of the sine.
 """
 
-from __future__ import annotations
-
 import math
 
 import pytest

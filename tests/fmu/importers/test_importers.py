@@ -1,7 +1,5 @@
 """Every key of METHODS and each of its inverses, as FMI 2.0 and FMI 3.0 FMU, in every importer available."""
 
-from __future__ import annotations
-
 import zipfile
 from pathlib import Path
 

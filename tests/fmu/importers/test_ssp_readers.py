@@ -1,7 +1,5 @@
 """Other readers of SSP archives meet the reference inside: shipped scenarios, papers' loops, a foreign FMU."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 

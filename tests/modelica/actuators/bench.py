@@ -1,7 +1,5 @@
 """An actuator among genuine parts of the Modelica Standard Library, and its energies as pins and flanges show them."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Models of the built-in piezo stack of every kind that an actuator of the Modelica library takes."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """First and second law of an actuator with any hysteresis in its slot, counted at pins and flanges."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
 

@@ -1,7 +1,5 @@
 """A loop around an actuator between pins and flanges: controllers of the library and of the standard library."""
 
-from __future__ import annotations
-
 import html
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """Closed forms: data sheet, bender, amplifier of flexures, limits of the drives."""
 
-from __future__ import annotations
-
 import bench
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The actuator that `export_modelica` writes: as it comes, against the FMU of the same model, and in other units."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

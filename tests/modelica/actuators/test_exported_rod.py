@@ -1,7 +1,5 @@
 """The current-driven actuator that `export_modelica` writes: as it comes, and against the model itself."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

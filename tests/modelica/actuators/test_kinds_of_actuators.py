@@ -1,7 +1,5 @@
 """Every static kind in the slot of an actuator, untouched and under loads, and one line for each that has none."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The current-driven actuator: its example against the same equations solved elsewhere, and its energies."""
 
-from __future__ import annotations
-
 import numpy as np
 import simulate
 

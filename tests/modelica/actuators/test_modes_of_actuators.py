@@ -1,7 +1,5 @@
 """Mass and damping of an exported actuator: those of a known mode, and none where the mode is not known."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """A covariate that is a temperature: a port in K of the block, and the heat port of the actuator."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

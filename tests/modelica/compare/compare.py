@@ -1,7 +1,5 @@
 """Any model of the library that is simulated and compared: which comparison is its own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import compare_block

@@ -1,7 +1,5 @@
 """A Validation model of a block that is no operator against the unit of the same name; an Example and its reference."""
 
-from __future__ import annotations
-
 import library
 import numpy as np
 import simulate

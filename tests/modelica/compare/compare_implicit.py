@@ -1,7 +1,5 @@
 """The Validation model of the implicit inverse: its model is a sum of plays, and its unit a graph of two."""
 
-from __future__ import annotations
-
 import library
 import numpy as np
 import simulate

@@ -5,8 +5,6 @@ instant, since the memory sees the whole input; an instant has one input, that a
 the true input at a fine grid between them, so that no extremum is missed by the discrete form.
 """
 
-from __future__ import annotations
-
 import library
 import numpy as np
 import simulate

@@ -1,7 +1,5 @@
 """What Events costs beside Smooth: ten plays on two tones, both in one run of one process."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

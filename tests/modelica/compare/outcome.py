@@ -1,7 +1,5 @@
 """What a comparison found about one model, its row of the report, and the committed reference of the model."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Exported models: every kind from a small fit, its Example simulated by rumoca and compared with `predict`."""
 
-from __future__ import annotations
-
 import re
 import time
 from dataclasses import dataclass

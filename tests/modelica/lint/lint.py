@@ -1,7 +1,5 @@
 """What rumoca does not notice in a class: one generator of complaints per rule."""
 
-from __future__ import annotations
-
 import html
 import re
 from collections.abc import Callable, Iterator

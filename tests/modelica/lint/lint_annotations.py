@@ -1,7 +1,5 @@
 """Rules of the lint on what stands in strings and annotations: units, HTML, experiments, versions."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from html.parser import HTMLParser

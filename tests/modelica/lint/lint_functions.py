@@ -1,7 +1,5 @@
 """Rules of the lint on functions: pure, every output assigned, nothing read before it is set, smoothness said."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Iterator

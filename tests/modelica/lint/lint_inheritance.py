@@ -1,7 +1,5 @@
 """Rules of the lint on base classes, modifiers and redeclarations: what may be changed from outside, and by what."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any

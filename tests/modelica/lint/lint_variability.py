@@ -1,7 +1,5 @@
 """Rules of the lint on what changes when: parameters, derivatives, old values, starts, words of the language."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """The table of rules names every rule of the lint, and each rule finds a fault that is planted for it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import library

@@ -1,7 +1,5 @@
 """Looking into the tree of a class: its own text, what its equations assign and refer to."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Iterator
