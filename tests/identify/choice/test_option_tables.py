@@ -183,10 +183,3 @@ COVARIATES = {
 def test_who_takes_several_records_and_covariates():
     assert {k for k in catalogue.METHODS if catalogue.takes_records(k)} == RECORDS
     assert {k for k in catalogue.METHODS if catalogue.takes_covariates(k)} == COVARIATES
-
-
-def test_a_kind_that_is_gone_or_unknown_is_one_line():
-    with pytest.raises(InputError, match="must be actuator or preisach, which replace prandtl_ishlinskii_asym"):
-        catalogue.method("prandtl_ishlinskii_asym")
-    with pytest.raises(InputError, match=r"must be one of actuator, .*, auto. Got 'pi' instead"):
-        catalogue.method("pi")
