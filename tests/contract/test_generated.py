@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+import generator
+from generator.base_class import base_classes
 from hystfmu.graph import listing
-from hystfmu.modelica import library
-from hystfmu.modelica.library.base_class import base_classes
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,7 +22,7 @@ def test_texts_follow_from_the_tables(file, text):
 
 
 def test_modelica_follows_from_the_tables():
-    assert list(library.stale(ROOT / "modelica" / "HystFMU")) == []
+    assert list(generator.stale(ROOT / "modelica" / "HystFMU")) == []
 
 
 # ---- Every block has a class in the Modelica library: the file with its equations, beside a generated base class
@@ -30,7 +30,7 @@ BASES = {b.equations: b for b in base_classes()}
 
 
 def test_its_equations_are_there() -> None:
-    missing = library.missing(ROOT / "modelica" / "HystFMU")
+    missing = generator.missing(ROOT / "modelica" / "HystFMU")
     assert not missing, "\n".join(missing)
 
 
