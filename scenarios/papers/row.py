@@ -7,8 +7,10 @@ have separate groups. In this package, a "figure" of a row is a number, not a di
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from statistics import median
 from typing import Any, Literal
 
@@ -134,6 +136,35 @@ class Row:
             missing = max(self.ours_range, key=lambda v: abs(v - (self.printed or 0.0)))
         verdict = "met" if self.printed_met else _missed(missing, self.printed, self.sense)
         return verdict if self.scanned is None else f"{verdict}; met on {_of(self.scanned)} scanned records"
+
+
+class Stated:
+    """Rows of a module of this package, whose texts and printed numbers are in rows.toml.
+
+    Parameters
+    ----------
+    module : str
+        Name of the module, which is the name of the table in rows.toml.
+    """
+
+    def __init__(self, module: str) -> None:
+        table: dict[str, Any] = tomllib.loads(Path(__file__).with_name("rows.toml").read_text(encoding="utf-8"))
+        for part in module.split(".")[1:]:
+            table = table[part]
+        self._table = table
+
+    def __call__(self, key: str, literal: float | None = None, ours: float | None = None, **more: Any) -> Row:
+        """Return the row `key`. `more` contains fields of the row, and values of the names in braces."""
+        return Row(literal=literal, ours=ours, **self._facts(key, more))
+
+    def over_seeds(self, key: str, of: Sequence[Sequence[float]], **more: Any) -> Row:
+        """Return the row `key` with medians and ranges over random seeds, see `Row.over_seeds`."""
+        facts = self._facts(key, more)
+        return Row.over_seeds(facts.pop("quantity"), facts.pop("printed", None), of, **facts)
+
+    def _facts(self, key: str, more: dict[str, Any]) -> dict[str, Any]:
+        facts = {k: v.format(**more) if isinstance(v, str) else v for k, v in self._table[key].items()}
+        return facts | {k: v for k, v in more.items() if k in Row.__dataclass_fields__}
 
 
 def _of(counts: tuple[int, int]) -> str:

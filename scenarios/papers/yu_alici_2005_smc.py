@@ -28,12 +28,14 @@ from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.system.spec import shipped_scenarios
 from papers import dynamic_preisach
 from papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
-from papers.row import Row
+from papers.row import Row, Stated
 from papers.statements import yu_alici_2005_smc as statements
 from papers.table import Drawing, Report
 
 if TYPE_CHECKING:
     from hystfmu.scenario.outcome.trace import Trace
+
+ROW = Stated(__name__)
 
 NOISE = 1e-3  # RMS noise over half the stroke
 LITERAL: dict[str, Any] = {"memory": "none", "hidden": 12, "starts": 1}  # one start per seed
@@ -283,14 +285,7 @@ def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
     """
     return [
         Row(f"{f} Hz, open loop: RMS, % of stroke", None, alone, place="fig. 11"),
-        Row.over_seeds(
-            f"{f} Hz, closed / open loop, RMS",
-            None,
-            [[e / alone for e in of] for of in closed],
-            target=1.0,
-            note="the paper shows only curves ('improved greatly'); the closed loop must be better than the open one",
-            place="fig. 11",
-        ),
+        ROW.over_seeds("closed_over_open", [[e / alone for e in of] for of in closed], f=f),
     ]
 
 
@@ -336,20 +331,8 @@ def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Drawin
         printed = both(law, case)
         rows += [
             *_against_open(f, loops.run("open_loop", case)[0], printed),
-            Row.over_seeds(
-                f"{f} Hz, inverse alone: RMS, % of stroke",
-                None,
-                both(law, case, **off),
-                note="network on (r, dr/dt) | G0 feed-forward, exact inverse",
-                place="fig. 10",
-            ),
-            Row.over_seeds(
-                f"{f} Hz, sliding mode as printed: RMS, % of stroke",
-                None,
-                printed,
-                note="the same law, network | our inverse",
-                place="eq. 5",
-            ),
+            ROW.over_seeds("inverse_alone", both(law, case, **off), f=f),
+            ROW.over_seeds("as_printed", printed, f=f),
             *(
                 Row(f"{f} Hz, {name}", None, None, ours(scenario, case), nominal)
                 for scenario, name in (

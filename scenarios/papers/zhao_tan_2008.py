@@ -33,9 +33,11 @@ from hystfmu.model import Model, accuracy
 from hystfmu.report.plot import Line, Plot
 from papers import nested_loops
 from papers.nested_loops import STEP, Response, recorded
-from papers.row import Row
+from papers.row import Row, Stated
 from papers.statements import zhao_tan_2008 as statements
 from papers.table import Drawing, Report, nearest, scanned
+
+ROW = Stated(__name__)
 
 ROWS, CYCLE = 1200, 200
 VIRGIN = CYCLE // 4  # rows of the virgin curve, which are omitted because no later loop repeats them
@@ -285,30 +287,18 @@ def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
     for name, e in dominant.items():
         nested = name == "nested reversals"
         rows.append(
-            Row(
-                f"operator and network, {name}, RMS, % of span",
-                None,
+            ROW(
+                "held_out",
                 replica[name]["rms_percent"],
                 e["rms_percent"],
-                1.0 if nested else None,
+                target=1.0 if nested else None,
                 note="(x, h) does not determine the output, see theorem 1: floor about 0.9" if nested else "",
+                name=name,
             )
         )
     rows += [
-        Row(
-            "the same, asymmetric actuator, nested reversals, RMS, % of span",
-            ours=asymmetric["nested reversals"]["rms_percent"],
-            target=1.0,
-        ),
-        Row(
-            "last / dominant extremum, nested reversals, RMS",
-            None,
-            None,
-            last["nested reversals"]["rms_percent"] / dominant["nested reversals"]["rms_percent"],
-            10.0,
-            at_least=True,
-            note="same data and training",
-        ),
+        ROW("asymmetric", ours=asymmetric["nested reversals"]["rms_percent"]),
+        ROW("extremum", ours=last["nested reversals"]["rms_percent"] / dominant["nested reversals"]["rms_percent"]),
     ]
     rows += nested_loops.bank_rows("ten backlashes", plant, rich)
     progress(0.55)
@@ -348,14 +338,7 @@ def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], l
             group="",
             scanned=scanned([*scan.values()]),
         ),
-        Row.over_seeds(
-            "wanted output at the largest error of the cascade, share of its maximum",
-            1.0,
-            at,
-            note="the paper: at the largest extremum",
-            place="sec. V.B",
-            sense="equal",
-        ),
+        ROW.over_seeds("where", at),
     ]
     middle = sorted(models[1], key=lambda m: _largest(m, r, plant))[SEEDS // 2]
     return rows, [*scan.values()], _compensated(r, plant(middle.predict(r)))
@@ -379,10 +362,12 @@ def _beside(decay: float, size: int) -> list[Row]:
             of = [[_largest(m, r, plant) for m in models] for models in networks]
             rows += [
                 Row.over_seeds(f"network inverse in cascade, {which}, {name}, max", None, of),
-                Row(
-                    f"exact inverse of fitted plays, {which}, {name}, max",
+                ROW(
+                    "plays",
                     ours=_largest(exact, r, plant),
                     note="no continuous inverse exists: least linear weight 0.01" if linear == 0.0 else "",
+                    which=which,
+                    name=name,
                 ),
             ]
     return rows
