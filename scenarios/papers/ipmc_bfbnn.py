@@ -38,7 +38,7 @@ from papers.row import Row, Stated
 from papers.statements import ipmc_bfbnn as statements
 from papers.statements.ipmc_bfbnn import N, Q
 from papers.statements.printed import PrintedRecursive, auxiliary, exponential
-from papers.table import Drawing, Report, nearest, scanned
+from papers.table import Report, nearest, scanned
 
 ROW = Stated(__name__)
 
@@ -309,7 +309,7 @@ def _bases(pairs: Sequence[tuple[Dataset, Dataset]]) -> list[Row]:
     return rows
 
 
-def _drawings(train: Dataset, validation: Dataset) -> tuple[Drawing, ...]:
+def _drawings(train: Dataset, validation: Dataset) -> tuple[Plot, ...]:
     """Return diagrams from our data that correspond to figs. 1, 3 and 4 of the paper."""
     rows = slice(round(LEFT_OUT * RATE), None)
     x = validation.u / STROKE
@@ -317,47 +317,35 @@ def _drawings(train: Dataset, validation: Dataset) -> tuple[Drawing, ...]:
     outputs = {"with f": _fitted(train)(x)[rows], "without f": _direct(train, N, None)(x)[rows]}
     slow_fast = {f: signals.decaying_sine(2, 0.1, round(RATE / f)) for f in (1, 10)}
     return (
-        Drawing(
-            "fig. 1",
-            Plot(
-                "fig. 1: rate dependence and drift of the sensor",
-                "displacement (mm)",
-                "voltage (mV)",
-                [Line(f"{f} Hz", STROKE * v, VOLTAGE * sensor(v)) for f, v in slow_fast.items()],
-            ),
+        Plot(
+            "fig. 1: rate dependence and drift of the sensor",
+            "displacement (mm)",
+            "voltage (mV)",
+            [Line(f"{f} Hz", STROKE * v, VOLTAGE * sensor(v)) for f, v in slow_fast.items()],
         ),
-        Drawing(
-            "fig. 3",
-            Plot(
-                "fig. 3(a): validation",
-                "t (s)",
-                "voltage (mV)",
-                [Line("sensor", t, truth), *(Line(name, t, y) for name, y in outputs.items())],
-            ),
+        Plot(
+            "fig. 3(a): validation",
+            "t (s)",
+            "voltage (mV)",
+            [Line("sensor", t, truth), *(Line(name, t, y) for name, y in outputs.items())],
         ),
-        Drawing(
-            "fig. 3",
-            Plot(
-                "fig. 3(b): validation error",
-                "t (s)",
-                "error (mV)",
-                [
-                    *(Line(name, t, y - truth) for name, y in outputs.items()),
-                    *(Line(f"printed max {p:g}", t, np.full(len(t), p)) for p in PRINTED),
-                ],
-            ),
+        Plot(
+            "fig. 3(b): validation error",
+            "t (s)",
+            "error (mV)",
+            [
+                *(Line(name, t, y - truth) for name, y in outputs.items()),
+                *(Line(f"printed max {p:g}", t, np.full(len(t), p)) for p in PRINTED),
+            ],
         ),
-        Drawing(
-            "fig. 4",
-            Plot(
-                "fig. 4: output versus input",
-                "displacement (mm)",
-                "voltage (mV)",
-                [
-                    Line("sensor", validation.u[rows], truth),
-                    *(Line(name, validation.u[rows], y) for name, y in outputs.items()),
-                ],
-            ),
+        Plot(
+            "fig. 4: output versus input",
+            "displacement (mm)",
+            "voltage (mV)",
+            [
+                Line("sensor", validation.u[rows], truth),
+                *(Line(name, validation.u[rows], y) for name, y in outputs.items()),
+            ],
         ),
     )
 

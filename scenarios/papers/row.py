@@ -135,7 +135,11 @@ class Row:
         if self.sense == "equal" and self.ours_range and abs(self.ours - self.printed) <= SAME * abs(self.printed):
             missing = max(self.ours_range, key=lambda v: abs(v - (self.printed or 0.0)))
         verdict = "met" if self.printed_met else _missed(missing, self.printed, self.sense)
-        return verdict if self.scanned is None else f"{verdict}; met on {_of(self.scanned)} scanned records"
+        return (
+            verdict
+            if self.scanned is None
+            else f"{verdict}; met on {self.scanned[0]} of {self.scanned[1]} scanned records"
+        )
 
 
 class Stated:
@@ -167,12 +171,16 @@ class Stated:
         return facts | {k: v for k, v in more.items() if k in Row.__dataclass_fields__}
 
 
-def _of(counts: tuple[int, int]) -> str:
-    return f"{counts[0]} of {counts[1]}"
+def over(ours: float, bound: float, sense: str) -> float:
+    """Return the ratio of the result `ours` to its bound, so that the ratio is at most 1 if the bound is met."""
+    if sense == "equal":
+        return max(ours / bound, bound / ours)
+    return bound / ours if sense == "least" else ours / bound
 
 
 def _missed(ours: float, bound: float, sense: str) -> str:
-    ratio = bound / ours if sense == "least" and ours else ours / bound if bound else math.inf
-    if not 0 < ratio < math.inf:
+    # a ratio of numbers with different signs, or to 0, states no factor
+    if not 0 < (ours * bound) < math.inf:
         return f"missed, {ours:.3g} for {bound:.3g}"
+    ratio = over(ours, bound, sense)
     return f"missed by a factor {max(ratio, 1 / ratio):.2f}"

@@ -47,7 +47,7 @@ from papers import dbo_piezo, sums_of_plays
 from papers.magnetostrictive_plant import strain
 from papers.row import Row, Stated
 from papers.statements import shen_ma_2017 as statements
-from papers.table import Drawing, Report, nearest, scanned
+from papers.table import Report, nearest, scanned
 
 ROW = Stated(__name__)
 
@@ -139,7 +139,7 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
     )
 
 
-def _drawings(first: str, second: str, name: str, record: Dataset, models: Sequence[Model]) -> list[Drawing]:
+def _drawings(first: str, second: str, name: str, record: Dataset, models: Sequence[Model]) -> list[Plot]:
     """Return diagrams of output and absolute error of the literal model and of ours, on the second half of a record.
 
     `first` and `second` are the numbers of the two figures.
@@ -149,14 +149,8 @@ def _drawings(first: str, second: str, name: str, record: Dataset, models: Seque
     t, truth = record.t[rows], record.y[rows]
     named = list(zip(("literal", "ours"), y, strict=True))
     return [
-        Drawing(
-            first,
-            Plot(f"{first}: {name}", "t (s)", "y", [Line("data", t, truth), *(Line(n, t, v) for n, v in named)]),
-        ),
-        Drawing(
-            second,
-            Plot(f"{second}: absolute error, {name}", "t (s)", "y", [Line(n, t, np.abs(v - truth)) for n, v in named]),
-        ),
+        Plot(f"{first}: {name}", "t (s)", "y", [Line("data", t, truth), *(Line(n, t, v) for n, v in named)]),
+        Plot(f"{second}: absolute error, {name}", "t (s)", "y", [Line(n, t, np.abs(v - truth)) for n, v in named]),
     ]
 
 

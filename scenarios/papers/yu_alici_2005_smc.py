@@ -30,7 +30,7 @@ from papers import dynamic_preisach
 from papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
 from papers.row import Row, Stated
 from papers.statements import yu_alici_2005_smc as statements
-from papers.table import Drawing, Report
+from papers.table import Report
 
 if TYPE_CHECKING:
     from hystfmu.scenario.outcome.trace import Trace
@@ -113,7 +113,7 @@ def _figures() -> list[Row]:
     ]
 
 
-def _identification() -> tuple[list[Row], Drawing]:
+def _identification() -> tuple[list[Row], Plot]:
     """Return table rows with the errors of models, of eqs. 2 and 3, and of inverses, and a diagram like fig. 9."""
     u = np.concatenate([excitation(f) for f in FIGURES])
     records = [measured(u, seed) for seed in range(SEEDS)]
@@ -149,7 +149,7 @@ def _identification() -> tuple[list[Row], Drawing]:
     ], drawing
 
 
-def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Drawing]:
+def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Plot]:
     """Return a table row that compares the network inverses with the exact inverse, and a diagram like fig. 9.
 
     The inverses are tested in series with the actuator at 2 Hz. `model` is the model that is inverted exactly.
@@ -169,7 +169,7 @@ def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Drawing]:
     note = "literal: network on (y, dy/dt); ours without feed-forward of G0 and delay, whose lag remains"
     what = "inverse in front of the actuator, decaying sine of 2 Hz: max error, % of stroke"
     row = Row.over_seeds(what, None, of, note=note, place="fig. 9")
-    return row, Drawing("fig. 9", Plot("fig. 9: inverse models", "wanted y", "u", lines, points=2000))
+    return row, Plot("fig. 9: inverse models", "wanted y", "u", lines, points=2000)
 
 
 # ---- closed loops ------------------------------------------------------------------------------------------------
@@ -236,7 +236,7 @@ class _Loops:
             system = replace(system, parts=parts)
         return simulate(system, "native"), system.case.metrics
 
-    def drawings(self, case: str = "sine_10") -> tuple[Drawing, ...]:
+    def drawings(self, case: str = "sine_10") -> tuple[Plot, ...]:
         """Return diagrams like fig. 10 (actuator with inverse) and fig. 11 (tracking in open and closed loop).
 
         `case` is the case of the scenarios that is simulated.
@@ -274,7 +274,7 @@ class _Loops:
                 ],
             ),
         )
-        return tuple(Drawing(p.title.split(":")[0], p) for p in plots)
+        return tuple(plots)
 
 
 def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
@@ -289,7 +289,7 @@ def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
     ]
 
 
-def _drawings() -> tuple[Drawing, ...]:
+def _drawings() -> tuple[Plot, ...]:
     """Return diagrams like figs. 3 and 6 to 8, from the numpy actuator and the networks of the table."""
     plots = [
         Plot(
@@ -308,10 +308,10 @@ def _drawings() -> tuple[Drawing, ...]:
         models = {"network on (u, du/dt)": fit(d, "rate_mlp", **LITERAL), "ours": fit(d, "rate_mlp", starts=1)}
         lines = [Line("actuator", d.u, d.y), *(Line(n, d.u, m.predict(d.u, d.h)) for n, m in models.items())]
         plots.append(Plot(f"fig. {figure}: hysteresis and network", "u", "y", lines, points=2000))
-    return tuple(Drawing(p.title.split(":")[0], p) for p in plots)
+    return tuple(plots)
 
 
-def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Drawing, ...]]:
+def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Plot, ...]]:
     """Return the table rows of the closed loops, and diagrams like figs. 10 and 11."""
     loops = _Loops()
     progress(0.8)
