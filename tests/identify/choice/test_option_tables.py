@@ -63,7 +63,7 @@ WORDS = {  # the default comes first; None: chosen from the data
         "creep": (None, "yes", "no"), "dynamics": (None, "yes", "no"), "covariates": (None, "offset", "gain", "bend"),
         "hold": ("foh", "foh", "zoh"),
     },
-    "bouc_wen_parallel": {"rate": (None, "yes", "no")},
+    "bouc_wen_parallel": {"rate": (None, "yes", "no"), "series": (None, "yes", "no")},
     "g0_bouc_wen": {"hold": ("foh", "foh", "zoh")},
     "g0_jiles_atherton": {"strain": (None, "no", "yes"), "hold": ("foh", "foh", "zoh")},
     "constraint_factor_mlp": {"branch": ("increasing", "increasing", "literal")},
