@@ -112,7 +112,7 @@ def test_constant_input_or_output_is_refused(small):
 
 def test_nothing_heavy_is_imported():
     code = (
-        "import sys, hystfmu.identify, hystfmu.identify.methods.prandtl_ishlinskii, hystfmu.identify.methods.bouc_wen;"
+        "import sys, hystfmu.identify\nfrom hystfmu.identify.methods import searched_operators, weighted_sums;"
         "sys.exit(any(m in sys.modules for m in ('torch', 'scipy.signal', 'plotly')))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

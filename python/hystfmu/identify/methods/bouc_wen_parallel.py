@@ -22,18 +22,18 @@ from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.data.reversals import reversals
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.catalogue import OPENS, Built, Candidate, Memory, Option, Options
+from hystfmu.graph.recursion import lag
+from hystfmu.identify.catalogue import OPENS, Built, Candidate, Kind, Memory, Option, Options
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.search import Differences, refined
+from hystfmu.identify.estimate.template import bounded, limits
 from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
-from hystfmu.identify.features.bent_sum import lagged
 from hystfmu.identify.graphs import device, scaled_input
-from hystfmu.identify.methods.bouc_wen import limits, searched, shape
+from hystfmu.identify.methods.searched_operators import bouc_wen_variables, shape
 from hystfmu.model.accuracy import rms
 
 TEXT = "Bouc-Wen operator beside a curve and lags of the input: spring, dashpot, creep"
-MEMORY = Memory(1200.0)
 DEGREES = (1, 3, 5, 8, 12)  # degrees of the curve that are tried
 LAGS = 6
 BETTER = 0.95  # ratio of validation errors below which a component is kept
@@ -77,13 +77,14 @@ class _Fitting:
         self.scaling, gain, offset = scaled_input(data.u[data.counted])
         self.data, self.x = data, gain * data.u[: data.train.stop] + offset
         self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
-        self.lo, self.hi, self.scale = limits(options["n_max"])
+        self.variables = bouc_wen_variables(options["n_max"])
+        self.lo, self.hi, self.scale = limits(self.variables)
 
     def columns(self, parts: Parts) -> Array:
         """Return the regressors of a structure: polynomials of x, lags of x, z, and lags of z."""
         z = operator(self.x, parts.p)[1]
         curve = legendre.legvander(np.clip(self.x, -1, 1), parts.degree)
-        lags = [lagged(v[:, None], -np.expm1(-self.data.h / T)) for v in (self.x, z) for T in parts.T]
+        lags = [lag(self.data.h, T).run(v[:, None]) for v in (self.x, z) for T in parts.T]
         return np.column_stack([curve, *lags[: len(parts.T)], z, *lags[len(parts.T) :]])
 
     def project(self, parts: Parts, rows: Rows) -> tuple[Array, Array]:
@@ -135,7 +136,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     progress(0.8)
     parts = f.fit(best[1], f.all, EVALUATIONS[1])
     c = f.project(parts, f.all)[1]
-    told = {"parts": _named(parts), "bounded": searched(parts.p, f.lo, f.hi)}
+    told = {"parts": _named(parts), "bounded": bounded(f.variables, parts.p)}
     return _graph(f, parts, c), len(c) + 4, told
 
 
@@ -174,3 +175,6 @@ def _graph(f: _Fitting, parts: Parts, c: Array) -> Graph:
     wires += [(end, f"readout.u[{i}]") for i, end in enumerate(ends, 2)]
     nodes.append(Node("readout", "sum", {"n": len(k)}, {"k": k, "offset": at_0}))
     return device(data, nodes, wires)
+
+
+KINDS = {"bouc_wen_parallel": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(1200.0))}
