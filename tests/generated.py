@@ -15,10 +15,12 @@ import tracking_table
 from hystfmu.base.errors import InputError
 from hystfmu.graph import listing
 from hystfmu.identify.catalogue import METHODS
-from hystfmu.modelica import library
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "python" / "docs"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "modelica"))
 import first_screen
+
+import generator
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "python" / "docs"
@@ -60,14 +62,14 @@ def main(write: bool) -> int:
         STUB.write_text(listing.stub())
         KINDS.write_text(kinds())
         PICTURE.write_text(first_screen.first_screen())
-        library.write(MODELICA)
+        generator.write(MODELICA)
         return 0
     stale = [f"{p.relative_to(ROOT)}: a generated table" for p, text in fresh.items() if text != p.read_text()]
     stale += [] if STUB.read_text() == listing.stub() else ["python/hystfmu/graph/blocks.pyi"]
     stale += [] if KINDS.read_text() == kinds() else ["python/hystfmu/identify/kinds.py"]
     stale += [] if PICTURE.read_text() == first_screen.first_screen() else [f"{PICTURE.relative_to(ROOT)}"]
-    stale += [f"modelica/HystFMU/{file}" for file in library.stale(MODELICA)]
-    found = [*library.missing(MODELICA), *(f"{what} is stale; run 'make generate'" for what in stale)]
+    stale += [f"modelica/HystFMU/{file}" for file in generator.stale(MODELICA)]
+    found = [*generator.missing(MODELICA), *(f"{what} is stale; run 'make generate'" for what in stale)]
     print(*found, sep="\n", end="\n" if found else "")
     return 1 if found else 0
 

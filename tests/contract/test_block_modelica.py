@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from hystfmu.modelica import library
-from hystfmu.modelica.library.base_class import base_classes
+import generator
+from generator.base_class import base_classes
 
 ROOT = Path(__file__).parents[2]
 BASES = {b.equations: b for b in base_classes()}
 
 
 def test_its_equations_are_there() -> None:
-    missing = library.missing(ROOT / "modelica" / "HystFMU")
+    missing = generator.missing(ROOT / "modelica" / "HystFMU")
     assert not missing, "\n".join(missing)
 
 

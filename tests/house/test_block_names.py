@@ -146,7 +146,6 @@ ALLOWED: dict[str, dict[str, str]] = {
         ),
         "a class of the slot of an actuator stands for these blocks together",
     ),
-    "modelica/library/drawing.py": {"prandtl_ishlinskii": "the loops that the guide shows"},
     "modelica/realisation.py": dict.fromkeys(
         ("scaling", "sum"), "rate_of(): gains through which the rates of ports reach an operator"
     ),

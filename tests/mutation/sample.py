@@ -11,9 +11,10 @@ from mutation.mutant import Mutant
 ROOMS = {
     "core": ["fmu_build/core", "fmu_build/master"],
     "fmi": ["fmu_build/fmi"],
-    "scenario": ["python/hystfmu/scenario"],
-    "studies": ["python/hystfmu/studies"],
-    "identify": ["python/hystfmu/identify"],
+    "container": ["fmu_build/container"],
+    **{room: [f"python/hystfmu/{room}"] for room in ("scenario", "studies", "identify", "inverse", "design", "start")},
+    "base": ["python/hystfmu/base"],
+    "reader": ["python/hystfmu/data/reader"],
 }
 
 

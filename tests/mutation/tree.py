@@ -11,7 +11,7 @@ from pathlib import Path
 
 from mutation.mutant import Mutant
 
-LIBRARIES = {"core": "_core", "fmi": "_fmu"}  # that the tests of a room load
+LIBRARIES = {"core": "_core", "fmi": "_fmu", "container": "_container"}  # that the tests of a room load
 # an editable installation would find the package of the repository first
 SITE = """import sys
 sys.meta_path[:] = [f for f in sys.meta_path if "editable" not in type(f).__module__]

@@ -81,11 +81,12 @@ def _bouc_wen(data: Dataset, variables: tuple[Variable, ...], starts: tuple[Arra
     scaling, gain, offset = scaled_input(data.u[: data.train.stop])  # later rows do not affect the training rows
     first = gain * float(data.u[0]) + offset
     operator = Node("operator", "bouc_wen", {}, {"A": 1.0, "alpha": 0.0, "k": 1.0, "u0": first})
-    bank = tuple(_point(*values) for values in BOUC_WEN_BANK)
+    bank = tuple(point(*values) for values in BOUC_WEN_BANK)
     return Template([scaling, operator], shape, variables, ("input.y", "operator.z"), starts, bank)
 
 
-def _point(z_max: float, share: float, n: float) -> Array:
+def point(z_max: float, share: float, n: float) -> Array:
+    """Return the search variables of a Bouc-Wen operator whose initial z is 0."""
     return np.array([np.log(z_max), share, n, 0.0])
 
 
@@ -95,16 +96,16 @@ def bouc_wen(data: Dataset, options: Options, seed: int, progress: Progress) -> 
     if options["z0"] is not None:
         variables = (*variables[:3], Variable("", options["z0"] - 1e-9, options["z0"] + 1e-9, 0.3))
     rng = np.random.default_rng(seed)
-    starts = [_point(*BOUC_WEN_STARTS[0])]
+    starts = [point(*BOUC_WEN_STARTS[0])]
     for _ in range(options["starts"] - 1):
         z_max = np.exp(rng.uniform(np.log(0.05), np.log(3)))
-        starts.append(_point(z_max, rng.uniform(0, 1), rng.uniform(1.0, min(options["n_max"], 3.0))))
+        starts.append(point(z_max, rng.uniform(0, 1), rng.uniform(1.0, min(options["n_max"], 3.0))))
     return build(_bouc_wen(data, variables, tuple(starts)), data, options, progress, dynamics=False)
 
 
 def g0_bouc_wen(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Fit the model; return graph, number of parameters, further results (see `template.build`)."""
-    starts = tuple(_point(*values) for values in BOUC_WEN_STARTS)
+    starts = tuple(point(*values) for values in BOUC_WEN_STARTS)
     return build(_bouc_wen(data, bouc_wen_variables(options["n_max"]), starts), data, options, progress)
 
 
@@ -141,7 +142,7 @@ def _jiles_atherton(data: Dataset, strain: bool) -> Template:
         found = {"a": a, "k": k, "c": float(p[2]), "alpha": 3 * a * float(p[3])}
         return {"input.offset": offset - float(p[4]), **{f"operator.{name}": value for name, value in found.items()}}
 
-    def point(a: float, k: float, c: float, share: float) -> Array:
+    def at(a: float, k: float, c: float, share: float) -> Array:
         # the start value of the bias is the middle of u if u has mostly one sign, otherwise 0
         return np.array([np.log(a), np.log(k), c, share, 0.0 if abs(offset) > 0.5 else offset])
 
@@ -151,8 +152,8 @@ def _jiles_atherton(data: Dataset, strain: bool) -> Template:
         values,
         MAGNETIC,
         ("input.y", "operator.y", "square.y") if strain else ("input.y", "operator.y"),
-        tuple(point(*start) for start in MAGNETIC_STARTS),
-        tuple(point(*start) for start in MAGNETIC_BANK),
+        tuple(at(*start) for start in MAGNETIC_STARTS),
+        tuple(at(*start) for start in MAGNETIC_BANK),
         (("operator.y", "square.u[1]"), ("operator.y", "square.u[2]")) if strain else (),
     )
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from generator.base_class import BaseClass, base_classes
+from generator.declarations import information, link, number
+from generator.shelf import REALISATIONS, Shelf, mark
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import BlockType
 from hystfmu.modelica.classes import enumeration, is_sampled_class, matrix_rows
 from hystfmu.modelica.layout import placed
-from hystfmu.modelica.library.base_class import BaseClass, base_classes
-from hystfmu.modelica.library.declarations import information, link, number
-from hystfmu.modelica.library.shelf import REALISATIONS, Shelf, mark
 from hystfmu.modelica.literals import array, sentence
 
 _OMEGAS = (7, 5, 11, 13)  # rad/s, of the inputs of a block that has no table in validation.toml

@@ -6,11 +6,11 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path, PurePath
 
-from hystfmu.modelica.library import checks, validation
-from hystfmu.modelica.library.base_class import base_classes, enumerations, package
-from hystfmu.modelica.library.declarations import number
-from hystfmu.modelica.library.drawing import drawn, nested, pictures
-from hystfmu.modelica.library.shelf import REALISATIONS, Shelf, is_generated
+from generator import checks, validation
+from generator.base_class import base_classes, enumerations, package
+from generator.declarations import number
+from generator.drawing import drawn, nested, pictures
+from generator.shelf import REALISATIONS, Shelf, is_generated
 
 # packages and pages of the guide in reading order
 _FIRST = (

@@ -5,8 +5,8 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
+from generator.shelf import mark
 from hystfmu.base.printable import escape
-from hystfmu.modelica.library.shelf import mark
 
 _FILE = "modelica/rules.toml"
 _APART = {

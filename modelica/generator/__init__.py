@@ -4,6 +4,6 @@ The first line of a generated file is a mark; all other files are written by han
 files. `make check` fails if a generated file is stale.
 """
 
-from hystfmu.modelica.library.tree import generated, missing, stale, write
+from generator.tree import generated, missing, stale, write
 
 __all__ = ["generated", "missing", "stale", "write"]

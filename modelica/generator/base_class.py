@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from generator.declarations import dim, equation, information, link, parameter, ports, rate_port
+from generator.shelf import Shelf, mark
 from hystfmu.base.printable import escape
 from hystfmu.core.library import BlockType, block_types
 from hystfmu.modelica.classes import class_names, enumeration, lacks, package_of
-from hystfmu.modelica.library.declarations import dim, equation, information, link, parameter, ports, rate_port
-from hystfmu.modelica.library.shelf import Shelf, mark
 from hystfmu.modelica.literals import sentence
 
 # partial class of Interfaces for replaceable blocks of a loop, its inputs and its output, by package of the blocks

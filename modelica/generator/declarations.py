@@ -6,13 +6,13 @@ import math
 import re
 import sys
 
+from generator.shelf import Shelf
 from hystfmu.base.errors import InputError
 from hystfmu.base.printable import escape
 from hystfmu.core.library import BlockType, Dim, Var
 from hystfmu.graph.listing import group
 from hystfmu.modelica.classes import DEPTH, enumeration
 from hystfmu.modelica.layout import placed, port_placed
-from hystfmu.modelica.library.shelf import Shelf
 from hystfmu.modelica.literals import sentence
 
 _CALL = re.compile(r"(\w+)\(")
@@ -36,7 +36,7 @@ def size(v: Var) -> str:
     if m := _MONOMIALS.match(text):
         return _monomials(m[1], m[2])
     if m := _CALL.match(text):
-        raise InputError(f"the size {v.size!r} of {v.name!r}: write {m[1]} in hystfmu/modelica/library/declarations.py")
+        raise InputError(f"the size {v.size!r} of {v.name!r}: write {m[1]} in modelica/generator/declarations.py")
     if m := _PRODUCT.match(text):
         return f"{m[1]}, {m[2]}"
     if m := _QUOTIENT.match(text):
