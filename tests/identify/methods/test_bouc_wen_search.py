@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hystfmu as hy
-from hystfmu.identify.methods import searched_operators
+from hystfmu.identify.methods import bouc_wen
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def test_the_shape_rises_to_its_bound_as_an_exponential():
         ([np.log(0.5), 0.3, 1.0, 0.0], (1.4, 0.6, 1.0, 0.0)),
         ([np.log(0.5), 0.25, 2.0, 1.0], (3, 1, 2, 0.5)),
     ):
-        values = searched_operators.shape(np.array(p), "h")
+        values = bouc_wen.shape(np.array(p), "h")
         assert tuple(values[f"h.{k}"] for k in ("beta", "gamma", "n", "z0")) == pytest.approx(found, rel=1e-5)
     z = hy.blocks.BoucWen(beta=1.4, gamma=0.6, n=1.0)(u)[:, 1]
     assert z == pytest.approx(0.5 * -np.expm1(-u / 0.5), rel=1e-6, abs=1e-9)

@@ -37,6 +37,8 @@ DELAY = 2  # index of the delay among the parameters
 TOLERANCE = 1e-12  # relative change that ends the search of all parameters
 EVALUATIONS = (15, 60)  # maximum number of evaluations of residuals and Jacobian: per start value, in the third stage
 
+_Series = tuple[list[Node], list[tuple[str, str]], list[str], str]
+
 
 @dataclass(frozen=True)
 class Variable:
@@ -95,8 +97,10 @@ def build(operator: Template, data: Dataset, options: Options, progress: Progres
     count = len(operator.variables) + len(operator.columns) + 1
     least, most, scale = limits(operator.variables)
     if not dynamics:
-        chain = _chain(operator, data, operator.nodes[:1], [Node("readout", "sum", {"n": len(operator.columns)})])
-        fitted = Objective(data, chain, Coordinates(least, most, scale, operator.shape), _linear(operator, "readout"))
+        chain = _chain(operator, operator.nodes[:1], [Node("readout", "sum", {"n": len(operator.columns)})])
+        fitted = Objective(
+            data, device(data, *chain), Coordinates(least, most, scale, operator.shape), _linear(operator, "readout")
+        )
         p = search(fitted, operator.starts, progress).p
         told_of = {"bounded": bounded(operator.variables, p), "free": determined(fitted, p).table}
         return fitted.graph(p), count, told_of
@@ -149,15 +153,17 @@ def _linear(operator: Template, total: str) -> tuple[Linear, Linear]:
     return Linear(f"{total}.k", tuple(range(len(operator.columns)))), Linear("readout.offset")
 
 
-def _chain(operator: Template, data: Dataset, front: list[Node], tail: list[Node]) -> Graph:
-    """Return the graph of the nodes `front`, the operator, and the nodes `tail`, which begin with a sum, in series."""
+def _chain(operator: Template, front: list[Node], tail: list[Node]) -> _Series:
+    """Return the nodes `front`, the operator, and the nodes `tail`, which begin with a sum, in series.
+
+    The result contains the nodes, the wires, the endpoints of the input, and the endpoint of the output.
+    """
     end = f"{front[-1].name}.y"
     into = [end if column == "input.y" else column for column in operator.columns]
     wires = [(end, "operator.u"), *operator.wires]
     wires += [(port, f"{tail[0].name}.u[{i}]") for i, port in enumerate(into, 1)]
     wires += wired(front) + wired(tail)
-    nodes = [*front, *operator.nodes[1:], *tail]
-    return device(data, nodes, wires, [f"{front[0].name}.u"], f"{tail[-1].name}.y")
+    return [*front, *operator.nodes[1:], *tail], wires, [f"{front[0].name}.u"], f"{tail[-1].name}.y"
 
 
 def _bank(operator: Template, data: Dataset, rows: NDArray[np.intp], hold: str) -> Callable[[Dynamics], Array]:
@@ -208,7 +214,7 @@ class _Chains:
             late = [n.with_values(y0=x_0) for n in dynamics[1:]]
             total = Node("hysteresis", "sum", {"n": len(self.operator.columns)})
             tail = [total, dynamics[0], Node("readout", "scaling", {"n": 1})]
-            self.made[key] = _chain(self.operator, self.data, [scaling, *late], tail)
+            self.made[key] = device(self.data, *_chain(self.operator, [scaling, *late], tail))
         return self.made[key]
 
     def finished(self, graph: Graph) -> Graph:
@@ -220,7 +226,8 @@ class _Chains:
         start = _run(self.operator, [scaling, *operator], self.data.u[:1])[0]
         rest = float(total.value("k") @ start)
         fitted = replace(self.operator, nodes=[scaling, *operator])
-        return _chain(fitted, self.data, [scaling], [total, g0, delays[0].with_values(y0=rest), readout])
+        tail = [total, g0, delays[0].with_values(y0=rest), readout]
+        return device(self.data, *_chain(fitted, [scaling], tail))
 
 
 def _run(operator: Template, nodes: list[Node], u: Array) -> Array:

@@ -2,15 +2,15 @@
 
 MODULES = {
     "actuator": "actuator",
-    "bouc_wen": "searched_operators",
+    "bouc_wen": "bouc_wen",
     "bouc_wen_oscillator": "bouc_wen_oscillator",
     "bouc_wen_parallel": "bouc_wen_parallel",
     "constraint_factor_mlp": "constraint_factor_mlp",
     "duhem": "duhem",
     "duhem_oscillator": "duhem_oscillator",
     "fitted_operator_mlp": "operator_networks",
-    "g0_bouc_wen": "searched_operators",
-    "g0_jiles_atherton": "searched_operators",
+    "g0_bouc_wen": "bouc_wen",
+    "g0_jiles_atherton": "jiles_atherton",
     "g0_prandtl_ishlinskii": "weighted_sums",
     "krasnoselskii_pokrovskii": "weighted_sums",
     "narx_network": "narx_network",

@@ -36,7 +36,7 @@ from hystfmu.identify.estimate.template import bounded, limits
 from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.graphs import device, scaled_input
-from hystfmu.identify.methods.searched_operators import bouc_wen_variables, point, shape
+from hystfmu.identify.methods.bouc_wen import point, shape, variables
 from hystfmu.model.accuracy import rms
 
 TEXT = "Bouc-Wen operator with a curve, lags and dashpots: spring, damper, creep"
@@ -114,7 +114,7 @@ class _Fitting:
         self.scaling, gain, offset = scaled_input(data.u[data.counted])
         self.data, self.x = data, gain * data.u[: data.train.stop] + offset
         self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
-        self.variables = bouc_wen_variables(options["n_max"])
+        self.variables = variables(options["n_max"])
         lo, hi, scale = limits(self.variables)
         seconds = (data.train.stop - data.train.start) * data.h
         of_dashpot = np.array([[STEPS * data.h, LONG * seconds], [1 / (LONG * seconds), 1 / (STEPS * data.h)]])
