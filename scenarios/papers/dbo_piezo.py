@@ -22,8 +22,10 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify import METHODS, fit
 from hystfmu.model.accuracy import rms
-from papers.row import Row
+from papers.row import Row, Stated
 from papers.table import Report
+
+ROW = Stated(__name__)
 
 FILE = "Test_Vi_Do_Di.dat"
 RATE = 200.0  # sampling rate (Hz)
@@ -145,14 +147,5 @@ def _experiment(data: tuple[Array, Array] | None) -> list[Row]:
         if data is not None:
             e = data[0][part] - data[1][part]
             ours, note = rms(e - e.mean()), "row by row about the mean; rows and lag of the sensor are not printed"
-        rows.append(
-            Row(
-                f"tracking error of the experiment, {name}",
-                printed,
-                ours=ours,
-                note=note,
-                place="experiment",
-                sense="equal",
-            )
-        )
+        rows.append(ROW("experiment", ours=ours, printed=printed, note=note, name=name))
     return rows

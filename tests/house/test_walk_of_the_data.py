@@ -5,8 +5,6 @@ itself or data made from it. Methods of `Dataset` and functions inside others do
 climbs where the next function lies in another room, in a module that imports the module before, directly or not.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import sys
