@@ -30,7 +30,6 @@ from hystfmu.data.synthetic import stack
 from hystfmu.identify import errors, fit, options
 from hystfmu.identify.catalogue import resolve
 from hystfmu.identify.features.plays import plays, thresholds
-from hystfmu.identify.methods import prandtl_ishlinskii
 from hystfmu.identify.methods.constraint_factor_mlp import (
     SHARE,
     Branch,
@@ -39,6 +38,7 @@ from hystfmu.identify.methods.constraint_factor_mlp import (
     literal_branch,
     stack_coordinates,
 )
+from hystfmu.identify.methods.weighted_sums import sum_of_plays
 from hystfmu.identify.network.readout import hidden_sweep
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model import Model, accuracy
@@ -364,7 +364,7 @@ def paper_pi(data: Dataset, n: int) -> Model:
     r = _paper_thresholds(data, n)
     columns = plays(data.u, r, u0)[rows]
     w, (offset,) = nonnegative(columns, data.y[rows], np.ones((len(columns), 1)))
-    graph = prandtl_ishlinskii.graph(w[0], r[1:], w[1:], u0, offset, data)
+    graph = sum_of_plays(w[0], r[1:], w[1:], u0, offset, data)
     return Model("prandtl_ishlinskii", graph, data.h)
 
 

@@ -27,7 +27,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import errors, fit
-from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid, kernels, ridge
+from hystfmu.identify.methods.weighted_sums import grid, kernels, ridge
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
 from hystfmu.report.plot import Line, Plot

@@ -7,7 +7,7 @@ import pytest
 from behind_g0 import TRAIN, G, H
 
 from hystfmu import Dataset
-from hystfmu.identify.methods import g0_prandtl_ishlinskii
+from hystfmu.identify.methods import weighted_sums
 
 
 @pytest.fixture
@@ -29,5 +29,5 @@ def search(monkeypatch):
         asked.append((residuals, near))
         return G
 
-    monkeypatch.setattr(g0_prandtl_ishlinskii, "search", found)
+    monkeypatch.setattr(weighted_sums, "search", found)
     return asked
