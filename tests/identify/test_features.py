@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
@@ -15,9 +13,8 @@ from hystfmu.identify.features import (
 )
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.methods import constraint_factor_mlp as constraint_factor
-from hystfmu.identify.methods import polynomial_narx, preisach
+from hystfmu.identify.methods import preisach
 from hystfmu.identify.methods.fitted_operator_mlp import straightened
-from papers.statements.printed import auxiliary
 
 RNG = np.random.default_rng(11)
 PATH = np.concatenate([np.cumsum(RNG.normal(size=90)) / 4, [0.3, 0.3, -4.0, 5.0, 5.0, 1.0]])  # with plateaus
@@ -28,11 +25,6 @@ def test_knots_lie_evenly_inside_the_range_and_not_at_zero():
     assert preisach.knots(u, 3) == pytest.approx([4e-6, 1.0, 2.0], rel=1e-12)
     assert preisach.knots(u + 2, 3) == pytest.approx([2.0, 3.0, 4.0], rel=1e-12)
     assert preisach.knots(np.array([-2.0, 2.0]), 4) == pytest.approx([-1.2, -0.4, 0.4, 1.2], rel=1e-12)
-
-
-def test_a_dead_zone_acts_on_the_side_of_its_threshold():
-    d = preisach.dead_zones(np.array([-2.0, 0.5, 3.0]), np.array([-1.0, 1.0]))
-    assert d.tolist() == [[-1.0, 0.0], [0.0, 0.0], [0.0, 2.0]]
 
 
 @pytest.mark.parametrize("h", [0.01, 0.4])
@@ -54,25 +46,6 @@ def test_plays_and_their_thresholds():
         assert row == pytest.approx(z, abs=1e-15)
 
 
-@pytest.mark.parametrize("q", [1, 2, 3])
-def test_monomials_are_all_products_and_the_constant(q):
-    z = np.array([[2.0, 3.0, 5.0], [1.0, -1.0, 0.5]])
-    expected = [
-        [*(np.prod(c) for d in range(1, q + 1) for c in itertools.combinations_with_replacement(row, d)), 1.0]
-        for row in z
-    ]
-    assert polynomial_narx.basis(z, q) == pytest.approx(np.array(expected))
-    assert polynomial_narx.count(3, q) == len(expected[0])
-
-
-@pytest.mark.parametrize("first", [0, 1])
-def test_lagged_rows_rest_at_the_first_value(first):
-    v = np.arange(5.0) ** 2 + 7
-    rows = polynomial_narx.lagged(v, 3, first)
-    assert rows.tolist() == [[v[max(k - first - j, 0)] for j in range(3)] for k in range(5)]
-    assert polynomial_narx.lagged(v, 0).shape == (5, 0)
-
-
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_bent_output_is_straightened_by_legendre_polynomials(sign):
     x, c = np.linspace(0, 1, 30), np.column_stack([np.linspace(3, 9, 30) ** 2])
@@ -83,21 +56,6 @@ def test_a_bent_output_is_straightened_by_legendre_polynomials(sign):
     assert free[:, :3] == pytest.approx(P[:, [0, 2, 3]])
     assert free[:, 3:] == pytest.approx(P * ((2 * c - 81 - 9) / (81 - 9)))
     assert straightened(x, y, 3, c[:, :0])[1] == pytest.approx(P[:, [0, 2, 3]])
-
-
-@pytest.mark.parametrize("corrected", [True, False])
-def test_the_auxiliary_function_adds_branches_from_the_last_extremum(corrected):
-    u = np.array([0.0, 1.0, 2.0, 2.0, 0.5, 1.0, -1.0])
-
-    def g(d):
-        return (d if corrected else abs(d)) * (1 - np.exp(-abs(d)))
-
-    f2 = g(2.0)
-    at_half = f2 + g(-1.5)
-    at_one = at_half + g(0.5)
-    expected = [0.0, g(1.0), f2, f2, at_half, at_one, at_one + g(-2.0)]
-    assert auxiliary(u, corrected) == pytest.approx(expected, rel=1e-12)
-    assert auxiliary(u, corrected, lambda d: 2.0)[1] == 2.0
 
 
 # ---- constraint factor ----------------------------------------------------------------------------------------------

@@ -33,16 +33,6 @@ def test_a_model_that_runs_away_is_refused(k, words, monkeypatch):
         fit(data(), "prandtl_ishlinskii")
 
 
-def test_the_mean_of_the_output_is_not_refused(monkeypatch):
-    """The worst model that knows nothing: half the span for an output that switches between two values."""
-    square = np.repeat([0.0, 1.0] * 20, 10)
-    nodes = [Node("a", "scaling", {"n": 1}, {"gain": 0.0, "offset": 0.5})]
-    made = Graph(nodes, [], [Input("u", ("a.u",))], [Output("y", "a.y")])
-    monkeypatch.setattr(prandtl_ishlinskii, "build", lambda *arguments: (made, 1))
-    model = fit(Dataset.from_signal(square + 0.1 * np.sin(np.arange(400)), square), "prandtl_ishlinskii")
-    assert model.fit["rms_percent"] == 50
-
-
 def with_memory(**values):
     """Build the input plus the output of a linear block that the record hardly excites."""
     kind = "creep" if "T" in values else "transfer_function"
@@ -102,16 +92,3 @@ def test_bounds_of_a_search_arrive_in_the_warnings():
         "warnings"
     ]
     assert any("n = 1.2 is a bound of the search" in w for w in warned)
-
-
-def test_a_lag_of_the_sensor_is_not_reported_where_the_model_has_dynamics():
-    """The same record: a sum of plays lags, G0 with a delay explains it."""
-    u = training(30, 1, 0.02)
-    y = plants.prandtl_ishlinskii(u)
-    record = Dataset.from_signal(u, np.concatenate([np.full(3, y[0]), y[:-3]]), 1e-3, "late")
-    said = {
-        key: [w for w in fit(record, key, **options).fit.get("warnings", []) if "lags the input" in w]
-        for key, options in (("prandtl_ishlinskii", {}), ("g0_prandtl_ishlinskii", {"N": 6}))
-    }
-    assert len(said["prandtl_ishlinskii"]) == 1
-    assert said["g0_prandtl_ishlinskii"] == []

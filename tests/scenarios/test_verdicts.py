@@ -8,16 +8,13 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import Result
-from hystfmu.scenario.outcome.metrics import Measure
-from hystfmu.scenario.outcome.result import CHANGED, CaseResult, LoopFigures, Verdict, judge
+from hystfmu.scenario.outcome.result import CaseResult, LoopFigures, Verdict
 from hystfmu.scenario.report import terminal
-from hystfmu.scenario.system.spec import MetricSpec
 
 
 def run(folder: Path, **more: Any) -> Result:
@@ -145,7 +142,11 @@ def test_the_tolerance_is_relative(loop: Any, write: Any) -> None:
     value = run(folder).verdicts[0].value
     for factor, good in ((1 + 1e-8, True), (1 + 1e-4, False)):
         (folder / "baseline.toml").write_text(text.replace(repr(value), repr(value * factor)))
-        assert run(folder).passed is good
+        found = run(folder)
+        assert found.passed is good
+        assert [line.partition(" against")[0] for line in found.failures()] == (
+            [] if good else [f"loop/nominal: tracking = {value:.9g} changed"]
+        )
 
 
 def test_a_new_metric_or_case_needs_a_new_baseline(loop: Any, write: Any) -> None:
@@ -178,6 +179,13 @@ def test_a_damaged_baseline_is_bad_input(loop: Any, write: Any, file: str, text:
         assert word in str(caught.value)
 
 
+def test_a_reference_at_rest_has_no_stroke(loop: Any, write: Any) -> None:
+    del loop["metrics"]["tracking"]["stroke"]
+    loop["units"]["reference"]["values"]["amplitude"] = 0.0
+    with pytest.raises(InputError, match=r"scenario\.toml: case nominal: metrics\.tracking: the stroke is zero"):
+        run(write(loop))
+
+
 def test_a_changed_system_is_never_recorded(loop: Any, write: Any) -> None:
     folder = write(loop)
     with pytest.raises(InputError, match="--record"):
@@ -188,43 +196,6 @@ def test_a_changed_system_is_never_recorded(loop: Any, write: Any) -> None:
 # ---- on a terminal ---------------------------------------------------------------------------------------------------
 def cells(line: str) -> list[str]:
     return line.split()
-
-
-# ---- verdicts of a run ---------------------------------------------------------------------------------------------
-def measured(value: float) -> Measure:
-    return SimpleNamespace(value=lambda: value)  # type: ignore[return-value]
-
-
-def verdict_on(
-    value: float, limit: float | None, old: float | None, tolerance: float = 1e-3, strict: bool = True
-) -> Any:
-    m = MetricSpec.model_validate({"kind": "peak", "signal": "a.y"} | ({} if limit is None else {"limit": limit}))
-    case: Any = SimpleNamespace(name="c", title="s/c", where="w", metrics={"m": m}, tolerance=tolerance, guard=None)
-    case.record, rows = (), np.zeros((0, 1))
-    known = SimpleNamespace(
-        metrics={"c": {} if old is None else {"m": old}}, rows={"c": rows}, signals=(), final_states={}
-    )
-    kept: Any = SimpleNamespace(rows=lambda: rows, trace=SimpleNamespace(final_states={}))
-    return judge(case, {"m": measured(value)}, kept, None if old is None else known, strict)  # type: ignore[arg-type]
-
-
-def test_a_missing_baseline_and_a_change_are_failures() -> None:
-    assert verdict_on(1.0, None, None)[1] == ["s/c: no baseline: run with --record"]
-    m = MetricSpec.model_validate({"kind": "peak", "signal": "a.y"})
-    case: Any = SimpleNamespace(name="c", title="s/c", where="w", metrics={"m": m}, tolerance=0.1, guard=None)
-    other: Any = SimpleNamespace(metrics={"c": {"m": 2.0, "n": 1.0}})
-    lines = judge(case, {"m": measured(3.0)}, SimpleNamespace(), other)[1]  # type: ignore[arg-type]
-    assert lines == [
-        f"s/c: m = 3 {CHANGED} 2 (tolerance 0.1); if that is meant, run with --record",
-        "s/c: no baseline: run with --record",
-    ]
-
-    def fails() -> float:
-        raise InputError("the stroke is zero")
-
-    broken: Any = SimpleNamespace(value=fails)
-    with pytest.raises(InputError, match=r"^w: metrics\.m: the stroke is zero$"):
-        judge(case, {"m": broken}, SimpleNamespace(), None)  # type: ignore[arg-type]
 
 
 # ---- on a terminal -------------------------------------------------------------------------------------------------
@@ -274,28 +245,3 @@ def test_several_scenarios_have_a_line_each() -> None:
     assert lines[-1] == "3 of 4 cases passed"
     plain = [replace(r, loop=None) for r in some]
     assert "Ms" not in terminal.verdicts(plain)
-
-
-def test_every_metric_has_a_line() -> None:
-    text = terminal.every_metric([result(shown(0.5, None), shown(2.0, 1.0, "rms_percent", "n", 1.9))]).splitlines()
-    assert cells(text[-2]) == cells("s c ok m 0.5")
-    assert cells(text[-1]) == cells("s c FAILED n % 2 1 1.9")
-
-
-# ---- a result ------------------------------------------------------------------------------------------------------
-def test_a_result_in_words() -> None:
-    four = [shown(0.5, 1.0, "rms_percent"), shown(2.0, 1.0), shown(3.0, None), shown(4.0, None)]
-    assert repr(result(*four[:2])) == "Result('s/c', passed, m = 0.5 % <= 1, m = 2 > 1)"
-    assert repr(result(*four, lines=("x",))) == "Result('s/c', failed, m = 0.5 % <= 1, m = 2 > 1, m = 3, ...)"
-    assert repr(result(*four[:3])).endswith("m = 3)")
-    assert repr(result(lines=("s/c: why",))) == "Result('s/c', stopped: s/c: why)"
-    assert LoopFigures(True, 2.5, math.inf).cells() == ["2.5", "inf"]
-    assert LoopFigures(True, 2.5, math.inf).summary() == {"stable": True, "Ms_db": 2.5, "delay_steps": None}
-    assert LoopFigures(False, None, 1.0).summary()["delay_steps"] == 1.0
-
-
-def test_of_the_changes_the_first_is_shown() -> None:
-    lines = ("x", f"a {CHANGED} 1", "y", f"b {CHANGED} 2", f"c {CHANGED} 3")
-    text = terminal.verdicts([result(shown(0.5), lines=lines)]).splitlines()
-    assert text[-4:-1] == ["x", "y", f"a {CHANGED} 1 (and 2 more changed)"]
-    assert terminal.verdicts([result(shown(0.5), lines=lines[:2])]).splitlines()[-2] == f"a {CHANGED} 1"

@@ -134,16 +134,6 @@ def test_a_full_disk(write: Any, tmp_path: Path, program: str, quiet: bytes) -> 
     assert outcome.table.read_bytes() == quiet
 
 
-def test_a_torn_line_does_not_count(write: Any, tmp_path: Path) -> None:
-    path = write()
-    whole = hy.study(path, tmp_path / "out", workers=1).table.read_bytes()
-    journal = tmp_path / "out" / "journal.jsonl"
-    journal.write_bytes(journal.read_bytes()[:-30])
-    outcome = hy.study(path, tmp_path / "out", workers=1)
-    assert outcome.ran == 1
-    assert outcome.table.read_bytes() == whole
-
-
 def test_full_journals_become_parts(write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write()
     whole = hy.study(path, tmp_path / "a", workers=1).table.read_bytes()

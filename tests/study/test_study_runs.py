@@ -15,12 +15,11 @@ from typing import Any
 
 import pytest
 
-from hystfmu import InputError
 from hystfmu.scenario import Run, build
-from hystfmu.studies import sampling, task
+from hystfmu.studies import task
 from hystfmu.studies.pool import Pool
 from hystfmu.studies.run import is_final, with_limits
-from hystfmu.studies.spec import ParameterSpec, Study
+from hystfmu.studies.spec import Study
 from hystfmu.studies.task import Task, identity
 
 
@@ -67,41 +66,6 @@ def test_what_failed_at_a_limit_runs_again_under_a_higher_one(
     assert is_final(row, spec, retry) is final
     kept = with_limits({"status": status}, spec)
     assert kept == {"status": status} | ({} if status == "ok" else {"limits": {"timeout": 2.0, "memory": 4.0}})
-
-
-# ---- samplers -------------------------------------------------------------------------------------------------------
-P = {
-    "a": ParameterSpec.model_validate({"range": [1.0, 3.0], "steps": 3}),
-    "b": ParameterSpec.model_validate({"scale": [0.5, 2.0], "log": True, "steps": 1}),
-    "c": ParameterSpec.model_validate({"values": [7.0, 5.0]}),
-}
-
-
-def study(method: str, n: int = 6, **more: Any) -> Any:
-    spec = SimpleNamespace(method=method, n=n, objective=None, start={}, **more)
-    return SimpleNamespace(spec=spec, parameters=P, seed=11, file="s.toml", settings=lambda v: v)
-
-
-def drawn(method: str, n: int = 6) -> list[dict[str, float]]:
-    found = sampling.sampler(study(method, n))
-    (batch,) = found.batches()
-    assert found.n == len(batch)
-    assert found.outside(0) == ""
-    found.tell([])
-    return batch
-
-
-def test_a_grid_has_every_combination() -> None:
-    batch = drawn("grid")
-    assert [tuple(v.values()) for v in batch] == [(a, 0.5, c) for a in (1.0, 2.0, 3.0) for c in (7.0, 5.0)]
-
-
-def test_a_grid_may_have_ten_million_points() -> None:
-    one = {k: ParameterSpec.model_validate({"range": [0.0, 1.0], "steps": n}) for k, n in (("a", 10**5), ("b", 101))}
-    given = study("grid")
-    given.parameters = one
-    with pytest.raises(InputError, match=r"s.toml: the grid must have at most 10000000 points"):
-        sampling.sampler(given)
 
 
 # ---- pool ------------------------------------------------------------------------------------------------------------

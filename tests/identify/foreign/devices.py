@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from plants import plays
 
-from foreign.solvers import FINER, along, filtered, fine, in_time, lag, late, mode, plays, relays
+from foreign.solvers import FINER, along, filtered, fine, in_time, lag, late, mode, relays
 
 Run = Callable[[np.ndarray, np.ndarray], np.ndarray]
 

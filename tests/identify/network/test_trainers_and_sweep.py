@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import scipy.optimize
 import torch
 from torch import nn
 
@@ -44,22 +42,6 @@ def test_every_trainer_ends_at_the_least_squares(name):
 def test_a_gradient_saves_the_jacobian(name):
     p, _ = trainers.TRAINERS[name](np.zeros(4), replace(SQUARES, residuals=None), 60, lambda f: None)
     assert p == pytest.approx(BEST, abs=1e-5)
-
-
-def test_lbfgs_stops_at_its_limits_only(monkeypatch):
-    asked, told = [], []
-
-    def minimize(function, p, jac, method, callback, options):
-        asked.append((jac, method, options))
-        for _ in range(7):
-            callback(p)
-        return SimpleNamespace(x=p + 1, fun=3)
-
-    monkeypatch.setattr(scipy.optimize, "minimize", minimize)
-    p, value = trainers.lbfgs(np.zeros(2), lambda p: (0.0, p), 5, told.append)
-    assert asked == [(True, "L-BFGS-B", {"maxiter": 5, "maxfun": 100, "maxcor": 20, "ftol": 0.0, "gtol": 1e-12})]
-    assert told == [0.2, 0.4, 0.6, 0.8, 1.0, 1.0, 1.0]
-    assert (p.tolist(), value) == ([1.0, 1.0], 3.0)
 
 
 # ---- modules of torch -----------------------------------------------------------------------------------------------

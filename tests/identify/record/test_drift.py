@@ -31,12 +31,6 @@ def test_a_linear_drift_is_said_with_its_size(percent):
     assert error < abs(total) / 5
 
 
-def test_drift_of_a_straight_line():
-    total, error = drift(np.linspace(-1, 2, 1001))
-    assert abs(total - 3) < 0.01
-    assert error < 0.01
-
-
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_no_drift_no_word(noise):
     assert warned(Y + noise * SPAN * np.random.default_rng(0).normal(size=len(U))) == []

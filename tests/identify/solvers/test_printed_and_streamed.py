@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hystfmu import Dataset, InputError, fit
+from hystfmu import Dataset, fit
 from hystfmu.graph import Graph
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.methods import preisach
@@ -47,33 +47,6 @@ def test_the_printed_recursion(rho, fraction):
     assert border.P[0, 0] == pytest.approx(1e6 / 0.995)
 
 
-def test_the_recursion_with_forgetting_and_a_dead_zone():
-    """P(k)^-1 = mu (P(k-1)^-1 + c h h'), c = fraction (e^2 - r^2) / (h' P h r^2)."""
-    rng = np.random.default_rng(SEED)
-    learner = Recursive(2, 4.0, 0.9, 0.3, 0.7)
-    inverse, right = np.eye(2) / 4, np.zeros(2)
-    for _ in range(12):
-        h, y = rng.normal(size=2), float(2 * rng.normal())
-        e = y - h @ np.linalg.solve(inverse, right)
-        assert learner.update(h, y) == pytest.approx(e)
-        if abs(e) > 0.3:
-            c = 0.7 * (e**2 - 0.09) / (h @ np.linalg.solve(inverse, h) * 0.09)
-            inverse, right = 0.9 * (inverse + c * np.outer(h, h)), 0.9 * (right + c * h * y)
-        assert learner.theta == pytest.approx(np.linalg.solve(inverse, right))
-
-
-def test_defaults_of_the_recursion_and_its_end():
-    learner = Recursive(1)
-    assert (learner.dead_zone, learner.samples, learner.theta.tolist()) == (None, 0, [0.0])
-    learner.update(np.ones(1), 1.0)
-    assert learner.theta[0] == pytest.approx(1e6 / (1e6 + 1))
-    tight = Recursive(1, dead_zone=1e-200)
-    with pytest.raises(InputError, match=r"diverged at sample 1: the dead zone 1e-200 is below the achievable error"):
-        tight.update(np.ones(1), 1.0)
-    with pytest.raises(InputError, match=r"sample 0: .* must be finite. Got nan"):
-        Recursive(2).update(np.array([1.0, np.nan]), 0.0)
-
-
 # ---- streaming ------------------------------------------------------------------------------------------------------
 @pytest.fixture(scope="module")
 def data():
@@ -108,11 +81,6 @@ def test_a_streamed_model_is_the_recursion_on_its_own_regressors(data, n_k):
     usual, own = Stream(model).recursive, Recursive(5, 1.0, theta=theta)
     assert usual.update(np.arange(5.0), 1.0) == own.update(np.arange(5.0), 1.0)
     assert usual.theta.tolist() == own.theta.tolist()
-
-
-def test_only_a_polynomial_model_is_streamed(data):
-    with pytest.raises(InputError, match=r"must be a polynomial_narx\. Got prandtl_ishlinskii instead"):
-        Stream(fit(data, "prandtl_ishlinskii"))
 
 
 # ---- preisach -------------------------------------------------------------------------------------------------------

@@ -34,25 +34,7 @@ def add(loop: dict[str, Any], write: Any, fmi: int) -> Path:
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
-def test_a_foreign_fmu_gives_the_bits_of_our_unit(loop: Any, write: Any, fmi: int, scheme: str, cache: Path) -> None:
-    loop["coupling"] = {"scheme": scheme}
-    loop["stop"] = 0.01
-    loop["metrics"]["tracking"]["after"] = 0.0
-    ours = simulate(ready(write(loop)), "native")
-    add(loop, write, fmi)
-    loop["units"]["pid"] = {"fmu": "pid.fmu", "inputs": {"u_ff": 0.125}}
-    system = ready(write(loop))
-    assert [p.name for p in system.foreign] == ["pid"]
-    for engine in ENGINES:
-        theirs = Trace.joined(chunks_here(system, engine), system.n_steps + 1)  # type: ignore[arg-type]
-        for end in ("plant.y", "plant.v", "reference.r", "pid.u"):
-            assert theirs[end].tobytes() == ours[end].tobytes(), (engine, end)
-    assert [p.name[0] != "." for p in cache.iterdir()] == [True]  # one archive, one folder, nothing half-made
-
-
-@pytest.mark.parametrize("fmi", [2, 3])
-def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int) -> None:
+def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int, cache: Path) -> None:
     loop["units"]["pid"]["set"] = {"Kp": "*1.5", "Ki": 1000.0}
     ours = simulate(ready(write(loop)), "native")
     add(loop, write, fmi)
@@ -61,6 +43,7 @@ def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int) 
     for engine in ENGINES:
         theirs = Trace.joined(chunks_here(system, engine), system.n_steps + 1)  # type: ignore[arg-type]
         assert theirs["plant.y"].tobytes() == ours["plant.y"].tobytes()
+    assert [p.name[0] != "." for p in cache.iterdir()] == [True]  # one archive, one folder, nothing half-made
     loop["units"]["pid"]["set"] = {"Kq": 1.0}
     with pytest.raises(InputError, match=r"units\.pid: no parameter 'Kq'; there are Kp"):
         ready(write(loop))

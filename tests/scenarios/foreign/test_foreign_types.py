@@ -15,8 +15,6 @@ from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
 from hystfmu.scenario import simulate
-from hystfmu.scenario.engine.fmu_member import AdaptedMember, FmuMember
-from hystfmu.scenario.engine.member import SteppedMember
 from hystfmu.scenario.engine.simulation import ENGINES
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
@@ -133,7 +131,6 @@ def test_an_adapted_fmu_is_never_asked_for_tangents(loop: Any, write: Any, engin
     loop["stop"], loop["coupling"] = 0.005, {"scheme": "iterative"}
     del loop["metrics"]["tracking"]["after"]
     system = ready(write(loop))
-    assert not any(hasattr(AdaptedMember, name) for name in ("tangent", "state_hash"))
     assert (system.parts[3].has_tangent, system.newton) == (False, False)
     trace = simulate(system, engine)
     assert trace["x.Float64_continuous_output"] == pytest.approx(trace["reference.r"] / 1.5, abs=1e-8)
@@ -148,11 +145,3 @@ def test_final_states_of_a_foreign_fmu_are_refused_in_one_line(loop: Any, write:
         InputError, match=r"scenario\.toml: final_states: x is a foreign FMU, whose states are not known$"
     ):
         ready(folder)
-
-
-def test_a_member_says_how_it_is_called() -> None:
-    wanted = {"start", "save", "restore", "close", "calls", "free_state"}
-    assert SteppedMember.__abstractmethods__ == wanted
-    assert not FmuMember.__abstractmethods__ | AdaptedMember.__abstractmethods__
-    with pytest.raises(TypeError, match="abstract"):
-        SteppedMember()  # type: ignore
