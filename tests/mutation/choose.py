@@ -6,8 +6,6 @@ that read all tables see them too.  A module that compiles headers by itself run
 judges every line of them.
 """
 
-from __future__ import annotations
-
 import json
 from collections import Counter, defaultdict
 from pathlib import Path

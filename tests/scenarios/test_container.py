@@ -1,7 +1,5 @@
 """A loop with foreign FMUs as one FMU: the bits of `hystfmu run`; errors name the unit."""
 
-from __future__ import annotations
-
 import ctypes as C
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """What the options of every kind promise: a model file names only what was given, so a default must not move unseen."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,6 +7,7 @@ from hystfmu import InputError
 from hystfmu.identify import catalogue
 from hystfmu.identify.catalogue import ANY, CLOSES, LAGS, LATE, OPENS, Candidate, Option
 from hystfmu.identify.features.plays import u0_option
+from hystfmu.identify.methods import MODULES
 from hystfmu.identify.network.readout import network_options
 
 U0 = {"u0": (None, -1e300, 1e300)}
@@ -181,5 +180,5 @@ COVARIATES = {
 
 
 def test_who_takes_several_records_and_covariates():
-    assert {k for k in catalogue.METHODS if catalogue.takes_records(k)} == RECORDS
-    assert {k for k in catalogue.METHODS if catalogue.takes_covariates(k)} == COVARIATES
+    assert {k for k in MODULES if catalogue.method(k).records} == RECORDS
+    assert {k for k in MODULES if catalogue.method(k).covariates} == COVARIATES

@@ -1,18 +1,14 @@
-"""Recursion as printed, streaming updates, preisach terms: each against the equations row by row."""
-
-from __future__ import annotations
+"""Recursion as printed, preisach terms: each against the equations row by row."""
 
 import numpy as np
 import pytest
 
-from hystfmu import Dataset, fit
-from hystfmu.graph import Graph
+from hystfmu import Dataset
+from hystfmu.graph.recursion import lag
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.methods import preisach
-from hystfmu.identify.methods.preisach import Penalised, dead_zones, knots, lag
-from papers.recursive import Recursive
+from hystfmu.identify.methods.preisach import Penalised, dead_zones, knots
 from papers.statements.printed import PrintedRecursive
-from papers.streaming import Stream
 
 H = 1e-3
 SEED = int(np.random.default_rng().integers(1 << 31))
@@ -47,40 +43,10 @@ def test_the_printed_recursion(rho, fraction):
     assert border.P[0, 0] == pytest.approx(1e6 / 0.995)
 
 
-# ---- streaming ------------------------------------------------------------------------------------------------------
 @pytest.fixture(scope="module")
 def data():
     u = 5 + 2 * np.sin(np.arange(400) / 9) * np.linspace(1, 0.4, 400)
-    return Dataset.from_signal(u, 40 + 3 * u + np.r_[u[0], u[:-1]] ** 2 / 4, H, "stream")
-
-
-@pytest.mark.parametrize("n_k", [0, 1])
-def test_a_streamed_model_is_the_recursion_on_its_own_regressors(data, n_k):
-    model = fit(data, "polynomial_narx", n_u=2, n_f=1, n_y=1, q=1, n_k=n_k, range=2.0)
-    stream = Stream(model, 0.5, 0.99, 0.02)
-    node, readout = model.graph.node("network"), model.graph.node("readout")
-    half, middle = readout.value("gain")[0], readout.value("offset")[0]
-    theta = node.value("theta")
-    learner = Recursive(len(theta), 0.5, 0.99, 0.02 / half, theta=theta)
-    x = Graph.single(model.graph.node("input")).run(data.u).reshape(len(data.u), -1)[:, 0]
-    f = Graph.single(model.graph.node("operator")).run(x).reshape(len(x), -1)[:, 0]
-    changed = data.y * 1.05
-    y = (changed - middle) / half
-    for k in range(60):
-        a, b = (k, k - 1) if n_k == 0 else (k - 1, k - 2)
-        last = y[k - 1] if k else node.value("y0")[0]
-        h = np.array([x[max(a, 0)], x[max(b, 0)], f[max(a, 0)], last, 1.0])
-        e = learner.update(h, y[k])
-        assert stream.update(data.u[k], changed[k]) == pytest.approx(changed[k] - e * half)
-    made = stream.model
-    assert made.graph.node("network").value("theta") == pytest.approx(learner.theta)
-    assert made.provenance["updated_samples"] == 60
-    assert made.fit == {}
-    assert (made.key, made.step) == ("polynomial_narx", H)
-    assert Stream(model).recursive.dead_zone is None
-    usual, own = Stream(model).recursive, Recursive(5, 1.0, theta=theta)
-    assert usual.update(np.arange(5.0), 1.0) == own.update(np.arange(5.0), 1.0)
-    assert usual.theta.tolist() == own.theta.tolist()
+    return Dataset.from_signal(u, 40 + 3 * u + np.r_[u[0], u[:-1]] ** 2 / 4, H, "sine")
 
 
 # ---- preisach -------------------------------------------------------------------------------------------------------
@@ -114,8 +80,8 @@ def test_rate_dependent_terms_must_gain(monkeypatch, data, sign, rate, errors, k
     u, rows = record.u, slice(50, 350)
     density = smooth_density(u[rows], 8, 4, 3, "demagnetised")
     T, middle = np.geomspace(H, max(350 * H / 3, 10 * H), 6), u[rows].mean()
-    bent = dead_zones(lag(u, H, 4 * H) - middle, knots(u[rows] - middle, 6))
-    beside = np.column_stack([*(lag(u, H, t) for t in T), bent])
+    *crept, late = (lag(H, t).run(u[:, None])[:, 0] for t in (*T, 4 * H))
+    beside = np.column_stack([*crept, dead_zones(late - middle, knots(u[rows] - middle, 6))])
     free = beside if kept else np.zeros((400, 0))
     columns = density.columns(u)
     problem = Penalised(columns[rows], free[rows], sign * record.y[rows], (density.along_mean, density.along_width))
