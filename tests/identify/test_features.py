@@ -1,7 +1,5 @@
 """Columns and operators of the fits against their definitions, in numpy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.polynomial import legendre

@@ -1,7 +1,5 @@
 """The choice step by step: who enters in which order, what each costs, when the race ends, what is told of it."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What every fit checks and reports, by numbers: limits of the data, free run, other signals."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the options of every kind promise: a model file names only what was given, so a default must not move unseen."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Fixtures of the searches behind G0(s): a record, and a search that finds the true dynamics."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from behind_g0 import TRAIN, G, H

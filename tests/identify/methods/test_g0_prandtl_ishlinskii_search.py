@@ -1,7 +1,5 @@
 """Plays and G0(s): what is eliminated, which thresholds are kept, the least weight of the input."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from behind_g0 import PI, TRAIN, G, H, scaled

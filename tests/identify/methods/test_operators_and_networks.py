@@ -1,7 +1,5 @@
 """Kinds made of an operator and a linear fit or a network: which operator, on which rows, with which readout."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Polynomial NARX: choice of the range, covariates, refusals; the graph runs the equation."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Recursion as printed, preisach terms: each against the equations row by row."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
