@@ -1,7 +1,5 @@
 """A race of structures: closed forms of plants and controllers, and loops that hold over plants drawn anew."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.linalg import expm

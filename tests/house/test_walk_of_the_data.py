@@ -110,5 +110,5 @@ def test_a_walk_is_seen(record):
     assert climbs(way) == []
     assert climbs([*way, ("hystfmu.identify.one", "finished")]) == ["hystfmu.model -> hystfmu.identify.one"]
     found = walk(lambda: hy.fit(record, "prandtl_ishlinskii", N=3))
-    assert ("hystfmu.identify.methods.prandtl_ishlinskii", "build") in found
+    assert ("hystfmu.identify.methods.weighted_sums", "prandtl_ishlinskii") in found
     assert found[0] == ("hystfmu.face.fit", "fit")

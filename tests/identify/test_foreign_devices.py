@@ -1,7 +1,5 @@
 """Foreign devices: their solvers against closed forms, and what the choice reaches on them."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

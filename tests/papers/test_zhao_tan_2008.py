@@ -9,7 +9,7 @@ import hystfmu as hy
 from hystfmu import Dataset, InputError, Model
 from hystfmu.data import signals
 from hystfmu.identify import fit
-from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid
+from hystfmu.identify.methods.weighted_sums import grid
 from hystfmu.identify.network.training import Fit, start
 from hystfmu.identify.solvers.trainers import TRAINERS, Squares, conjugate_gradients
 from papers import zhao_tan_2008

@@ -1,7 +1,5 @@
 """Studies that design controllers, and the study of a stage."""
 
-from __future__ import annotations
-
 import importlib.util
 import tomllib
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The memory before row 0: a device that was brought to its working point before the record began."""
 
-from __future__ import annotations
-
 import numpy as np
 import plants
 import pytest

@@ -1,14 +1,13 @@
 """Recursion as printed, preisach terms: each against the equations row by row."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from hystfmu import Dataset
+from hystfmu.graph.recursion import lag
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.methods import preisach
-from hystfmu.identify.methods.preisach import Penalised, dead_zones, knots, lag
+from hystfmu.identify.methods.preisach import Penalised, dead_zones, knots
 from papers.statements.printed import PrintedRecursive
 
 H = 1e-3
@@ -81,8 +80,8 @@ def test_rate_dependent_terms_must_gain(monkeypatch, data, sign, rate, errors, k
     u, rows = record.u, slice(50, 350)
     density = smooth_density(u[rows], 8, 4, 3, "demagnetised")
     T, middle = np.geomspace(H, max(350 * H / 3, 10 * H), 6), u[rows].mean()
-    bent = dead_zones(lag(u, H, 4 * H) - middle, knots(u[rows] - middle, 6))
-    beside = np.column_stack([*(lag(u, H, t) for t in T), bent])
+    *crept, late = (lag(H, t).run(u[:, None])[:, 0] for t in (*T, 4 * H))
+    beside = np.column_stack([*crept, dead_zones(late - middle, knots(u[rows] - middle, 6))])
     free = beside if kept else np.zeros((400, 0))
     columns = density.columns(u)
     problem = Penalised(columns[rows], free[rows], sign * record.y[rows], (density.along_mean, density.along_width))

@@ -1,8 +1,8 @@
-"""Rate-independent operator followed by linear dynamics with delay: y = c + e^(-s tau) G0(s) sum_i k_i x_i.
+"""Template of a chain with a rate-independent operator: y = c + e^(-s tau) G0(s) sum_i k_i x_i, or without dynamics.
 
 The x_i are outputs of the operator and of the scaling before the operator. Linear least squares gives the offset c and
-the gains k_i (variable projection, Golub & Pereyra 1973). f_n, zeta, tau and the shape parameters of the operator are
-searched in three stages.
+the gains k_i (variable projection, Golub & Pereyra 1973). The shape of the operator is searched, and f_n, zeta and tau
+if the chain contains dynamics. With dynamics, the search has three stages.
 
 The first stage searches only the dynamics. The operator is replaced by a bank of operators with fixed shapes. Their
 outputs are filtered by G0, delayed, and combined by least squares. The bank represents a loop of any shape with an
@@ -14,8 +14,8 @@ support the delay (Bayesian information criterion), it is omitted, because it wo
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,9 +25,10 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import Built, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
-from hystfmu.identify.estimate.dynamics import Dynamics, bounds, search, told
+from hystfmu.identify.estimate.dynamics import Dynamics, bounds, told
+from hystfmu.identify.estimate.dynamics import search as search_dynamics
 from hystfmu.identify.estimate.objective import Linear, Objective
-from hystfmu.identify.estimate.search import best_of, correlation_time, determined, refined, standard_errors
+from hystfmu.identify.estimate.search import best_of, correlation_time, determined, refined, search, standard_errors
 from hystfmu.identify.graphs import device, wired
 
 MOST_ROWS = 5000  # maximum number of rows in the first two stages; more rows are thinned evenly after the simulation
@@ -36,49 +37,81 @@ DELAY = 2  # index of the delay among the parameters
 TOLERANCE = 1e-12  # relative change that ends the search of all parameters
 EVALUATIONS = (15, 60)  # maximum number of evaluations of residuals and Jacobian: per start value, in the third stage
 
+_Series = tuple[list[Node], list[tuple[str, str]], list[str], str]
+
 
 @dataclass(frozen=True)
-class Operator:
-    """Rate-independent operator with n shape parameters, which the function `build` searches.
+class Variable:
+    """A search variable of an operator: its name, its bounds `lo` and `hi`, and the scale of its steps.
 
-    `lo`, `hi` and `scale` (n,) contain the bounds and the scales of the shape parameters. A point (n,) contains their
-    values.
+    A variable without a name is not reported in the further result ``bounded``. `told` is the reported lower bound, by
+    default `lo`.
+    """
+
+    name: str
+    lo: float
+    hi: float
+    scale: float
+    told: float | None = None
+
+
+def limits(variables: Sequence[Variable]) -> tuple[Array, Array, Array]:
+    """Return the lower bounds, the upper bounds and the scales (n,) of search variables."""
+    lo, hi, scale = np.array([(v.lo, v.hi, v.scale) for v in variables], dtype=np.float64).T
+    return lo, hi, scale
+
+
+def bounded(variables: Sequence[Variable], p: Array) -> dict[str, tuple[float, float, float]]:
+    """Return the value and the bounds of each reported variable at the point p (n,)."""
+    found = zip(variables, p.tolist(), strict=True)
+    return {v.name: (value, float(v.lo if v.told is None else v.told), float(v.hi)) for v, value in found if v.name}
+
+
+@dataclass(frozen=True)
+class Template:
+    """Rate-independent operator with a searched shape, which the function `build` fits alone or before dynamics.
 
     `nodes` contains the block ``input``, which scales u, the block ``operator``, and further blocks; `wires` connects
-    them. The function `shape` returns the parameter values at a point, by the names ``node.parameter``. The function
-    `searched` returns the names, values and bounds of parameters for a point p and the bounds lo and hi. They become
-    the further result ``bounded``. The weighted sum of the ports `columns` is the input of the dynamics. `starts`
-    contains start points of the search, the likeliest first. `bank` contains the points of the operators with fixed
-    shapes.
+    them. The function `shape` returns the parameter values at a point (n,) of the search, by the names
+    ``node.parameter``. `variables` contains the n search variables. The weighted sum of the ports `columns` is the
+    output of the operator. `starts` contains start points of the search, the likeliest first. `bank` contains the
+    points of the operators with fixed shapes.
     """
 
     nodes: list[Node]
     shape: Callable[[Array], dict[str, float]]
-    lo: Array
-    hi: Array
-    scale: Array
+    variables: tuple[Variable, ...]
     columns: tuple[str, ...]
     starts: tuple[Array, ...]
     bank: tuple[Array, ...]
-    searched: Callable[[Array, Array, Array], dict[str, tuple[float, float, float]]]
     wires: tuple[tuple[str, str], ...] = ()
 
 
-def build(operator: Operator, data: Dataset, options: Options, progress: Progress) -> Built:
-    """Fit the graph ``scaling -> operator -> sum -> transfer_function [-> delay] -> scaling``.
+def build(operator: Template, data: Dataset, options: Options, progress: Progress, dynamics: bool = True) -> Built:
+    """Fit the graph ``scaling -> operator -> sum [-> transfer_function [-> delay] -> scaling]``.
 
-    The function returns the graph, the number of its parameters, and further results: f_n (Hz), zeta and the delay (s),
-    with a warning for each of these three values that the data do not determine.
+    The function returns the graph, the number of its parameters, and further results: the value and the standard error
+    of each free parameter. With dynamics, they also contain f_n (Hz), zeta and the delay (s), with a warning for each
+    of these three values that the data do not determine.
     """
+    count = len(operator.variables) + len(operator.columns) + 1
+    least, most, scale = limits(operator.variables)
+    if not dynamics:
+        chain = _chain(operator, operator.nodes[:1], [Node("readout", "sum", {"n": len(operator.columns)})])
+        fitted = Objective(
+            data, device(data, *chain), Coordinates(least, most, scale, operator.shape), _linear(operator, "readout")
+        )
+        p = search(fitted, operator.starts, progress).p
+        told_of = {"bounded": bounded(operator.variables, p), "free": determined(fitted, p).table}
+        return fitted.graph(p), count, told_of
     h, hold = data.h, options["hold"]
     rows = np.arange(len(data.u))[data.counted]
     some = rows[:: -(-len(rows) // MOST_ROWS)]
-    least, most = bounds(data, options)
-    lo, hi = np.concatenate([least, operator.lo]), np.concatenate([most, operator.hi])
-    scale = np.concatenate([[0.1, 0.1, 0.3], operator.scale])
+    lo, hi = (np.concatenate(ends) for ends in zip(bounds(data, options), (least, most), strict=True))
+    scale = np.concatenate([[0.1, 0.1, 0.3], scale])
     chains = _Chains(operator, data, hold)
     everything = Coordinates(lo, hi, scale, chains.values)
-    linear = (Linear("hysteresis.k", tuple(range(len(operator.columns)))), Linear("readout.offset"))
+    linear = _linear(operator, "hysteresis")
 
     def objective(moved: NDArray[np.bool_], p: Array, rows: NDArray[np.intp]) -> Objective:
         def structure(q: Array) -> Graph:
@@ -86,7 +119,7 @@ def build(operator: Operator, data: Dataset, options: Options, progress: Progres
 
         return Objective(data, structure, everything.only(moved, p), linear, rows=rows)
 
-    g = search(_bank(operator, data, some, hold), data, options, lambda f: progress(0.5 * f))
+    g = search_dynamics(_bank(operator, data, some, hold), data, options, lambda f: progress(0.5 * f))
     shapes = np.arange(len(lo)) > DELAY
     points = [np.array([*g.point(h), *start]) for start in operator.starts]
     p = everything.inside(points[0])
@@ -97,7 +130,7 @@ def build(operator: Operator, data: Dataset, options: Options, progress: Progres
     fitted = objective(np.ones(len(lo), dtype=bool), p, rows)
     found = refined(fitted, p, EVALUATIONS[1], TOLERANCE)
     progress(0.9)
-    best, p, q, parameters = fitted, found.p, found.p, len(lo) + len(operator.columns) + 1
+    best, p, q, parameters = fitted, found.p, found.p, count + 3
     spread = standard_errors(fitted.residuals(p), fitted.jacobian(p), ~everything.at_bounds(p))
     if p[DELAY] > 0:
         e = fitted.residuals(p)
@@ -109,13 +142,31 @@ def build(operator: Operator, data: Dataset, options: Options, progress: Progres
         if independent * np.log(again.cost / found.cost) <= np.log(independent):
             best, p, q, parameters = without, Coordinates.joined(prompt, p_0, again.p), again.p, parameters - 1
     g = Dynamics.at(p, h)
-    limited = operator.searched(p[3:], operator.lo, operator.hi)
+    limited = bounded(operator.variables, p[3:])
     # the standard errors are computed with the delay, even if it is omitted
     found_of = {**told(g, spread[:3], data, options), "bounded": limited, "free": determined(best, q).table}
     return chains.finished(best.graph(q)), parameters, found_of
 
 
-def _bank(operator: Operator, data: Dataset, rows: NDArray[np.intp], hold: str) -> Callable[[Dynamics], Array]:
+def _linear(operator: Template, total: str) -> tuple[Linear, Linear]:
+    """Return the linear parameters: the gains of the sum `total`, and the offset."""
+    return Linear(f"{total}.k", tuple(range(len(operator.columns)))), Linear("readout.offset")
+
+
+def _chain(operator: Template, front: list[Node], tail: list[Node]) -> _Series:
+    """Return the nodes `front`, the operator, and the nodes `tail`, which begin with a sum, in series.
+
+    The result contains the nodes, the wires, the endpoints of the input, and the endpoint of the output.
+    """
+    end = f"{front[-1].name}.y"
+    into = [end if column == "input.y" else column for column in operator.columns]
+    wires = [(end, "operator.u"), *operator.wires]
+    wires += [(port, f"{tail[0].name}.u[{i}]") for i, port in enumerate(into, 1)]
+    wires += wired(front) + wired(tail)
+    return [*front, *operator.nodes[1:], *tail], wires, [f"{front[0].name}.u"], f"{tail[-1].name}.y"
+
+
+def _bank(operator: Template, data: Dataset, rows: NDArray[np.intp], hold: str) -> Callable[[Dynamics], Array]:
     """Return a function that fits the weights of the bank for given dynamics, and returns the residuals."""
     found = []
     for point in operator.bank:
@@ -140,7 +191,7 @@ class _Chains:
     delay then does not depend on the gains k_i.
     """
 
-    def __init__(self, operator: Operator, data: Dataset, hold: str) -> None:
+    def __init__(self, operator: Template, data: Dataset, hold: str) -> None:
         self.operator, self.data, self.hold = operator, data, hold
         self.made: dict[tuple[int, int], Graph] = {}
 
@@ -158,12 +209,12 @@ class _Chains:
         dynamics = Dynamics.at(p, self.data.h).nodes(self.data.h, self.hold)
         key = dynamics[0].dims["na"], dynamics[1].dims["n"] if len(dynamics) > 1 else 0
         if key not in self.made:
-            scaling, *operator = self.operator.nodes
+            scaling = self.operator.nodes[0]
             x_0 = float((scaling.value("gain") * self.data.u[0] + scaling.value("offset"))[0])
             late = [n.with_values(y0=x_0) for n in dynamics[1:]]
             total = Node("hysteresis", "sum", {"n": len(self.operator.columns)})
             tail = [total, dynamics[0], Node("readout", "scaling", {"n": 1})]
-            self.made[key] = self._chain([scaling, *late], operator, tail)
+            self.made[key] = device(self.data, *_chain(self.operator, [scaling, *late], tail))
         return self.made[key]
 
     def finished(self, graph: Graph) -> Graph:
@@ -174,18 +225,12 @@ class _Chains:
             return graph
         start = _run(self.operator, [scaling, *operator], self.data.u[:1])[0]
         rest = float(total.value("k") @ start)
-        return self._chain([scaling], operator, [total, g0, delays[0].with_values(y0=rest), readout])
-
-    def _chain(self, front: list[Node], operator: list[Node], tail: list[Node]) -> Graph:
-        end = f"{front[-1].name}.y"
-        into = [end if column == "input.y" else column for column in self.operator.columns]
-        wires = [(end, "operator.u"), *self.operator.wires]
-        wires += [(port, f"{tail[0].name}.u[{i}]") for i, port in enumerate(into, 1)]
-        wires += wired(front) + wired(tail)
-        return device(self.data, [*front, *operator, *tail], wires, [f"{front[0].name}.u"], f"{tail[-1].name}.y")
+        fitted = replace(self.operator, nodes=[scaling, *operator])
+        tail = [total, g0, delays[0].with_values(y0=rest), readout]
+        return device(self.data, *_chain(fitted, [scaling], tail))
 
 
-def _run(operator: Operator, nodes: list[Node], u: Array) -> Array:
+def _run(operator: Template, nodes: list[Node], u: Array) -> Array:
     """Return the outputs `columns` of the operator for an input u (n,), shape (n, columns)."""
     outputs = [Output(f"x{i}", column) for i, column in enumerate(operator.columns)]
     wires = [("input.y", "operator.u"), *operator.wires]

@@ -1,6 +1,4 @@
-"""An option of a command has the type, default and text of the argument of the function that the command calls."""
-
-from __future__ import annotations
+"""Options of commands: type, default and text of the argument that they set; each of one value is given once."""
 
 import inspect
 import typing
@@ -9,6 +7,7 @@ from typing import Any
 
 import click
 import pytest
+from click.testing import CliRunner
 
 import hystfmu as hy
 from hystfmu.cli import main
@@ -68,3 +67,31 @@ def test_values_reach_the_function_under_the_names_of_its_arguments(given: bool)
     usual = {"case": None, "seconds": 600.0, "confined": True, "set": {}, "engine": "fmpy"}
     stated = {"case": ("a", "b"), "seconds": 3.0, "confined": False, "set": {"p.x": "*2", "p.n": 3}}
     assert seen == usual | (stated if given else {})
+
+
+# ---- given twice -----------------------------------------------------------------------------------------------------
+REPEATABLE = {"--case", "--set", "--covariate", "--sheet", "--reference"}
+ONCE = [
+    pytest.param(name, option, id=f"{name} {option.opts[-1]}")
+    for name, command in main.commands.items()
+    for option in command.params
+    if isinstance(option, click.Option) and not option.is_flag and not option.multiple
+]
+
+
+def test_only_these_are_repeatable() -> None:
+    options = [o for c in main.commands.values() for o in c.params if isinstance(o, click.Option)]
+    assert {o.opts[-1] for o in options if o.multiple} == REPEATABLE
+
+
+@pytest.mark.parametrize(("name", "option"), ONCE)
+def test_an_option_of_one_value_is_given_once(name: str, option: click.Option) -> None:
+    value = option.type.choices[0] if isinstance(option.type, click.Choice) else "1"
+    word = option.opts[-1]
+    done = CliRunner().invoke(main, [name, word, str(value), word, str(value)])
+    assert (done.exit_code, done.stderr) == (2, f"hystfmu: {word} takes one value. Got it 2 times.\n")
+
+
+def test_a_name_is_set_once() -> None:
+    done = CliRunner().invoke(main, ["export", "delay", "--set", "n=3", "--set", "n=4", "-o", "x.fmu"])
+    assert (done.exit_code, done.stderr) == (2, "hystfmu: --set n takes one value. Got it more than once.\n")
