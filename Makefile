@@ -17,7 +17,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check lines generate core-page modelica modelica-strict openmodelica platforms bench choice devices intervals docs wheel release use lower importers papers clean torture
+.PHONY: demo test contract stress mutants dev core check lines generate core-page modelica modelica-strict openmodelica platforms bench choice devices intervals docs wheel release use lower importers papers clean
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -35,7 +35,7 @@ stress: dev
 	$(PIP) wasmtime
 	$(PYTEST) -m stress
 
-# small faults in core, fmi, scenario, studies, identify: which does no test find?  Half an hour, and as much at first
+# small faults in eleven rooms (tests/mutation/sample.py): which does no test find?  An hour, and as much at first
 # to see which tests run which lines; an interrupted run goes on
 SEED ?= 2
 mutants: dev
@@ -54,8 +54,8 @@ lines: build/tools
 
 # formatting, lint, types, stale generated files
 check: dev
-	$(BIN)/ruff format --check python tests scenarios/papers
-	$(BIN)/ruff check python tests scenarios/papers
+	$(BIN)/ruff format --check python tests scenarios/papers modelica/generator
+	$(BIN)/ruff check python tests scenarios/papers modelica/generator
 	$(BIN)/clang-format --dry-run --Werror $(shell find fmu_build tests -name '*.[ch]')
 	$(BIN)/mypy --cache-dir build/mypy
 	$(BIN)/python tests/generated.py
@@ -146,9 +146,6 @@ use:
 lower:
 	mkdir -p $(TMPDIR)
 	$(PYTHON) tests/release/lower.py build/lower
-
-torture:
-	@echo "'make torture' is now 'make stress'"; exit 1
 
 .venv/pyvenv.cfg:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "HystFMU needs Python 3.11 or newer; try: make PYTHON=python3.11 $(MAKECMDGOALS)"; exit 1; }

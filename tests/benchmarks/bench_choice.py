@@ -2,8 +2,9 @@
 
 import secrets
 
-from choice_cases import DATA, STATIC, case, equal, kinds
-from choice_grid import MEDIAN, POOR, next_figures
+from choice_cases import DATA, STATIC, case, kinds
+from choice_grid import next_figures
+from choice_page import MEDIAN, errors, ratio
 
 from hystfmu.report.terminal import table
 
@@ -15,14 +16,11 @@ def s13(seed):
         at, known = case(family, form, seed), {}
         for key in kinds(family):
             known[key] = next_figures(at, family, form, key, known)
-        errors = {key: of["error"] for key, of in known.items() if key != "auto" and "error" in of}
-        best, chosen = min(errors, key=errors.get), known["auto"]
-        if "error" in chosen:
-            ratio = max(chosen["error"], equal(family, form)) / max(errors[best], equal(family, form))
-            told, verdict = f"{ratio:.2f} ({chosen['key']})", "met" if ratio <= MEDIAN else "MISSED"
-        else:
-            told, verdict = "refused", "met" if errors[best] > POOR else "MISSED"
-        rows.append([f"{family}, {form}", f"<= {MEDIAN:g}", told, f"{best}, {errors[best]:.2g} %FS", verdict])
+        found, over = errors(known), ratio((family, form), known)
+        best = min(found, key=found.get)
+        told = "refused" if "refused" in known["auto"] else f"{over:.2f} ({known['auto']['key']})"
+        verdict = "MISSED" if over > MEDIAN else "met"  # nan for a refusal that counts
+        rows.append([f"{family}, {form}", f"<= {MEDIAN:g}", told, f"{best}, {found[best]:.2g} %FS", verdict])
     print(f"\nS13  error of the chosen kind over that of the best one, seed {seed} (drawn)")
     print(table(["plant, data", "target", "figure", "best kind", "verdict"], rows))
 

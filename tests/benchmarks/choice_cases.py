@@ -22,6 +22,7 @@ from hystfmu.identify.catalogue import candidates
 
 H = 1e-3  # s, time between rows of a static plant
 EQUAL = 0.05  # %FS: smaller errors count as equal, and those below twice the noise
+TRUTH = "truth"  # key of the fit of the true structure
 DYNAMICS = ("bouc_wen_oscillator", "duhem_oscillator", "narx_network")  # of no use on a static plant
 
 
@@ -101,3 +102,8 @@ def kinds(family):
     first = ["auto", "prandtl_ishlinskii", "bouc_wen", "actuator"]
     left = [k for k in METHODS if k not in first and (family in DEVICES or k not in DYNAMICS)]
     return [*first, *left]
+
+
+def asked(family):
+    """Kinds, and the true structure of devices whose solvers are not of the kit."""
+    return [*kinds(family), *([TRUTH] if family in DEVICES else [])]

@@ -7,18 +7,17 @@ the figures of every fit, so that an interrupted run goes on where it stopped:
     make choice
 
 A kind that is far off after the short fit with which `auto` tries it is not fitted in full, nor are plays or Bouc-Wen
-with dynamics where a static plant is far off without them.  A seed takes four minutes for the static plants and half an
-hour for the foreign devices.
+with dynamics where a static plant is far off without them.  Where an error counts as equal no other kind can change the
+ratio, and the rest is not fitted.  The true structure of foreign devices is fitted as well (`foreign.truth`).
 """
 
 import argparse
 import json
 import os
 import secrets
+import subprocess
 import sys
-import textwrap
 import time
-from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -26,7 +25,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from choice_cases import DATA, FOREIGN, STATIC, case, equal, kinds, options
+from choice_cases import DATA, FOREIGN, STATIC, TRUTH, asked, case, equal, options
+from choice_page import page
 
 import hystfmu as hy
 from hystfmu import InputError
@@ -35,13 +35,20 @@ from hystfmu.identify.catalogue import candidates
 WITHOUT = {"g0_bouc_wen": "bouc_wen", "g0_prandtl_ishlinskii": "prandtl_ishlinskii"}  # the same kinds without dynamics
 SHORT = {key: dict(c.quick) for key, c in candidates().values() if c.quick and not c.options}
 FAR = 10.0  # times the least error: beyond it no full fit
-COMMAND = "make choice"
-MEDIAN, WORST, POOR = 1.3, 2.0, 3.0  # limits of auto / best; a refusal counts where the best kind is above (%FS)
+
+
+def code():
+    """Commit of the tree, with `-dirty` where files differ from it."""
+    told = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--exclude=*", "--abbrev=8"]
+    found = subprocess.run(told, capture_output=True, text=True, check=False)
+    return found.stdout.strip() or "unknown"
 
 
 def figures(at, key, **given):
     """Fit one kind; return its figures, or the reason of a refusal."""
     started = time.process_time()
+    if key == TRUTH:
+        return {"error": at.truth(), "seconds": time.process_time() - started}
     try:
         model = hy.fit(at.data, key, **given)
     except InputError as e:
@@ -54,10 +61,16 @@ def figures(at, key, **given):
 
 def next_figures(at, family, form, key, known):
     """Return the figures of one kind, from a full fit only where those that are known leave it a chance."""
-    least = min((f["error"] for f in known.values() if np.isfinite(f.get("error", np.inf))), default=np.inf)
+    if key in ("auto", TRUTH):
+        return figures(at, key)
+    least = min(
+        (f["error"] for k, f in known.items() if k != TRUTH and np.isfinite(f.get("error", np.inf))), default=np.inf
+    )
     chosen = known.get("auto", {})
     if chosen.get("choice") == key:  # the choice ends with this very fit
         return {"error": chosen["error"], "seconds": 0.0}
+    if least <= equal(family, form):
+        return {"left out": "an error that counts as equal is known", "seconds": 0.0}
     without = known.get(WITHOUT.get(key), {}) if form in DATA else {}
     if "left out" in without or not without.get("error", 0.0) <= FAR * least:
         return {"left out": f"{WITHOUT[key]} is far off", "seconds": 0.0}
@@ -74,112 +87,37 @@ class Store:
         if path.exists():
             for line in path.read_text().splitlines():
                 row = json.loads(line)
-                self.known[tuple(row["at"])] = row["figures"]
+                self.known.setdefault(tuple(row["at"][:3]), {})[row["at"][3]] = row["figures"]
 
-    def add(self, at, found):
-        self.known[at] = found
+    def add(self, at, key, found):
+        self.known.setdefault(at, {})[key] = found
         with self.path.open("a") as f:
-            f.write(json.dumps({"at": at, "figures": found}) + "\n")
+            f.write(json.dumps({"at": [*at, key], "figures": found}) + "\n")
 
 
-def cell(family, form, seed, known):
+def cell(at, known):
     """Return the figures of one cell that are not known."""
-    at, found = case(family, form, seed), {}
-    for key in kinds(family):
+    made, found = case(*at), {}
+    for key in asked(at[0]):
         if key not in known:
-            found[key] = next_figures(at, family, form, key, known | found)
-    return (family, form, seed), found
+            found[key] = next_figures(made, *at[:2], key, known | found)
+    return at, found
 
 
 def run(store, cells, jobs):
     """Fit what is not known, cell by cell."""
-    left = []
-    for family, form, seed in cells:
-        known = {k: store.known[family, form, seed, k] for k in kinds(family) if (family, form, seed, k) in store.known}
-        if len(known) < len(kinds(family)):
-            left.append((family, form, seed, known))
+    left = [at for at in cells if not complete(store, at)]
+    tree = code()
     with ProcessPoolExecutor(jobs) as pool:
-        for at, found in pool.map(cell, *zip(*left, strict=True)) if left else ():
-            for key, figures_of_kind in found.items():
-                store.add((*at, key), figures_of_kind)
-            print(f"{at[0]}, {at[1]}, seed {at[2]}", file=sys.stderr, flush=True)
+        for at, found in pool.map(cell, left, [store.known.get(at, {}) for at in left]):
+            for key, of_kind in found.items():
+                store.add(at, key, of_kind | ({"code": tree} if key == "auto" else {}))
+            print(", ".join(map(str, at)), file=sys.stderr, flush=True)
 
 
-def errors(store, at):
-    """Return the finite errors of all kinds on a cell."""
-    found = {k: store.known[*at, k].get("error", np.inf) for k in kinds(at[0])[1:]}
-    return {k: e for k, e in found.items() if np.isfinite(e)}
-
-
-def ratio(store, at):
-    """Return error of `auto` over the least of all kinds; nan for a refusal that counts, inf for another one."""
-    best, chosen = min(errors(store, at).values(), default=np.inf), store.known[*at, "auto"]
-    if "error" in chosen:
-        return max(chosen["error"], equal(*at[:2])) / max(best, equal(*at[:2]))
-    return np.nan if best > POOR else np.inf
-
-
-def table(store, cells):
-    """Return the table of families and forms, and how many meet the limits."""
-    lines = ["| device | data | median | worst | refused | best kinds | chosen | least error, %FS |", "|" + "---|" * 8]
-    met = []
-    for family, form in dict.fromkeys(at[:2] for at in cells):
-        drawn = [at for at in cells if at[:2] == (family, form)]
-        ratios = np.array([ratio(store, at) for at in drawn])
-        refused, rated = int(np.isnan(ratios).sum()), ratios[~np.isnan(ratios)]
-        known = [errors(store, at) for at in drawn]
-        best = [min(of, key=of.get, default="none") for of in known]
-        least = np.median([min(of.values(), default=np.inf) for of in known])
-        picked = [store.known[*at, "auto"].get("key", "refused") for at in drawn]
-        median, worst = (np.median(rated), rated.max()) if len(rated) else (np.nan, np.nan)
-        met.append(not len(rated) or bool(median <= MEDIAN and worst <= WORST))
-        row = [family, form, f"{median:.2f}", f"{worst:.2f}", refused, _counted(best), _counted(picked), f"{least:.2g}"]
-        lines.append("| " + " | ".join(map(str, row)) + " |")
-    return lines, met
-
-
-def _counted(names):
-    """Return the names with how often each occurs, the most frequent first."""
-    found = Counter(names).most_common(3)
-    return ", ".join(name if count == len(names) else f"{name} {count}" for name, count in found)
-
-
-def page(store, cells):
-    """Return the page."""
-    lines, met = table(store, cells)
-    seconds = [store.known[*at, "auto"]["seconds"] for at in cells]
-    seeds = sorted({at[2] for at in cells})
-    drawn = f"The only seed is {seeds[0]}" if len(seeds) == 1 else f"The seeds are {', '.join(map(str, seeds))}"
-    rows = zip(dict.fromkeys(at[:2] for at in cells), met, strict=True)
-    missed = [f"{family} ({form})" for (family, form), good in rows if not good]
-    found = (
-        f"{sum(met)} of {len(met)} rows meet both goals; missed: {'; '.join(missed) or 'none'}. {drawn}. "
-        'The columns "best kinds" and "chosen" state for how many seeds a kind was the best or was chosen; a kind '
-        f"without a number applies to all seeds. The median time of a choice was {np.median(seconds):.1f} s on one "
-        f"core. If the error of a kind after a short fit is more than {FAR:g} times the smallest error, the kind is "
-        "not fitted further."
-    )
-    head = f"""# Choice of the kind of model
-
-`{COMMAND}` writes this page. The columns "median" and "worst" are ratios: the error of the model that `hystfmu fit`
-selects, divided by the error of the best kind of model. The errors are measured on held-out signals, which have other
-forms than the data. Each row of the table belongs to one family of devices and one form of the data. For each row and
-each of its seeds, `hystfmu fit` makes one choice. The first families are static plants of the same classes as the kinds
-of model. The other families are devices of the literature. They have dynamics, covariates and noise, and independent
-programs simulate them (`foreign` in the tests). Every seed gives new devices and new data. No default of HystFMU was
-tuned to these devices. Errors below 0.05 %FS, or below twice the noise, are treated as equal. `hystfmu fit` may refuse
-the data. A refusal is correct if the error of the best kind is more than {POOR:g} %FS, and the column "refused" counts
-it. Otherwise the ratio is infinite. The goals for every row are a median of at most {MEDIAN:g} and a worst value of at
-most {WORST:g}.
-
-{textwrap.fill(found, 120)}
-"""
-    return "\n".join([head, *lines, ""])
-
-
-def complete(store, cells):
-    """Return the cells of which all figures are known."""
-    return [at for at in cells if all((*at, k) in store.known for k in kinds(at[0]))]
+def complete(store, at):
+    """Whether all figures of a cell are known."""
+    return set(asked(at[0])) <= set(store.known.get(at, ()))
 
 
 if __name__ == "__main__":
@@ -201,8 +139,8 @@ if __name__ == "__main__":
     wanted += [(*of, seed) for of in FOREIGN for seed in drawn[: a.foreign]]
     wanted = [at for at in wanted if a.only in at[0]]
     run(store, sorted(wanted, key=lambda at: drawn.index(at[2])), a.jobs)
-    if done := complete(store, wanted):
-        text = page(store, done)
+    if done := {at: store.known[at] for at in wanted if complete(store, at)}:
+        text = page(done)
         print(text)
         if a.out:
             a.out.write_text(text)

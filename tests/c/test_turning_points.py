@@ -1,7 +1,5 @@
 """The turning-point machine against definitions without a stack: plain plays, memory from the whole history."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """What the pages of the site show runs: every program and every command, in the order of its page."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path

@@ -1,7 +1,5 @@
 """An FMU of either version in fmpy: rows of inputs in, rows of outputs out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Model Exchange: solvers agree with Co-Simulation, bit for bit without continuous states; its events and states."""
 
-from __future__ import annotations
-
 import ctypes as C
 import math
 from collections.abc import Callable

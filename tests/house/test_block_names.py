@@ -18,7 +18,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
     "identify/graphs.py": {"scaling": "scaled_input(): the first block of the graphs of kinds"},
     "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
-    "identify/estimate/operator_dynamics.py": {EVERY: "build(): the chain of an operator and dynamics"},
+    "identify/estimate/template.py": {EVERY: "build(): the chain of an operator and dynamics"},
     "model/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
     "identify/estimate/dynamics.py": {
         "transfer_function": "nodes(): G0 with the rest of the delay",
@@ -146,7 +146,6 @@ ALLOWED: dict[str, dict[str, str]] = {
         ),
         "a class of the slot of an actuator stands for these blocks together",
     ),
-    "modelica/library/drawing.py": {"prandtl_ishlinskii": "the loops that the guide shows"},
     "modelica/realisation.py": dict.fromkeys(
         ("scaling", "sum"), "rate_of(): gains through which the rates of ports reach an operator"
     ),

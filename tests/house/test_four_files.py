@@ -4,8 +4,6 @@ The example goes into a copy of the repository, which is compiled without optimi
 run: a block may stand at any place of the alphabet.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import re

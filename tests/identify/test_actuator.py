@@ -9,8 +9,6 @@ from scipy import signal
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.identify import errors, fit
-from hystfmu.identify.cuts import validation_rows
-from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.inverse import inverse
 
 RNG = np.random.default_rng(11)
@@ -83,28 +81,6 @@ def test_parts_can_be_asked_for():
     m = fit(measured(bent, cycles=20), "actuator", N=10, operator="plays", bend=2, creep="yes", dynamics="no")
     assert m.fit["parts"].startswith("plays, bend of degree 2, creep with")
     assert fit(measured(play_sum, cycles=20), "actuator", N=10, operator="plays", **STATIC).fit["parts"] == "plays"
-
-
-def test_dead_zones_follow_the_polynomial():
-    q = np.array([0.3, 1.0, 0.2, -0.1])
-    slope, r, w, at_0 = dead_zones(q)
-    assert 0 not in r
-    v = np.linspace(-1, 1, 999)
-    d = v[:, None] - r
-    y = at_0 + slope * v + np.where(r > 0, np.maximum(d, 0), np.minimum(d, 0)) @ w
-    assert np.abs(y - np.polynomial.legendre.legval(v, q)).max() <= 3e-5
-
-
-def test_validation_blocks_are_spread_between_reversals():
-    u = signals.nested_reversals(60, 3)
-    held = validation_rows(u)
-    assert 0.15 < held.mean() < 0.35
-    edges = np.flatnonzero(np.diff(held.astype(int)))
-    assert edges[0] < 0.25 * len(u)
-    assert edges[-1] > 0.75 * len(u)
-    turns = np.flatnonzero(np.diff(np.sign(np.diff(u))))
-    assert max(np.abs(turns - e).min() for e in edges) <= 2
-    assert 0.15 < validation_rows(np.linspace(0, 1, 1000)).mean() < 0.35
 
 
 @pytest.mark.stress

@@ -10,10 +10,9 @@ import pytest
 
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
-from hystfmu.data.reversals import turning_points
 from hystfmu.identify import auto, fit, options
 from hystfmu.identify.catalogue import candidates
-from hystfmu.identify.excitation.minor_loops import Excitation, examine, gaps
+from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.race import AS_GOOD, EXACT, FOLDS, Race
 from hystfmu.inverse import Inverses
 
@@ -102,24 +101,6 @@ def test_each_class_of_memory(plant, memory, chosen, limit):
     assert parameters[chosen] <= parameters[best]
 
 
-@pytest.mark.parametrize(
-    ("plant", "expected", "other"),
-    [
-        (plants.bouc_wen, "bouc_wen", "prandtl_ishlinskii"),
-        pytest.param(plants.prandtl_ishlinskii, "prandtl_ishlinskii", "bouc_wen", marks=pytest.mark.stress),
-    ],
-)
-def test_s3_the_class_is_picked_automatically(plant, expected, other):
-    m, _ = automatic(plant)
-    assert m.key == expected
-    scores = m.provenance["auto"]
-    assert m.provenance["auto_choice"].partition(" ")[0] == expected
-    assert scores[m.provenance["auto_choice"]] == min(scores.values())
-    assert "minor loops" in m.provenance["auto_left_out"][other]
-    if expected == "bouc_wen":
-        assert scores["polynomial_narx"] > 10 * scores[expected]
-
-
 @pytest.mark.stress
 def test_rate_dependence_needs_several_speeds(only):
     """A first-order lag behind the plays; constant speed hides it, half cosines of one duration do not."""
@@ -137,35 +118,6 @@ def test_rate_dependence_needs_several_speeds(only):
     assert lagged.key == "g0_prandtl_ishlinskii"
     assert at_once.fit["rate"] == "not seen"
     assert at_once.key == "prandtl_ishlinskii"
-
-
-def left_out(found):
-    return auto.left_out({n: c for n, (_, c) in CANDIDATES.items()}, found)
-
-
-def seen(**changed):
-    values = {"reversals": 60, "samples_per_cycle": 150.0, "loops": 20, "gap": 0.0, "several_speeds": True}
-    return Excitation(**{**values, "memory": "return-point", "warnings": (), "coarse": (), **changed})
-
-
-def test_what_cannot_fit_is_left_out_with_its_reason():
-    closed, opened = left_out(seen()), left_out(seen(memory="no return-point", gap=4.0))
-    assert "minor loops close" in closed["bouc_wen"]
-    assert "minor loops close" in closed["duhem"]
-    assert "prandtl_ishlinskii" not in closed
-    assert "open by 4 %" in opened["krasnoselskii_pokrovskii"]
-    assert "bouc_wen" not in opened
-    little = left_out(seen(memory="no return-point", gap=1.0))
-    assert "krasnoselskii_pokrovskii" not in little, "creep may open loops by as much"
-    assert "one speed" in left_out(seen(several_speeds=False))["rate_mlp"]
-
-
-def test_every_kind_of_a_long_record_races_on_fewer_rows():
-    every = [c for _, c in CANDIDATES.values()]
-    for rows in (3000, 30_000, 800_000):
-        n = auto.affordable(every, rows)
-        assert auto.LEAST_ROWS <= n <= rows
-        assert sum(c.cost(n) * (auto.HOPEFUL if c.tries(n) else 1) for c in every) <= auto.BUDGET
 
 
 def test_candidates_state_options_of_their_kinds():
@@ -280,14 +232,3 @@ def test_coarse_extrema_do_not_open_loops(samples):
     c = np.arange(40 * samples) / (samples + 0.3)
     u = (0.6 + 0.4 * np.sin(2 * np.pi * c / 7.3)) * np.sin(2 * np.pi * c)
     assert examine(Dataset.from_signal(u, plants.prandtl_ishlinskii(u))).memory != "no return-point"
-
-
-def test_a_loop_within_a_loop_closes_too():
-    """-0.5 -> 1 -> 0.2 -> 0.6 -> 0.4 -> 1.2 comes back to 0.6 and to 1; the last extremum forgets only the second."""
-    u = signals.ramps([0.0, -0.5, 1.0, 0.2, 0.6, 0.4, 1.2], 0.01)
-    turns = turning_points(u, 1e-3)
-    assert np.abs(gaps(u, plants.prandtl_ishlinskii(u), turns)).max() < 1e-12
-    outer, inner = gaps(u, last_extremum(u), turns)
-    g = lambda d: (1 - np.exp(-d)) * d  # noqa: E731
-    assert abs(inner) < 1e-12
-    assert abs(outer - (-g(0.8) + g(0.4) - g(0.2) + g(0.6))) < 1e-12

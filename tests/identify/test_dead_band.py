@@ -15,7 +15,6 @@ from hystfmu.data.reversals import noise
 from hystfmu.graph import blocks
 from hystfmu.identify import errors, fit
 from hystfmu.identify.features.plays import dead_band
-from hystfmu.identify.methods.duhem import segments
 
 
 def path(seed, reversals=40, samples=60):
@@ -105,9 +104,3 @@ def test_return_point_memory_needs_none():
     slope = np.max(np.diff(blocks.ZhaoTan()(np.linspace(-1, 1, 1001)))) / 2e-3
     assert np.abs(e).max() < 6 * slope * sigma
     assert np.abs(e[-241:]).mean() < 1.5 * np.abs(e[241:482]).mean()
-
-
-def test_pieces_of_a_path():
-    u = np.array([0.0, 0.1, 0.1, 0.3, 0.2, 0.2, -0.4, -0.3])
-    assert [a.tolist() for a in segments(u, 0.0)] == [list(range(7)), list(range(1, 8))]
-    assert [a.tolist() for a in segments(u, 0.25)] == [[0, 3, 6], [3, 6, 7]]

@@ -93,12 +93,6 @@ def test_the_force_of_every_fit_takes_energy():
     assert done.min() < -0.1 * done.max()
 
 
-def test_what_a_search_tries_is_kept_if_it_is_passive():
-    p = np.array([1.0, 0.5, 2.0, 3.0, 1.5, 1.0, -0.5])
-    np.testing.assert_array_equal(physical(p), p)
-    np.testing.assert_array_equal(physical(np.array([1.0, 0.0, 1.0, -2.0, 0.5, -1.0])), [1, 1e-3, 1, 1e-3, 0.5, -2])
-
-
 def test_data_without_a_resonance_are_refused():
     u = force(3)
     for y in (-displacement(u, bouc_wen_law), u + 0.01 * np.roll(u, 1)):

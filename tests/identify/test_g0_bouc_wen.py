@@ -1,44 +1,25 @@
 """Bouc-Wen hysteresis before G0 with delay, on a plant of another integrator: Runge-Kutta in z, then an ODE for G0."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from scipy.signal import cont2discrete, lfilter
+from foreign.solvers import FINER, bouc_wen, fine, late, mode
 
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.identify import fit
 from hystfmu.identify.estimate.dynamics import Dynamics, hysteresis
-from hystfmu.identify.estimate.search import correlation_time, standard_errors
 from hystfmu.inverse import inverse
 from hystfmu.model.accuracy import errors
 
-H, FINER = 1e-4, 10
-A, BETA, GAMMA, N, LINEAR = 1.0, 0.7, 0.4, 1.3, 0.5
+H = 1e-4
+BETA, GAMMA, N, LINEAR = 0.7, 0.4, 1.3, 0.5
 
 
 def plant(u, f_n, zeta, delay):
-    """Output rows for input rows u, a ramp between them: z by Runge-Kutta, G0 in steps of a tenth of H."""
-    fine = np.interp(np.arange((len(u) - 1) * FINER + 1) / FINER, np.arange(len(u)), u)
-    z, v = 0.0, np.empty(len(fine))
-    v[0] = LINEAR * fine[0]
-    for k, d in enumerate(np.diff(fine), 1):
-        s = np.sign(d)
-
-        def rate(z, s=s):
-            return A - abs(z) ** N * (GAMMA + BETA * np.sign(z) * s)
-
-        k1 = rate(z)
-        k2 = rate(z + d / 2 * k1)
-        k3 = rate(z + d / 2 * k2)
-        z += d / 6 * (k1 + 2 * k2 + 2 * k3 + rate(z + d * k3))
-        v[k] = LINEAR * fine[k] + z
-    w = 2 * np.pi * f_n
-    b, a, _ = cont2discrete(([w * w], [1, 2 * zeta * w, w * w]), H / FINER, method="foh")
-    y = v[0] + lfilter(np.ravel(b), a, v - v[0])
-    late = round(delay / H * FINER)
-    return np.concatenate([np.full(late, y[0]), y])[: len(y) : FINER][: len(u)]
+    """Output rows for input rows u, a ramp between them: z by Runge-Kutta, G0 on a finer grid."""
+    x = fine(u)
+    v = LINEAR * x + bouc_wen(x, BETA, GAMMA, N)
+    return late(mode(v, f_n, zeta, H / FINER), delay / H * FINER)[::FINER]
 
 
 def multisine(seconds, f_max, seed):
@@ -128,22 +109,3 @@ def test_the_static_part_has_an_implicit_inverse(found):
     assert static.predict(u, H) == pytest.approx(y, abs=1e-9)
     with pytest.raises(InputError, match="g0_"):
         hysteresis(static)
-
-
-def test_standard_errors_are_those_of_a_straight_line():
-    """Against the textbook formula: sigma / sqrt(sum (x - mean)^2) for the slope."""
-    rng = np.random.default_rng(0)
-    x, noise = np.linspace(0, 1, 4000), rng.normal(size=4000)
-    jacobian = np.column_stack([np.ones_like(x), x])
-    residuals = noise - jacobian @ np.linalg.lstsq(jacobian, noise, rcond=None)[0]
-    slope = standard_errors(residuals, jacobian, np.array([True, True]))[1]
-    assert slope == pytest.approx(1 / np.sqrt(np.sum((x - 0.5) ** 2)), rel=0.2)
-    assert standard_errors(residuals, jacobian, np.array([True, False]))[1] == 0
-    assert np.isinf(standard_errors(residuals, jacobian * [1, 0], np.array([True, True]))[1])
-
-
-def test_slow_residuals_count_for_fewer_rows():
-    """An autoregression e_k = a e_(k-1) + w_k has the correlation time (1 + a) / (1 - a)."""
-    e = lfilter([1.0], [1.0, -0.9], np.random.default_rng(1).normal(size=100_000))
-    assert correlation_time(e) == pytest.approx(19, rel=0.15)
-    assert correlation_time(np.random.default_rng(2).normal(size=10_000)) == pytest.approx(1, abs=0.2)

@@ -1,7 +1,5 @@
 """Parts of the kinds of model against their equations: regressions of duhem and polynomial_narx."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

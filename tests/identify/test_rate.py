@@ -11,7 +11,7 @@ from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
 from hystfmu.identify import errors, fit
-from hystfmu.identify.estimate.dynamics import Dynamics, hysteresis, polynomials
+from hystfmu.identify.estimate.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import accuracy
 from hystfmu.unit import Unit
@@ -74,16 +74,6 @@ def test_a_converter_that_holds_from_a_row_on_shows_as_one_more_sample():
     assert m.fit["delay"] / H == pytest.approx(2.25, abs=0.1)
     assert m.fit["f_n"] == pytest.approx(300, rel=0.01)
     assert m.fit["rms_percent"] < 0.02
-
-
-def test_the_rest_of_the_delay_is_a_pade_approximant():
-    g, rest = Dynamics(200.0, 0.5, 0.0), 3e-5
-    b, a = polynomials(g, rest)
-    s = 2j * np.pi * np.array([1.0, 50, 200, 1000])
-    w = 2 * np.pi * g.f_n
-    exact = np.exp(-s * rest) * w**2 / (s**2 + 2 * g.zeta * w * s + w**2)
-    gap = np.abs(np.polyval(b, s) / np.polyval(a, s) / exact - 1)
-    assert (gap <= 1.02 * np.abs(s * rest) ** 5 / 720 + 1e-15).all()
 
 
 def test_without_dynamics_in_the_data_it_is_a_static_model():

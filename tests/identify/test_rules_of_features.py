@@ -1,7 +1,5 @@
 """Dynamics, covariates, excitation, drift and splits of a record: each rule on a case worked out by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
@@ -12,7 +10,6 @@ from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import Candidate
 from hystfmu.identify.cuts import validation_rows, without_outermost
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, polynomials, search, uncertainty, unknown
-from hystfmu.identify.excitation import minor_loops, timing
 from hystfmu.identify.features.bent_sum import Following
 from hystfmu.model import guards
 
@@ -133,92 +130,6 @@ def test_a_bend_follows_its_covariates():
     assert f.started(y, np.array([3, 5])) == pytest.approx(np.column_stack([np.ones(2), used, used * y[:, None]]))
 
 
-# ---- excitation -----------------------------------------------------------------------------------------------------
-def plays(u, r, w, slope=0.0):
-    z, out = np.zeros(len(r)), np.empty(len(u))
-    for k, x in enumerate(u):
-        z = np.clip(z, x - r, x + r)
-        out[k] = z @ w
-    return out + slope * np.arange(len(u))
-
-
-def test_minor_loops_close_at_the_extremum():
-    at, turns = [0, 5, 20, 30, 45, 60], np.array([5, 20, 30, 45])
-    u = np.interp(np.arange(61), at, [0, -1, 2, 1, 2.5, -1])  # 2 -> 1 -> 2 closes at row 40
-    y = plays(u, np.array([0.2, 0.5]), np.array([1.0, 0.7]))
-    assert minor_loops.gaps(u, y, turns) == pytest.approx([0.0], abs=1e-12)
-    assert minor_loops.gaps(u, y + 0.01 * np.arange(61), turns) == pytest.approx([0.2])
-    assert minor_loops.gaps(-u, y + 0.01 * np.arange(61), turns) == pytest.approx([0.2])
-    between = np.interp(np.arange(61), at, [0, -1, 2, 1, 2.55, -1])  # between two rows
-    rows = 30 + 15 / 1.55
-    assert minor_loops.gaps(between, np.arange(61.0), turns) == pytest.approx([rows - 20])
-    assert len(minor_loops.gaps(u, y, turns[:1])) == 0
-    open_ = np.interp(np.arange(61), at, [0, -1, 2, 1, 1.9, 1.2])
-    assert len(minor_loops.gaps(open_, y, turns)) == 0
-    small = np.interp(np.arange(61), [0, 5, 20, 21, 23, 60], [0, -1, 2, 1.97, 2.2, -1])  # below 2 % of the range
-    assert len(minor_loops.gaps(small, y, np.array([5, 20, 21, 23]))) == 0
-
-
-def test_the_width_of_a_loop():
-    u = np.tile(np.r_[np.linspace(-1, 1, 200), np.linspace(1, -1, 200)], 2)
-    side = np.tile(np.repeat([1.0, -1.0], 200), 2)
-    assert minor_loops.width(u, u**2) < 1e-3
-    assert minor_loops.width(u, 3 * u + 0.25 * side) == pytest.approx(0.25, rel=1e-2)
-
-
-def test_the_mean_drift_of_residuals():
-    n = 2000
-    total, error = guards.drift(4 + 3 * np.arange(n) / n)
-    assert total == pytest.approx(3.0, rel=1e-9)
-    assert error < 1e-9
-    e = RNG.normal(size=n)
-    total, error = guards.drift(e)
-    assert error == pytest.approx(np.sqrt(12 / n), rel=0.5)  # of a straight line through white noise of variance 1
-    assert abs(total) < 4 * error
-    assert guards.drifts(3 * np.arange(n) / n, 100.0)[0].startswith("the output drifts by +3 % of its span")
-    assert guards.drifts(-0.51 * np.arange(n) / n, 100.0)[0].startswith("the output drifts by -0.51 %")
-    assert guards.drifts(0.49 * np.arange(n) / n, 100.0) == []
-    assert guards.drifts(e, 1.0) == []
-
-
-@pytest.mark.parametrize("late", [0, 2, 5])
-def test_the_dead_time_of_a_lag_that_answers_late(late):
-    u = np.repeat(RNG.uniform(-1, 1, 120), 9)
-    y = lfilter([0.4], [1, -0.6], np.r_[[u[0]] * late, u][: len(u)] - u[0])
-    data = Dataset.from_signal(u, y + 1e-4 * RNG.normal(size=len(u)), H, "steps")
-    lag = late + 2
-    assert timing.dead_time(data.u, data.y, lag) == late
-    w, sigma = timing.answer(data.u, data.y, lag)
-    assert len(w) == len(sigma) == 8 + lag + 8 + 1
-    assert w[8 + late :][:4] == pytest.approx(0.4 * 0.6 ** np.arange(4), abs=5e-3)
-    assert np.abs(w[: 8 + late]).max() < 5e-3
-    smooth = Dataset.from_signal(np.sin(np.arange(900) / 30), np.sin(np.arange(900) / 30 - 0.1), H, "sine")
-    assert timing.dead_time(smooth.u, smooth.y, 3) is None
-    w, sigma = timing.answer(smooth.u, smooth.y, 100)  # too few rows for so many weights
-    assert w.tolist() == [0.0] * 117
-    assert sigma.tolist() == [1.0] * 117
-
-
-@pytest.mark.parametrize("k", [1, 2, 5])
-def test_the_input_of_a_closed_loop_follows_the_error(k):
-    n = 3000
-    e = RNG.normal(size=n)
-    own = RNG.normal(size=n)
-    dv = 0.5 * own + 0.5 * np.r_[np.zeros(k), e[:-k]]  # the increments of the input follow the error k rows later
-    u = np.cumsum(dv)
-    y = 2 * u + e
-    later, earlier = timing.correlation(u, y, slice(0, len(u)))
-    assert later > 20 * earlier
-    assert later > 300
-    assert earlier < 60
-    free = Dataset.from_signal(np.cumsum(own), 2 * np.cumsum(own) + e, H, "open")
-    assert max(timing.correlation(free.u, free.y, free.train)) < 60
-    assert timing.feedback(free) == []
-    assert len(timing.feedback(Dataset.from_signal(u, y, H, "loop"))) == 1
-    short = Dataset.from_signal(u[:60], y[:60], H, "short")
-    assert timing.correlation(short.u, short.y, short.train) == (0.0, 0.0)
-
-
 # ---- splits, guards, candidates -------------------------------------------------------------------------------------
 def test_validation_blocks_end_at_reversals_and_share_the_record():
     levels = RNG.uniform(-1, 1, 81)
@@ -246,21 +157,6 @@ def test_the_outermost_loop_is_not_held_out():
     assert without_outermost(nearly, np.array([0, 0, 0, 1, 0, 0, 0, 0, 0], dtype=bool)).any()
     alone = np.array([0, 0, 0, 1, 0, 0, 0, 0, 0], dtype=bool)
     assert without_outermost(u, alone).tolist() == alone.tolist()  # nothing else is left
-
-
-def test_the_other_signal_stays_in_the_trained_range_and_reaches_its_ends():
-    u = 3 + 2 * np.sin(np.arange(400) / 5)
-    data = Dataset.from_signal(u, u, H, "sine")
-    u = u[data.counted]
-    other = guards.other_signal(data.u[data.counted], data.u[0])
-    lo, hi = u.min(), u.max()
-    assert other[:400].tolist() == pytest.approx([*[data.u[0]] * 100, *[hi] * 100, *[lo] * 100, *[(lo + hi) / 2] * 100])
-    turns = other[400:]
-    assert lo - 1e-9 <= turns.min()
-    assert turns.max() <= hi + 1e-9
-    assert np.abs(turns - (lo + hi) / 2).max() > 0.8 * (hi - lo) / 2
-    assert np.sort(np.abs(np.diff(turns)))[-2] <= 0.1001 * (hi - lo) / 2  # but for the start of the slower part
-    assert len(turns) > 2 * 80 * 5
 
 
 def test_poles_bounds_and_coverage_are_warned_of():

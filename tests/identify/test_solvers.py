@@ -1,16 +1,12 @@
 """Solvers against closed forms and scipy: what they minimise, under which constraints, in how many steps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from hystfmu.base.errors import InputError
 from hystfmu.identify.methods.preisach import FOLDS, Penalised, best_strengths
 from hystfmu.identify.solvers import nonnegative, trainers
 from hystfmu.identify.solvers.trainers import conjugate_gradients, levenberg_marquardt
-from papers.recursive import Recursive
 
 
 def rows(seed: int, n: int, p: int, q: int):
@@ -46,35 +42,6 @@ def test_columns_that_add_nothing_get_no_weight():
     assert v[0] == pytest.approx(v[2], rel=1e-9)
     other = bounded(A[:, [0, 3]], b, F)
     assert [x[0], x[3], v[0] + v[2], v[1]] == pytest.approx(other, abs=1e-8)
-
-
-def plays(u, r):
-    """Plays from rest at 0, shape (n, m)."""
-    out, z = np.empty((len(u), len(r))), np.zeros(len(r))
-    for k, x in enumerate(u):
-        out[k] = z = np.clip(z, x - r, x + r)
-    return out
-
-
-@pytest.mark.parametrize("weights", ["few", "many"])
-def test_hundreds_of_plays_meet_the_conditions_of_the_optimum(weights):
-    rng = np.random.default_rng(5)
-    t, r = np.linspace(0, 1, 250), np.linspace(0, 1.1, 700)
-    u = np.sin(9 * t) * (1 - 0.7 * t) + 0.2 * np.sin(61 * t)
-    A = plays(u, r)
-    w = np.where(rng.random(700) < 0.01, rng.random(700), 0) if weights == "few" else rng.random(700)
-    b = A @ w + 0.3 + (1e-3 * rng.normal(size=250) if weights == "few" else 0)
-    F = np.ones((250, 1))
-    x, v = nonnegative.nonnegative(A, b, F)
-    r_ = b - A @ x - F @ v
-    gradient = (A - A.mean(axis=0)).T @ r_
-    assert (x >= 0).all()
-    assert abs(r_.mean()) < 1e-12
-    size = np.linalg.norm(A - A.mean(axis=0), axis=0) * np.linalg.norm(b)
-    assert (gradient / np.maximum(size, 1e-12)).max() < 2e-5
-    assert np.abs((gradient * x)[x > 0]).sum() <= 1e-2 * r_ @ r_ + 1e-9
-    if weights == "many":
-        assert np.linalg.norm(r_) < 1e-9 * np.linalg.norm(b)
 
 
 def test_the_extreme_columns_are_those_off_the_line_between_others():
@@ -265,58 +232,3 @@ def test_levenberg_marquardt_with_a_variable_without_effect():
     p, cost = levenberg_marquardt(np.array([3.0, 5.0]), lambda p: (p[:1] - 1, np.array([[1.0, 0.0]])), 40)
     assert p == pytest.approx([1.0, 5.0], abs=1e-9)
     assert cost < 1e-18
-
-
-def sums(theta0, eta, mu, samples):
-    """The weighted least squares whose solution the recursion holds."""
-    n = len(theta0)
-    P, right = np.eye(n) / eta, theta0 / eta
-    for h, y in samples:
-        P, right = mu * P + np.outer(h, h), mu * right + h * y
-    return np.linalg.solve(P, right)
-
-
-@pytest.mark.parametrize("mu", [1.0, 0.9])
-def test_the_recursion_holds_the_weighted_least_squares(mu):
-    rng = np.random.default_rng(9)
-    theta0 = np.array([0.5, -1.0, 2.0])
-    learner = Recursive(3, 10.0, mu, theta=theta0)
-    samples: list = []
-    for k in range(12):
-        h, y = rng.normal(size=3), float(rng.normal())
-        e = learner.update(h, y)
-        assert e == pytest.approx(y - h @ sums(theta0, 10.0, mu, samples), rel=1e-9)
-        samples.append((h, y))
-        assert learner.theta == pytest.approx(sums(theta0, 10.0, mu, samples), rel=1e-9)
-        assert learner.samples == k + 1
-
-
-def test_with_a_dead_zone_the_error_after_the_update_is_the_zone_squared_over_the_error():
-    learner = Recursive(2, 4.0, dead_zone=0.5)
-    h = np.array([1.0, 2.0])
-    assert learner.update(h, 0.5) == 0.5  # on the border nothing changes
-    assert learner.theta.tolist() == [0.0, 0.0]
-    e = learner.update(h, 3.0)
-    assert 3.0 - h @ learner.theta == pytest.approx(0.25 / e, rel=1e-12)
-    half = Recursive(2, 4.0, dead_zone=0.5, fraction=0.5)
-    half.update(h, 3.0)
-    c = 0.5 * (9 - 0.25) / (20 * 0.25)
-    assert 3.0 - h @ half.theta == pytest.approx(3 / (1 + 20 * c), rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("values", "word"),
-    [({"n": 0}, "'n'"), ({"eta": 0.0}, "'eta'"),
-     ({"eta": np.inf}, "'eta'"), ({"mu": 0.0}, "'mu'"), ({"mu": 1.1}, "'mu'"),
-     ({"dead_zone": 0.0}, "'dead_zone'"), ({"dead_zone": np.inf}, "'dead_zone'"), ({"fraction": 0.0}, "'fraction'"),
-     ({"fraction": 1.5}, "'fraction'"), ({"theta": np.zeros(3)}, "'theta'")],
-)  # fmt: skip
-def test_recursive_least_squares_refuses(values, word):
-    with pytest.raises(InputError, match=word):
-        Recursive(**{"n": 2, **values})
-
-
-@pytest.mark.parametrize(("phi", "y"), [([1.0], 0.0), ([1.0, np.nan], 0.0), ([1.0, 2.0], np.inf)])
-def test_recursive_least_squares_refuses_a_sample(phi, y):
-    with pytest.raises(InputError, match=r"shape|finite"):
-        Recursive(2).update(np.array(phi), y)

@@ -9,33 +9,13 @@ from random_plants import draw
 from hystfmu import Dataset
 from hystfmu.data import signals
 from hystfmu.identify.catalogue import candidates
-from hystfmu.identify.cuts import EVERY, validation_rows, without_outermost
 from hystfmu.identify.one import fit_one
-from hystfmu.identify.race import BLOCKS, FOLDS, Race, Trial
+from hystfmu.identify.race import FOLDS, Race, Trial
 from hystfmu.model.accuracy import rms
 
 CANDIDATES = candidates()
 SEEDS = [secrets.randbelow(10**6) for _ in range(3)]
 drawn = pytest.mark.parametrize("seed", SEEDS, ids=range(3))  # workers draw apart: names must not tell the draw
-
-
-@pytest.mark.parametrize("u", [signals.decaying_sine(10, 0.1), signals.decaying_sine(10, 0.1)[::-1]])
-def test_the_outermost_loop_alone_is_not_held(u):
-    blocks = [validation_rows(u, which, BLOCKS) for which in range(EVERY)]
-    left = [without_outermost(u, rows) for rows in blocks]
-    for rows in left:
-        assert rows.any()
-        assert not rows[[np.argmin(u), np.argmax(u)]].any()
-    assert sum(rows.sum() for rows in left) > 0.7 * len(u)
-    # where two loops reach the ends, either may be held
-    for rows in blocks:
-        once = np.concatenate([rows, np.zeros_like(rows)])
-        np.testing.assert_array_equal(without_outermost(np.concatenate([u, u]), once), once)
-
-
-def test_a_record_that_is_one_block_keeps_it():
-    held = np.array([False, True, True, False])
-    np.testing.assert_array_equal(without_outermost(np.array([0.0, 1.0, -1.0, 0.0]), held), held)
 
 
 @drawn

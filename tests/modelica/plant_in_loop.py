@@ -4,8 +4,6 @@ rumoca 0.10.2 takes no inputs and no start values of discrete variables.  So the
 step simulates the plant from time 0 up to the end of that step under the commands given so far.
 """
 
-from __future__ import annotations
-
 import sys
 
 import library

@@ -1,7 +1,5 @@
 """Form of the library: two parsers read it, folders and names fit, documentation is there, and the lint is quiet."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree
@@ -10,7 +8,6 @@ import compare
 import form
 import library
 import lint
-import pymoca.parser
 import pytest
 import simulate
 
@@ -34,50 +31,6 @@ def test_file_stands_where_its_class_says(file: Path) -> None:
 @pytest.mark.parametrize("name", sorted(CLASSES))
 def test_lint_is_quiet(name: str) -> None:
     assert list(lint.complaints(CLASSES[name])) == []
-
-
-@pytest.mark.parametrize(
-    ("rule", "body"),
-    [
-        ("undocumented", 'block Bad "b" end Bad;'),
-        ("missing_each", 'block Bad "b" parameter Real r[3](min = 0) = {1, 2, 3}; end Bad;'),
-        ("missing_each", 'block Bad "b" parameter Real r[3] = 0; end Bad;'),
-        ("outside_when", 'block Bad "b" discrete Real z; equation z = time; end Bad;'),
-        (
-            "outside_when",
-            'block Bad "b" Real z; equation when sample(0, 1) then z = time; end when; z = time; end Bad;',
-        ),
-        ("assigned_input", 'block Bad "b" Interfaces.RealInput u; equation u = time; end Bad;'),
-        (
-            "protected_access",
-            'block Bad "b" Operators.Sampled.ZhaoTan a; Real y; equation y = a.extrema[1]; end Bad;',
-        ),
-        ("protected_access", 'block Bad "b" Operators.Sampled.ZhaoTan a; Real y; equation y = a.nothing; end Bad;'),
-        ("equal_reals", 'block Bad "b" parameter Real r = 1; Real y; equation y = if r == 1 then 2 else 3; end Bad;'),
-        ("equal_reals", 'block Bad "b" parameter Real r[2] = {1, 2}; Real y = if r[1] <> 1 then 2 else 3; end Bad;'),
-        (
-            "connected_twice",
-            'block Bad "b" Dynamics.Sum a, b; equation connect(a.y, b.u[1]); connect(b.u[1], a.y); end Bad;',
-        ),
-        ("below_min", 'block Bad "b" parameter Real r(min = 0) = -1; end Bad;'),
-        (
-            "lost_elements",
-            'function Bad "b" input Real u[2]; output Real y; protected Real w[2]; '
-            "algorithm if u[1] > 0 then for i in 1:2 loop w[i] := u[i]; end for; end if; y := w[1]; end Bad;",
-        ),
-        ("redeclared_function", 'model Bad "b" A a(redeclare function f = g); end Bad;'),
-        ("redeclared_function", 'model Bad "b" extends A(redeclare function f = g); end Bad;'),
-        (
-            "unlike_units",
-            'block Bad "b" Control.Feedforward a; Control.SlidingMode s; equation connect(s.s, a.ddr); end Bad;',
-        ),
-    ],
-)
-def test_lint_finds(rule: str, body: str, tmp_path: Path) -> None:
-    file = tmp_path / "Bad.mo"
-    file.write_text(f"within HystFMU.Operators;\n{body}\n")
-    tree = pymoca.parser.parse(file.read_text()).classes["HystFMU"].classes["Operators"].classes["Bad"]
-    assert rule in {m.split(":")[0] for m in lint.complaints(library.Class("HystFMU.Operators.Bad", file, tree))}
 
 
 @pytest.mark.stress

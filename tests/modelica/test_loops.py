@@ -1,7 +1,5 @@
 """Models of several blocks against the C core: the hysteretic actuator, and the example against its scenario's loop."""
 
-from __future__ import annotations
-
 import csv
 import os
 import subprocess
@@ -25,9 +23,9 @@ SCENARIOS = library.ROOT.parents[1] / "scenarios"
 OMEGA_N = 2 * np.pi * 500
 
 
-def test_hysteretic_actuator_agrees_with_the_chain_of_units(tmp_path: Path) -> None:
+def test_hysteretic_actuator_agrees_with_the_chain_of_units() -> None:
     h = 1e-4
-    before = simulate.run("HystFMU.Validation.BacklashSumDynamics", tmp_path / "r.npz").at(h, "left")
+    before = simulate.run("HystFMU.Validation.BacklashSumDynamics").at(h, "left")
     hysteresis = Node("h", "backlash_sum", {}, {"w0": 0.3, "r": np.linspace(0.05, 0.5, 10), "w": np.full(10, 0.1)})
     dynamics = Node("g", "transfer_function", {}, {"b": [1.0], "a": [1 / OMEGA_N**2, 2 * 0.7 / OMEGA_N, 1.0]})
     # what the dynamics get in row k was held since instant k - 1
@@ -133,7 +131,12 @@ LOOPS = [
 
 @pytest.mark.parametrize(("example", "scenario_name", "chain", "f", "limit", "settled"), LOOPS)
 def test_example_agrees_with_the_units_of_the_scenario(
-    example: str, scenario_name: str, chain: tuple[str, ...], f: float, limit: float, settled: float, tmp_path: Path
+    example: str,
+    scenario_name: str,
+    chain: tuple[str, ...],
+    f: float,
+    limit: float,
+    settled: float,
 ) -> None:
     folder = SCENARIOS / scenario_name
     scenario = Cases(folder).spec.model_dump()
@@ -145,7 +148,7 @@ def test_example_agrees_with_the_units_of_the_scenario(
     identified = Model.load(folder / units["inverse"]["inverse_of"]).graph
     rest = controller_side(units, identified, chain, f)
 
-    now = simulate.run(f"HystFMU.Examples.{example}", tmp_path / "r.npz").at(h)
+    now = simulate.run(f"HystFMU.Examples.{example}").at(h)
     rows = closed_loop(plant, rest, len(now["time"]), h)
     got = np.column_stack([now[n] for n in ("reference.r", "delay.y", "plant.y")])
     error = np.abs(got - rows).max(axis=0) / np.abs(rows).max(axis=0)
@@ -185,7 +188,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("example", OTHERS)
-def test_example_of_an_operator_agrees_with_a_loop_of_units(example: str, tmp_path: Path) -> None:
+def test_example_of_an_operator_agrees_with_a_loop_of_units(example: str) -> None:
     """An operator that no scenario has in its plant, with the references and the controller of the scenario pid."""
     operator, inverse, wires, (command, into, out), limit = OTHERS[example]
     h, units = 1e-4, scenario_parts("pid")[0]
@@ -202,7 +205,7 @@ def test_example_of_an_operator_agrees_with_a_loop_of_units(example: str, tmp_pa
     inputs = [Input("y", ("pid.y",))] if closed else []
     ends = [Output("u", "delay.y"), Output("r", "reference.r")]
     rest = Unit(Graph([*nodes, *inverse, delay], joined, inputs, ends, sort=False))
-    now = simulate.run(f"HystFMU.Examples.{example}", tmp_path / "r.npz").at(h)
+    now = simulate.run(f"HystFMU.Examples.{example}").at(h)
     rows = closed_loop(plant, rest, len(now["time"]), h)
     got = np.column_stack([now[n] for n in ("reference.r", "delay.y", "plant.y")])
     error = np.abs(got - rows).max(axis=0) / np.abs(rows).max(axis=0)
@@ -224,15 +227,13 @@ QUICK_FIGURES = ("ZhaoTan", "BoucWen")
     ("example", "name", "case"),
     [r if r[0] in QUICK_FIGURES else pytest.param(*r, marks=pytest.mark.stress) for r in FIGURES],
 )
-def test_example_gives_the_figures_of_the_scenario(example: str, name: str, case: str, tmp_path: Path) -> None:
+def test_example_gives_the_figures_of_the_scenario(example: str, name: str, case: str) -> None:
     """Rows and tracking error that the scenario has recorded, between samples, too."""
-    c, out = library.classes()[f"HystFMU.Examples.{example}"], tmp_path / "r.npz"
+    c = library.classes()[f"HystFMU.Examples.{example}"]
     scenario = Cases(SCENARIOS / name).spec.model_dump()
     fine = scenario["step"] / scenario["ripple"]
     stop = library.experiment(c)["StopTime"]
-    assert simulate.rumoca(c.file, c.name, repr(stop), repr(fine), "1e-10", out) == ""
-    with np.load(out) as file:
-        now = simulate.Trajectory({k: file[k] for k in ("time", "reference.r", "plant.y")}).instants()
+    now = simulate.solve(c.file, c.name, stop, fine, 1e-10).instants()
     with (SCENARIOS / name / "baseline.csv").open() as text:
         recorded = np.array([[r["t"], r["plant.y"]] for r in csv.DictReader(text) if r["case"] == case], float)
     assert len(recorded) >= 20
@@ -243,9 +244,9 @@ def test_example_gives_the_figures_of_the_scenario(example: str, name: str, case
     assert 100 * np.sqrt(np.mean(e**2)) / 2 == pytest.approx(figures["tracking"], rel=1e-6)
 
 
-def test_network_of_the_ipmc_sensor_gives_the_figures_of_the_scenario(tmp_path: Path) -> None:
+def test_network_of_the_ipmc_sensor_gives_the_figures_of_the_scenario() -> None:
     """Plays sampled ten times as fast as there: their output is held for 0.1 ms, not run straight for 1 ms."""
-    now = simulate.run("HystFMU.Examples.IpmcNetwork", tmp_path / "r.npz").at(1e-3)
+    now = simulate.run("HystFMU.Examples.IpmcNetwork").at(1e-3)
     r, v, s = (now[k] for k in ("reference.r", "sensor.y", "compensator.u"))
     name = "papers/ipmc_bfbnn_compensator"
     models = {k: Model.load(SCENARIOS / "models" / f"ipmc_{k}.model.toml") for k in ("sensor", *COMPENSATOR)}
@@ -270,8 +271,8 @@ def test_network_of_the_ipmc_sensor_gives_the_figures_of_the_scenario(tmp_path: 
     assert tracking <= 0.73  # the limit of the scenario
 
 
-def test_realisations_of_minor_loops_agree(tmp_path: Path) -> None:
-    v = simulate.run("HystFMU.Examples.MinorLoops", tmp_path / "r.npz").values
+def test_realisations_of_minor_loops_agree() -> None:
+    v = simulate.run("HystFMU.Examples.MinorLoops").values
     # width = 1e-3 and weights that add up to 1; the sampled one holds for Ts
     assert np.abs(v["events.y"] - v["hysteresis.y"]).max() <= 1e-3
     rate = np.abs(v["signal.dr_lead"]).max()
@@ -279,8 +280,8 @@ def test_realisations_of_minor_loops_agree(tmp_path: Path) -> None:
     assert np.ptp(v["events.y"]) > 0.8
 
 
-def test_rate_dependence_comes_from_creep_and_dynamics_alone(tmp_path: Path) -> None:
-    v = simulate.run("HystFMU.Examples.RateDependence", tmp_path / "r.npz").values
+def test_rate_dependence_comes_from_creep_and_dynamics_alone() -> None:
+    v = simulate.run("HystFMU.Examples.RateDependence").values
 
     def loop(side: str, part: str, period: float) -> float:
         """Area of the loop over the last period."""
@@ -298,9 +299,9 @@ def test_rate_dependence_comes_from_creep_and_dynamics_alone(tmp_path: Path) -> 
     assert creep[0] > 2 * creep[1]
 
 
-def test_stack_agrees_with_its_equations_solved_elsewhere(tmp_path: Path) -> None:
+def test_stack_agrees_with_its_equations_solved_elsewhere() -> None:
     """Drive, stack and load by Heun's steps of a tenth of the relaxation, plays with sharp corners."""
-    v = simulate.run("HystFMU.Examples.StackMovesMass", tmp_path / "r.npz").values
+    v = simulate.run("HystFMU.Examples.StackMovesMass").values
     identified = Model.load(SCENARIOS / "models" / "backlash_identified.model.toml").graph.node("hysteresis")
     w0, r, w = (np.asarray(identified.value(k)) for k in ("w0", "r", "w"))
     C, v_max, k, tau, share, h = 6e-6, 100.0, 4e7, 1e-5, 0.9, 1e-6

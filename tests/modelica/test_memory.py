@@ -1,9 +1,5 @@
 """The memory of dominant extrema when its list is full: nested loops are forgotten, and one sweep closes all."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import simulate
 
@@ -22,7 +18,7 @@ def bursts(rows: int) -> np.ndarray:
     return np.array(found[:rows])
 
 
-def test_full_memory_agrees_with_the_c_core(tmp_path: Path) -> None:
+def test_full_memory_agrees_with_the_c_core() -> None:
     u = bursts(90)
     parts = [f"HystFMU.Operators.Sampled.ZhaoTan d{d}(depth = {d}, Ts = 0.1);" for d in DEPTHS]
     wires = [f"connect(signal.r, d{d}.x);" for d in DEPTHS]
@@ -31,7 +27,7 @@ def test_full_memory_agrees_with_the_c_core(tmp_path: Path) -> None:
         f"model M HystFMU.Sources.Steps signal(m = {len(u)}, levels = {{{levels}}}, T = 0.1); {' '.join(parts)} "
         f"equation {' '.join(wires)} end M;"
     )
-    rows = simulated(source, len(u), tmp_path)
+    rows = simulated(source, len(u))
     for d in DEPTHS:
         expected = Graph.single(Node("tested", "zhao_tan", {"depth": d}, {})).run(rows["signal.r"])
         assert rows[f"d{d}.extrema[1]"].max() == d, "the list was never full"
@@ -67,8 +63,8 @@ end M;
 """
 
 
-def test_reversal_of_one_rounding_behind_a_peak_agrees_with_the_c_core(tmp_path: Path) -> None:
-    rows = simulated(ROUNDINGS, 4 * CASES + 1, tmp_path)
+def test_reversal_of_one_rounding_behind_a_peak_agrees_with_the_c_core() -> None:
+    rows = simulated(ROUNDINGS, 4 * CASES + 1)
     u = rows["u"][: 4 * CASES]
     assert len(u) == 4 * CASES
     behind, peak = u[1::4], u[::4]
@@ -78,10 +74,6 @@ def test_reversal_of_one_rounding_behind_a_peak_agrees_with_the_c_core(tmp_path:
     assert np.abs(rows["d8.h"][: len(u)] - expected).max() <= 1e-12 * np.abs(expected).max()
 
 
-def simulated(source: str, samples: int, tmp_path: Path) -> dict[str, np.ndarray]:
+def simulated(source: str, samples: int) -> dict[str, np.ndarray]:
     """What the model M has after each of its samples, a tenth of a second apart."""
-    file = tmp_path / "M.mo"
-    file.write_text(source)
-    assert simulate.rumoca(file, "M", repr(0.1 * samples), "0.1", "1e-6", tmp_path / "r.npz") == ""
-    with np.load(tmp_path / "r.npz") as stored:
-        return simulate.Trajectory({k: stored[k] for k in stored.files}).at(0.1)
+    return simulate.solve_text(source, 0.1 * samples, 0.1, 1e-6).at(0.1)

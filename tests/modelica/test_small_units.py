@@ -1,7 +1,5 @@
 """A hysteresis of micrometres, in metres: nothing in the way from data to FMU and Modelica has a size of its own."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import exported
@@ -39,47 +37,40 @@ def test_a_model_in_metres_is_the_one_in_micrometres(tmp_path: Path) -> None:
     assert outcome.good, exported.line(outcome)
 
 
-def test_the_smooth_operator_keeps_plays_of_micrometres(tmp_path: Path) -> None:
+def test_the_smooth_operator_keeps_plays_of_micrometres() -> None:
     r, w = np.array([0.1, 0.4]) * MICRO, [0.5, 1.0]
-    file = tmp_path / "M.mo"
     kinds = {"Smooth": "s", "Events": "e"}
     parts = " ".join(
         f"HystFMU.Operators.{kind}.PrandtlIshlinskii {name}(n = 2, r = {{{r[0]}, {r[1]}}}, w = {{0.5, 1}}, w0 = 0.2);"
         for kind, name in kinds.items()
     )
     wires = " ".join(f"connect(signal.r, {n}.u); connect(signal.dr_lead, {n}.du);" for n in kinds.values())
-    file.write_text(f"model M HystFMU.Sources.Sine signal(amplitude = {MICRO}); {parts} equation {wires} end M;")
-    assert simulate.rumoca(file, "M", "2", "0.002", "1e-14", tmp_path / "r.npz") == ""
-    with np.load(tmp_path / "r.npz") as stored:
-        rows = simulate.Trajectory({k: stored[k] for k in stored.files}).at(0.002)
+    rows = under_sine(parts, wires, MICRO, 2.0)
     plays = Node("p", "prandtl_ishlinskii", {"n": 2}, {"r": r, "w": w, "w0": 0.2})
     expected = Graph.single(plays).run(rows["signal.r"]).ravel()
     assert np.abs(rows["s.y"] - expected).max() <= 3e-3 * np.ptp(expected)
     assert np.abs(rows["e.y"] - expected).max() <= 1e-9 * np.ptp(expected)
 
 
-def of_nanometres(tmp_path: Path, parts: str, wires: str, amplitude: float, dt: float = 0.002) -> dict[str, np.ndarray]:
-    file = tmp_path / "M.mo"
-    file.write_text(f"model M HystFMU.Sources.Sine signal(amplitude = {amplitude}); {parts} equation {wires} end M;")
-    assert simulate.rumoca(file, "M", "1", str(dt), "1e-14", tmp_path / "r.npz") == ""
-    with np.load(tmp_path / "r.npz") as stored:
-        return simulate.Trajectory({k: stored[k] for k in stored.files}).at(dt)
+def under_sine(parts: str, wires: str, amplitude: float, stop: float = 1.0) -> dict[str, np.ndarray]:
+    text = f"model M HystFMU.Sources.Sine signal(amplitude = {amplitude}); {parts} equation {wires} end M;"
+    return simulate.solve_text(text, stop, 0.002, 1e-14).at(0.002)
 
 
-def test_a_constraint_factor_of_nanometres(tmp_path: Path) -> None:
+def test_a_constraint_factor_of_nanometres() -> None:
     """Nothing in the classes is wider than the hysteresis; 3e-3 is the bound of the rounded corners."""
     values = "m = 1, depth = 16, a0 = 0.5, a = {4e8}, d_max = 3e-9"
     kinds = ("Smooth", "Events")
     parts = " ".join(f"HystFMU.Operators.{k}.ConstraintFactor {k[0].lower()}({values});" for k in kinds)
     wires = " ".join(f"connect(signal.r, {n}.x); connect(signal.dr_lead, {n}.dx);" for n in ("s", "e"))
-    rows = of_nanometres(tmp_path, parts, wires, 1e-9)
+    rows = under_sine(parts, wires, 1e-9)
     operator = Node("p", "constraint_factor", {"m": 1, "depth": 16}, {"a0": 0.5, "a": [4e8], "d_max": 3e-9})
     expected = Graph.single(operator).run(rows["signal.r"]).ravel()
     assert np.abs(rows["s.h"] - expected).max() <= 3e-3 * np.ptp(expected)
     assert np.abs(rows["e.h"] - expected).max() <= 1e-9 * np.ptp(expected)
 
 
-def test_inverses_with_events_of_nanometres(tmp_path: Path) -> None:
+def test_inverses_with_events_of_nanometres() -> None:
     r, w = [1e-10, 4e-10], [0.5, 1.0]
     parts = (
         "HystFMU.Inverse.Events.PrandtlIshlinskiiInverse p(n = 2, r = {1e-10, 4e-10}, w = {0.5, 1}, w0 = 0.2); "
@@ -88,7 +79,7 @@ def test_inverses_with_events_of_nanometres(tmp_path: Path) -> None:
     wires = (
         "connect(signal.r, p.y); connect(signal.dr_lead, p.dy); connect(signal.r, c.h); connect(signal.dr_lead, c.dh);"
     )
-    rows = of_nanometres(tmp_path, parts, wires, 5e-10)
+    rows = under_sine(parts, wires, 5e-10)
     plays = Node("p", "prandtl_ishlinskii_inverse", {"n": 2}, {"r": r, "w": w, "w0": 0.2})
     factor = Node("c", "constraint_factor_inverse", {"m": 1, "depth": 16}, {"a0": 0.5, "a": [4e8], "d_max": 3e-9})
     for node, found in ((plays, rows["p.u"]), (factor, rows["c.x"])):

@@ -1,7 +1,5 @@
 """Which tests call which function of a C library: an instrumented build, and the reading of what it wrote."""
 
-from __future__ import annotations
-
 import mmap
 import os
 import re
@@ -26,16 +24,21 @@ FLAGS = [
     "-fno-math-errno",
     "-finstrument-functions",
 ]
+SOURCES = {
+    "_core": ["core", "master"],
+    "_fmu": ["core", "fmi"],
+    "_container": ["core", "master", "container", "fmi/files"],
+}
 
 
 class Calls:
-    """A folder for the calls of one library, `_core` or `_fmu`, in a tree."""
+    """A folder for the calls of one library in a tree."""
 
     def __init__(self, tree: Path, library: str, folder: Path) -> None:
         self.tree, self.folder = tree, folder
         folder.mkdir(parents=True, exist_ok=True)
         self.library = folder / f"{library}.so"
-        rooms = ["core", "master"] if library == "_core" else ["core", "fmi"]
+        rooms = SOURCES[library]
         sources = [p for r in rooms for p in sorted((tree / "fmu_build" / r).rglob("*.c"))]
         own = ["-DHYST_UNDOCUMENTED"] if library == "_fmu" else []
         command = ["cc", *FLAGS, *own, f"-I{tree / 'fmu_build'}", f"-isystem{HEADERS}", "-o", str(self.library)]

@@ -6,8 +6,6 @@ that read all tables see them too.  A module that compiles headers by itself run
 judges every line of them.
 """
 
-from __future__ import annotations
-
 import json
 from collections import Counter, defaultdict
 from pathlib import Path
@@ -31,7 +29,9 @@ MASTER = [
     "tests/scenarios/foreign/test_members.py",  # units that are FMUs
 ]
 PATHS = {  # what may judge the rooms of one library or language; the rest of tests/c compiles everything anew
-    "python": [f"tests/{name}" for name in ("study", "scenarios", "identify", "design", "data", "face")],
+    "python": [
+        f"tests/{name}" for name in ("study", "scenarios", "identify", "design", "data", "face", "start", "base")
+    ],
     "core": [
         *(f"tests/{name}" for name in ("contract", "blocks", "graph")),
         "tests/c/test_turning_points.py",
@@ -40,6 +40,7 @@ PATHS = {  # what may judge the rooms of one library or language; the rest of te
         *MASTER,
     ],
     "fmi": ["tests/fmu", "--ignore=tests/fmu/importers"],
+    "container": [f"tests/scenarios/test_{name}.py" for name in ("container", "drawn_units")],
 }
 
 

@@ -3,8 +3,6 @@
 A line run by a fixture of a module or session belongs to every test that uses the fixture.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -15,9 +13,9 @@ from typing import Any
 
 import coverage
 import pytest
+from mutation.sample import ROOMS
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("scenario", "studies", "identify")
 
 
 class Cover:
@@ -29,7 +27,8 @@ class Cover:
         self.bad: set[str] = set()
         self.users: dict[str, list[str]] = defaultdict(list)  # tests by shared fixture
         setting = target.with_suffix(".rc")
-        files = "\n".join(f"  {ROOT}/python/hystfmu/{room}/*" for room in ROOMS)
+        folders = [f for some in ROOMS.values() for f in some if f.startswith("python/")]
+        files = "\n".join(f"  {ROOT}/{folder}/*" for folder in folders)
         setting.write_text(
             f"[run]\ndata_file = {self.data}\nparallel = true\nconcurrency = multiprocessing, thread\n"
             f"context = ${{PYTEST_CURRENT_TEST-}}\ninclude =\n{files}\n"

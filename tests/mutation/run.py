@@ -1,4 +1,4 @@
-"""Mutation testing of five rooms: `make mutants`, or `run.py --seed 7 --each 110`.
+"""Mutation testing of the rooms in `sample.ROOMS`: `make mutants`, or `run.py --seed 7 --each 110`.
 
 A small change is made in one file of a copy of the repository; the tests that run the line must fail.  What does not
 compile is invalid; what compiles to the same code or library, or is listed in equivalents.toml with a reason, is no
@@ -8,8 +8,6 @@ mutmut and cosmic-ray know Python only and draw no sample; universalmutator rewr
 of C are invalid; mull needs its own clang.  A fork that has loaded the libraries and runs the tests of one line takes a
 second, a new process with the tests of a room a minute.
 """
-
-from __future__ import annotations
 
 import argparse
 import contextlib

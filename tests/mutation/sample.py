@@ -1,7 +1,5 @@
 """Which mutants are tried: a seeded sample of each room, in proportion to the mutants of its files."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Mapping
 
@@ -11,9 +9,10 @@ from mutation.mutant import Mutant
 ROOMS = {
     "core": ["fmu_build/core", "fmu_build/master"],
     "fmi": ["fmu_build/fmi"],
-    "scenario": ["python/hystfmu/scenario"],
-    "studies": ["python/hystfmu/studies"],
-    "identify": ["python/hystfmu/identify"],
+    "container": ["fmu_build/container"],
+    **{room: [f"python/hystfmu/{room}"] for room in ("scenario", "studies", "identify", "inverse", "design", "start")},
+    "base": ["python/hystfmu/base"],
+    "reader": ["python/hystfmu/data/reader"],
 }
 
 

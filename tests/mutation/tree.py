@@ -1,7 +1,5 @@
 """A copy of the repository in which one file at a time is changed; the core is built there."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import shutil
@@ -11,7 +9,7 @@ from pathlib import Path
 
 from mutation.mutant import Mutant
 
-LIBRARIES = {"core": "_core", "fmi": "_fmu"}  # that the tests of a room load
+LIBRARIES = {"core": "_core", "fmi": "_fmu", "container": "_container"}  # that the tests of a room load
 # an editable installation would find the package of the repository first
 SITE = """import sys
 sys.meta_path[:] = [f for f in sys.meta_path if "editable" not in type(f).__module__]

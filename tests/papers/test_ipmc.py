@@ -1,4 +1,4 @@
-"""IPMC paper: monomials, auxiliary function, batch and recursive least squares, streaming, the model, the table."""
+"""IPMC paper: monomials, auxiliary function, batch and recursive least squares, the model, the table."""
 
 import itertools
 import math
@@ -8,7 +8,7 @@ import pytest
 import reasons
 
 import papers as reproduce
-from hystfmu import Dataset, InputError, Model
+from hystfmu import InputError, Model
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
@@ -17,7 +17,6 @@ from hystfmu.identify.solvers.ridge import least_squares
 from papers import ipmc_sensor
 from papers.recursive import Recursive
 from papers.statements.printed import PrintedRecursive, auxiliary
-from papers.streaming import Stream
 
 
 @pytest.fixture(scope="module")
@@ -282,31 +281,6 @@ def test_wrong_options(data):
         fit(data, "polynomial_narx", n_u=10, n_f=10, q=4)
     with pytest.raises(InputError, match="'dead_zone' must come with training = 'dead_zone'"):
         fit(data, "polynomial_narx", n_u=2, n_f=2, training="recursive", dead_zone=0.1)
-
-
-# ---- streaming -----------------------------------------------------------------------------------------------------
-def test_stream_predicts_as_the_model_and_follows_a_change(data):
-    m = fit(data, "polynomial_narx", n_u=2, n_f=2)
-    x = ipmc_sensor.excitation(20, (2.0, 5.0), seed=5)
-    u, truth = 5 * x, 1.2 * ipmc_sensor.sensor(x) + 0.1  # gain and zero of the sensor have drifted
-    still = Stream(m, eta=1e-20)
-    ahead = [still.update(*s) for s in zip(u[:300], truth[:300], strict=True)]
-    np.testing.assert_allclose(ahead, m.predict(u)[:300], atol=1e-9)
-
-    stream = Stream(m, eta=1.0, mu=0.9995)
-    for s in zip(u, truth, strict=True):
-        stream.update(*s)
-    held_out = signals.decaying_sine(8, 0.12, 333)
-    wanted = 1.2 * ipmc_sensor.sensor(held_out) + 0.1
-    before, after = (np.abs(k.predict(5 * held_out) - wanted).max() for k in (m, stream.model))
-    assert after < before / 4
-    assert stream.model.provenance["updated_samples"] == len(u)
-
-
-def test_stream_refuses_another_model(data):
-    other = fit(Dataset(data.t, data.u, data.y), "prandtl_ishlinskii", N=4)
-    with pytest.raises(InputError, match="prandtl_ishlinskii"):
-        Stream(other)
 
 
 # ---- synthetic sensor ----------------------------------------------------------------------------------------------

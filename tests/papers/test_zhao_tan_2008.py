@@ -4,15 +4,13 @@ import numpy as np
 import plants
 import pytest
 import reasons
-from torch_network import perceptron
 
 import hystfmu as hy
 from hystfmu import Dataset, Graph, InputError, Model, Node
 from hystfmu.data import signals
 from hystfmu.identify import fit
-from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid
-from hystfmu.identify.network.torch_module import problem
-from hystfmu.identify.network.training import start
+from hystfmu.identify.methods.weighted_sums import grid
+from hystfmu.identify.network.training import Fit, start
 from hystfmu.identify.solvers.trainers import TRAINERS, Squares, conjugate_gradients
 from papers import zhao_tan_2008
 
@@ -49,20 +47,6 @@ def test_powell_beale_directions_are_conjugate_after_a_restart_that_is_not_the_f
 
 
 # ---- trainers ------------------------------------------------------------------------------------------------------
-def test_gradient_of_the_network_against_differences():
-    x, y = rng.uniform(-1, 1, (30, 2)), rng.normal(size=30)
-    p = start(x, y, 5, "sigmoid", np.random.default_rng(0))
-    fit = problem(perceptron(2, 5), x, y[:, None])
-    value, gradient = fit.gradient(p)
-    r, J = fit.residuals(p)
-    assert abs(value - r @ r) < 1e-12 * value
-    np.testing.assert_allclose(gradient, 2 * J.T @ r, atol=1e-10)
-    h = 1e-6
-    for i in range(len(p)):
-        up, down = (fit.gradient(p + s * h * np.eye(len(p))[i])[0] for s in (1, -1))
-        assert abs((up - down) / (2 * h) - gradient[i]) < 1e-6 * max(1, np.abs(gradient).max())
-
-
 @pytest.fixture(scope="module")
 def smooth():
     x = np.random.default_rng(1).uniform(-1, 1, (200, 2))
@@ -74,7 +58,7 @@ def test_trainers_end_near_one_another(smooth):
     p = start(x, y, 4, "tanh", np.random.default_rng(3))
     ridge = 1e-1 * np.eye(len(p))  # one minimum that all of them reach
 
-    fit = problem(perceptron(2, 4, "tanh"), x, y[:, None])
+    fit = Fit(x, y, 4, "tanh")
 
     def function(p):
         r, J = fit.residuals(p)
@@ -237,28 +221,6 @@ def test_from_torch_refuses_what_it_cannot_do():
             hy.Model.from_torch(module)
         for w in words:
             assert w in str(e.value)
-
-
-@pytest.mark.parametrize(
-    ("trainer", "iterations"), [("levenberg_marquardt", 60), ("powell_beale", 600), ("lbfgs", 600)]
-)
-def test_torch_modules_are_trained(smooth, trainer, iterations):
-    torch = pytest.importorskip("torch")
-    from hystfmu.identify.network.torch_module import train_module
-
-    x, y = smooth
-    torch.manual_seed(1)
-    nn = torch.nn
-    module = nn.Sequential(nn.Linear(2, 5), nn.Tanh(), nn.Linear(5, 4), nn.Sigmoid(), nn.Linear(4, 1))
-    rms = train_module(module, x, y, trainer, iterations)
-    with torch.no_grad():
-        e = module(torch.as_tensor(x)).numpy()[:, 0] - y
-    np.testing.assert_allclose(rms, np.sqrt(np.mean(e**2)), rtol=1e-9)
-    assert rms < 0.01
-    with pytest.raises(InputError, match="lbfgs"):
-        train_module(module, x, y, "adam")
-    with pytest.raises(InputError, match=r"must give 2 values a row, as y has. Got \(1,\) instead"):
-        train_module(module, x, np.column_stack([y, y]))
 
 
 # ---- the paper -----------------------------------------------------------------------------------------------------

@@ -1,10 +1,9 @@
 """Run a scenario by every engine, and a container; their results must have the same bits."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
+import python_master
 from fmu_slave import Slave
 
 from hystfmu.base.arrays import Array
@@ -20,8 +19,12 @@ def ready(folder: Path) -> System:
 
 
 def same(*systems: System) -> Trace:
-    """Run the systems by every engine and return one trace; all have the same bits and the same number of sweeps."""
+    """Run the systems by every engine and by a master in Python; return one trace.
+
+    All have the same bits and the same number of sweeps.
+    """
     traces = [simulate(system, engine) for system in systems for engine in ENGINES]
+    traces += [python_master.run(system) for system in systems if not system.foreign]
     assert len({t.values.tobytes() for t in traces}) == 1
     assert len({(t.sweeps.all, t.sweeps.most) for t in traces}) == 1
     return traces[0]

@@ -1,14 +1,11 @@
 """A run in chunks of rows has the same bits however it is divided; every metric against its definition."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -233,31 +230,6 @@ def test_a_trace_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -
     assert len(Trace.joined(divided(drawn_run(10), 5), 10).t) == 10
     with pytest.raises(InputError, match=r"^a trace would hold 11 rows of 3 values, more than 30: take its chunks$"):
         Trace.joined(divided(drawn_run(11), 5), 11)
-
-
-def test_a_trace_in_words() -> None:
-    t = Trace(np.array([0.0, 0.25]), np.zeros((2, 4)), {f"{n}.y": k for k, n in enumerate("abcd")}, 1)
-    assert repr(t) == "Trace(2 rows to t = 0.25 s, a.y, b.y, c.y, d.y)"
-    more = Trace(t.t, np.zeros((2, 5)), {f"{n}.y": k for k, n in enumerate("abcde")}, 1)
-    assert repr(more).endswith("d.y, ...)")
-    assert more["c.y"].tolist() == more.values[:, 2].tolist()
-
-
-# ---- a picture -----------------------------------------------------------------------------------------------------
-def case(*metrics: MetricSpec) -> Any:
-    return SimpleNamespace(metrics={f"m{k}": m for k, m in enumerate(metrics)}, record=("c.y",), loops=())
-
-
-def picture(n: int, monkeypatch: pytest.MonkeyPatch, *metrics: MetricSpec, most: int = 12) -> tuple[Trace, Picture]:
-    monkeypatch.setattr(trace, "MOST_ROWS", most)
-    monkeypatch.setattr(trace, "SHORTEST_CHUNK", 64)
-    return drawn_run(n), Picture(SimpleNamespace(n_steps=n - 1, case=case(*metrics)))  # type: ignore[arg-type]
-
-
-def test_without_an_error_only_spaced_rows_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole, found = picture(32, monkeypatch, spec("rms"))
-    found.add(whole)
-    assert (2 * found.trace().t).tolist() == [0, 8, 16, 24, 31]
 
 
 # ---- metrics by their definitions ------------------------------------------------------------------------------------

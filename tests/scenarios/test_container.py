@@ -1,7 +1,5 @@
 """A loop with foreign FMUs as one FMU: the bits of `hystfmu run`; errors name the unit."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 import zipfile
@@ -244,6 +242,11 @@ def test_what_a_container_cannot_step_is_refused(foreign: Any, loop: Any, tmp_pa
     assert "a container steps in order or all at once, not with iterative coupling" in result.output
     result = CliRunner().invoke(main, ["ssp", str(folder), "--fmi", "3", "-o", str(tmp_path / "box.fmu")])
     assert "a loop with foreign FMUs becomes an FMU 2.0" in result.output
+    loop["coupling"] = {"scheme": "jacobi", "events": "grid"}
+    loop["units"]["plant"]["hold"] = "first"
+    (folder / "scenario.toml").write_text(tomli_w.dumps(loop))
+    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "box.fmu")])
+    assert "plant has a hold of its own: a container knows none" in result.output
     assert not (tmp_path / "box.fmu").exists()
 
 

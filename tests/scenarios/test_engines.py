@@ -1,7 +1,5 @@
 """Every engine and one graph give the same bits; a closed loop and couplings against numpy."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -17,8 +15,6 @@ from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import simulate, to_graph
 from hystfmu.scenario.outcome.metrics import label, unit_of, unit_of_metric
 from hystfmu.scenario.outcome.trace import Stopped
-from hystfmu.scenario.system.spec import here_or_shipped, shipped_scenarios
-from hystfmu.scenario.system.system import System
 
 KINDS = ("fmu2", "fmu3")
 
@@ -43,23 +39,15 @@ def multirate(loop: dict[str, Any]) -> dict[str, Any]:
     return loop
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_of_unit_gives_the_bits_of_the_fused_core(loop: Any, write: Any, kind: str) -> None:
-    data = multirate(loop)
-    for unit in data["units"].values():
-        unit["as"] = kind
-    system = ready(write(data))
-    assert simulate(system).values.tobytes() == simulate(system, "native").values.tobytes()
-
-
-def test_a_mixture_gives_the_same_bits(loop: Any, write: Any) -> None:
+@pytest.mark.parametrize("kinds", [KINDS[:1], KINDS[1:], KINDS])
+def test_every_kind_of_unit_gives_the_bits_of_the_fused_core(loop: Any, write: Any, kinds: tuple[str, ...]) -> None:
     data = multirate(loop)
     for k, unit in enumerate(data["units"].values()):
-        unit["as"] = KINDS[k % 2]
+        unit["as"] = kinds[k % len(kinds)]
     system = ready(write(data))
-    mixed, native = simulate(system), simulate(system, "native")
-    assert mixed.values.tobytes() == native.values.tobytes()
-    assert np.ptp(mixed["plant.y"]) > 1  # something happened
+    by_units, native = simulate(system), simulate(system, "native")
+    assert by_units.values.tobytes() == native.values.tobytes()
+    assert np.ptp(native["plant.y"]) > 1  # something happened
 
 
 def test_the_loop_as_one_graph_and_one_fmu_gives_the_same_bits(loop: Any, write: Any, tmp_path: Path) -> None:
@@ -248,21 +236,7 @@ def test_units_of_several_rates(loop: Any, write: Any, scheme: str) -> None:
     assert set(held % 4) == {0}
 
 
-# ---- a system --------------------------------------------------------------------------------------------------------
 # ---- one graph -----------------------------------------------------------------------------------------------------
-
-
-def test_units_of_measure_of_a_signal(loop: Any, write: Any) -> None:
-    loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
-    loop["units"]["pair"] = {"block": "scaling", "dims": {"n": 2}, "inputs": {"u_1": 0.0, "u_2": 0.0}}
-    loop["order"].append("pair")
-    s = ready(write(loop))
-    assert [unit_of(s, e) for e in ("plant.y", "plant.v", "pair.y_2", "pair.gain", "x.y", "plant.q")] == [
-        "um", "", "", "", "", "",
-    ]  # fmt: skip
-    peak, rms = (s.case.metrics["tracking"].model_copy(update={"kind": k}) for k in ("peak", "rms"))
-    assert [unit_of_metric(s, m) for m in (peak, rms, s.case.metrics["tracking"])] == ["um", "um", "%"]
-    assert [label("a", "um"), label("a", "")] == ["a in um", "a"]
 
 
 def test_units_of_measure_follow_connections_metrics_and_blocks_that_do_not_scale(loop: Any, write: Any) -> None:
@@ -279,6 +253,9 @@ def test_units_of_measure_follow_connections_metrics_and_blocks_that_do_not_scal
     s = ready(write(loop))
     ends = ("plant.y", "reference.r", "pid.y", "late.y", "error.y", "half.u_1", "half.y", "pid.u", "plant.u")
     assert [unit_of(s, e) for e in ends] == ["um", "um", "um", "um", "um", "um", "", "V", "V"]
+    peak, rms = (s.case.metrics["tracking"].model_copy(update={"kind": k}) for k in ("peak", "rms"))
+    assert [unit_of_metric(s, m) for m in (peak, rms, s.case.metrics["tracking"])] == ["um", "um", "%"]
+    assert [label("a", "um"), label("a", "")] == ["a in um", "a"]
     plant["inputs"][0]["unit"] = "um"
     plant["outputs"][0]["unit"] = "V"
     loop["connections"]["late.u"] = "pid.u"  # a sum of V and um
@@ -286,38 +263,3 @@ def test_units_of_measure_follow_connections_metrics_and_blocks_that_do_not_scal
     assert [unit_of(s, e) for e in ("plant.u", "plant.y", "late.y", "error.y", "reference.r")] == [
         "um", "V", "", "", "",
     ]  # fmt: skip
-
-
-def test_a_shipped_scenario_stands_in_for_a_missing_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    shipped = shipped_scenarios()
-    assert (shipped / "pid").is_dir()
-    assert here_or_shipped("scenarios/pid") == shipped / "pid"
-    for path in ("scenarios/none_of_that_name", "other/pid", "pid"):
-        assert here_or_shipped(path) == Path(path)
-    (tmp_path / "scenarios" / "pid").mkdir(parents=True)
-    assert here_or_shipped("scenarios/pid") == Path("scenarios/pid")
-
-
-@pytest.fixture
-def fine(loop: Any, write: Any) -> System:
-    """Steps of 1/8 s in four fine ones, a plant that runs in these, a slow unit in every second step."""
-    loop |= {"step": 0.125, "stop": 2.0, "ripple": 4, "order": ["plant", "reference", "slow", "pid"]}
-    loop["units"]["plant"]["fine"] = True
-    loop["units"]["slow"] = {"block": "scaling", "dims": {"n": 1}, "every": 2}
-    loop["connections"]["slow.u"] = "plant.v"
-    loop["metrics"] = {"p": {"kind": "peak", "signal": "plant.y"}}
-    return ready(write(loop))
-
-
-def test_rows_of_a_step_that_is_no_binary_fraction(loop: Any, write: Any) -> None:
-    """A quotient that is rounded is corrected by the time of its row."""
-    loop |= {"step": 0.1, "stop": 100.0}
-    del loop["metrics"]["tracking"]["after"]
-    s = ready(write(loop))
-    n = np.arange(1001)
-    assert s.rows(s.at(n)).tolist() == n.tolist()
-    above, below = np.nextafter(s.at(n), np.inf), np.nextafter(s.at(n), -np.inf)
-    assert s.rows(above)[:-1].tolist() == (n[:-1] + 1).tolist()
-    assert s.rows(above)[-1] == 1000
-    assert s.rows(below)[1:].tolist() == n[1:].tolist()

@@ -1,7 +1,5 @@
 """Events between two steps are located: closed forms and loops in numpy, the same bits in every engine."""
 
-from __future__ import annotations
-
 import zipfile
 from itertools import pairwise
 from pathlib import Path
@@ -18,7 +16,7 @@ from hystfmu.scenario import simulate
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system import events as module
-from hystfmu.scenario.system.events import NEAR, SHORTEST, cuts, missed
+from hystfmu.scenario.system.events import cuts
 from hystfmu.scenario.system.system import System
 
 H, TAU = 1e-3, 5e-3
@@ -282,76 +280,19 @@ def test_an_fmu_of_others_is_cut_if_it_says_that_it_can(write: Any, tmp_path: Pa
 
 
 # ---- most reversals --------------------------------------------------------------------------------------------------
-SAMPLE = 2.0**-6  # exact in binary
-
-
-def system(
-    write: Any, source: dict[str, Any], *, read: tuple[str, ...] = ("r",), stop: float = 1.0, **more: Any
-) -> System:
-    """A source and a lag that reads outputs of it, located."""
-    n = len(read)
-    lag = {"block": "sum", "dims": {"n": n}, "values": {"k": [1.0] * n}}
-    ends = [f"lag.u_{k + 1}" for k in range(n)] if n > 1 else ["lag.u"]
-    data = {
-        "name": "events",
-        "step": SAMPLE,
-        "stop": stop,
-        "coupling": {"scheme": "gauss_seidel", **more.pop("coupling", {})},
-        "order": ["source", "lag"],
-        "units": {"source": source, "lag": lag},
-        "connections": {end: f"source.{output}" for end, output in zip(ends, read, strict=True)},
-        "metrics": {"peak": {"kind": "peak", "signal": "lag.y"}},
-    }
-    return ready(write(data | more))
-
-
-def reference(**values: Any) -> dict[str, Any]:
-    dims = {"dims": {"m": values.pop("m")}} if "m" in values else {}
-    return {"block": "reference", **dims, "values": values}
-
-
-def step(at: float, height: float = 1.0) -> dict[str, Any]:
-    return {"block": "disturbance", "values": {"step": height, "t_step": at, "amplitude": 0.0}}
 
 
 def test_as_many_reversals_as_steps_may_be(write: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "MOST_STEPS", 80)  # 64 fine steps and 16 cuts
-    for f, good in [(8.0, True), (8.5, False)]:
-        s = system(write, reference(shape="triangle", frequency=f, phase=0.3))
-        if good:
-            assert len(cuts(s)[1]) == 16
-        else:
-            with pytest.raises(InputError, match=r"more than 80 "):
-                cuts(s)
-    monkeypatch.setattr(module, "MOST_STEPS", 32)
-    with pytest.raises(InputError, match=r"case nominal: more than 32 fine steps and events$"):
-        cuts(system(write, reference(shape="triangle", frequency=8.0, phase=0.3)))
-    monkeypatch.setattr(module, "MOST_STEPS", 31)
-    with pytest.raises(InputError, match=r"source\.frequency: more than 31 reversals; got 16 Hz$"):
-        cuts(system(write, reference(shape="triangle", frequency=16.0, phase=0.3)))
+    def triangle(most: int, f: float) -> System:
+        monkeypatch.setattr(module, "MOST_STEPS", most)
+        source = {"block": "reference", "values": {"shape": "triangle", "frequency": f, "phase": 0.3}}
+        return ready(write(behind(source, "r", {}, ("source", "lag"), "zoh") | {"step": 2.0**-6, "stop": 1.0}))
 
-
-def test_a_discontinuity_has_two_cuts(write: Any) -> None:
-    """One right before it, by twice what the core can tell apart, and one on it."""
-    at = 10.25 * SAMPLE
-    n, t = cuts(system(write, step(at), read=("d",)))
-    room = max(NEAR * (SAMPLE + at), SHORTEST)
-    assert n.tolist() == [11, 11]
-    assert t.tolist() == pytest.approx([at - 2 * room, at], rel=1e-15)
-    assert at - t[0] > room
-
-
-SAID = "events/nominal: source.t_step: the discontinuity at {} s is between two steps of {} s and takes effect at {} s"
-
-
-def test_a_discontinuity_that_no_step_ends_on_is_reported(write: Any) -> None:
-    grid = {"coupling": {"events": "grid"}, "read": ("d",)}
-    at = 10.25 * SAMPLE
-    assert missed(system(write, step(at), **grid)) == [SAID.format(f"{at:.9g}", f"{SAMPLE:g}", f"{11 * SAMPLE:.9g}")]
-    assert missed(system(write, step(10 * SAMPLE), **grid)) == []
-    assert missed(system(write, step(10 * SAMPLE * (1 + 0.5e-9)), **grid)) == []
-    assert len(missed(system(write, step(10 * SAMPLE * (1 + 3e-9)), **grid))) == 1
-    assert missed(system(write, step(at, 0.0), **grid)) == []
-    assert missed(system(write, step(at), read=("d",))) == [], "located: a step ends on it"
-    fine = {**step(10.25 * SAMPLE), "substeps": 4}
-    assert missed(system(write, fine, **grid)) == [], "a substep ends on it"
+    assert len(cuts(triangle(80, 8.0))[1]) == 16  # 64 fine steps and 16 cuts
+    for most, f, said in (
+        (80, 8.5, "more than 80 "),
+        (32, 8.0, "case nominal: more than 32 fine steps and events$"),
+        (31, 16.0, r"source\.frequency: more than 31 reversals; got 16 Hz$"),
+    ):
+        with pytest.raises(InputError, match=said):
+            cuts(triangle(most, f))

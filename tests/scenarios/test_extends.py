@@ -1,7 +1,5 @@
 """`extends`: what a scenario takes from another file, and one line that names file and key where that fails."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +18,6 @@ BASE = "../loop/scenario.toml"
 def child(write: Any, folder: str = "child", **more: Any) -> Cases:
     """A scenario beside `loop` that extends it."""
     return Cases(write({"extends": BASE, **more}, folder))
-
-
-def test_a_file_that_states_nothing_else_is_the_other_one(loop: Any, write: Any) -> None:
-    assert Cases(write(loop)).spec == child(write).spec
 
 
 def test_tables_merge_by_key_and_everything_else_replaces(loop: Any, write: Any) -> None:
@@ -125,27 +119,6 @@ def test_a_case_takes_conditions_later_ones_and_its_own_on_top(loop: Any, write:
     assert (changed.metrics["tracking"].limit, changed.units["pid"].set["Kp"]) == (4.0, 3.0)
 
 
-@pytest.mark.parametrize(
-    ("own", "words"),
-    [
-        ({"case": [{"name": "a", "conditions": ["fast"]}]}, ["case a: conditions: no condition 'fast'", "'slow'"]),
-        ({"case": [{"name": "a", "conditions": "slow"}]}, ["case.0.conditions", "list"]),
-        ({"conditions": {"slow": {"stop": -1.0}}}, ["conditions.slow.stop", "greater than 0"]),
-        ({"conditions": {"slow": {"conditions": ["slow"]}}}, ["conditions.slow.conditions: There is no such key"]),
-        ({"conditions": {"slow": {"limits": {"ghost": 1.0}}}}, ["case a: limits: no metric 'ghost'"]),
-        ({"conditions": 3}, ["conditions: ", "dict"]),
-    ],
-)
-def test_a_wrong_condition_is_refused_in_one_line(loop: Any, write: Any, own: Any, words: list[str]) -> None:
-    loop["conditions"] = {"slow": {"stop": 0.05}}
-    with pytest.raises(InputError) as caught:
-        Cases(write(loop | {"case": [{"name": "a", "conditions": ["slow"]}]} | own))
-    message = str(caught.value)
-    assert "\n" not in message
-    for word in ("loop/scenario.toml", *words):
-        assert word in message, message
-
-
 def test_units_that_a_case_adds_step_last_unless_it_states_an_order(loop: Any, write: Any) -> None:
     late = {"late": {"block": "delay"}}
     wires = {"late.u": "pid.u", "plant.u": "late.y"}
@@ -172,14 +145,24 @@ def test_units_that_a_case_adds_step_last_unless_it_states_an_order(loop: Any, w
         ({"units": {"pid": {"values": {"Kp": {}}}}}, ["child/scenario.toml: units.pid.values.Kp"]),
         ({"metrics": {"tracking": {"stroke": -2.0}}}, ["child/scenario.toml: metrics.tracking.stroke"]),
         ({"case": [{"name": "b", "stop": -1.0}]}, ["child/scenario.toml: case.0.stop"]),
-        ({"case": [{"name": "a", "text": "x"}]}, ["loop/scenario.toml: case.0.after"]),
+        ({"case": [{"name": "z", "text": "x"}]}, ["loop/scenario.toml: case.0.after"]),
         ({"case": [{"text": "x"}]}, ["child/scenario.toml: case.0.name: The key is required."]),
         ({"case": 3}, ["child/scenario.toml: case: ", "list"]),
         ({"units": 3}, ["child/scenario.toml: units: ", "dict"]),
+        ({"case": [{"name": "a", "conditions": ["fast"]}]}, ["case a: conditions: no condition 'fast'", "'slow'"]),
+        ({"case": [{"name": "a", "conditions": "slow"}]}, ["case.0.conditions", "list"]),
+        ({"conditions": {"slow": {"stop": -1.0}}}, ["conditions.slow.stop", "greater than 0"]),
+        ({"conditions": {"slow": {"conditions": ["slow"]}}}, ["conditions.slow.conditions: There is no such key"]),
+        (
+            {"conditions": {"slow": {"limits": {"ghost": 1.0}}}, "case": [{"name": "a"}]},
+            ["case a: limits: no metric 'ghost'"],
+        ),
+        ({"conditions": 3}, ["conditions: ", "dict"]),
     ],
 )
 def test_an_error_names_the_file_and_its_key(loop: Any, write: Any, own: Any, words: list[str]) -> None:
-    write(loop | {"case": [{"name": "a", "after": -1.0}]})
+    cases = [{"name": "z", "after": -1.0}, {"name": "a", "conditions": ["slow"]}]
+    write(loop | {"case": cases, "conditions": {"slow": {"stop": 0.05}}})
     with pytest.raises(InputError) as caught:
         child(write, **own)
     message = str(caught.value)
@@ -200,12 +183,6 @@ def test_an_error_below_names_the_file_below(loop: Any, write: Any) -> None:
         child(write)
     write(loop | {"case": [{"name": "a"}, {"name": "a"}]})
     with pytest.raises(InputError, match=r"two cases have the name 'a'"):
-        child(write)
-
-
-def test_files_that_extend_each_other_are_refused(loop: Any, write: Any) -> None:
-    write(loop | {"extends": "../child/scenario.toml"})
-    with pytest.raises(InputError, match=r"loop/scenario\.toml: extends: returns to"):
         child(write)
 
 
@@ -258,15 +235,6 @@ def test_a_folder_of_scenarios_runs_them_all(loop: Any, write: Any) -> None:
     (folder / "b" / "scenario.toml").unlink()
     with pytest.raises(InputError, match=r"group/scenario\.toml"):
         hy.run([folder])
-
-
-def test_a_symbolic_link_does_not_lead_out(loop: Any, write: Any, tmp_path: Path) -> None:
-    outside = tmp_path / "secret.toml"
-    outside.write_text("name = 'secret'\n")
-    folder = write({"extends": "link.toml"}, "child")
-    (folder / "link.toml").symlink_to(outside)
-    with pytest.raises(InputError, match="must stay within the folder of the scenarios"):
-        Cases(folder)
 
 
 def test_deep_tables_are_refused(loop: Any, write: Any) -> None:

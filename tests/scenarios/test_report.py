@@ -1,7 +1,5 @@
 """The report of a run: pages, their parts, the form for machines, two reports side by side."""
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -16,17 +14,20 @@ from engines import ready
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
+from hystfmu.report.explorer import Explored
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Line, Plot
-from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Change, LoopFigures, Verdict
+from hystfmu.scenario import Cases, build, simulate
+from hystfmu.scenario.outcome.result import CaseResult, Change, Verdict
 from hystfmu.scenario.outcome.trace import Trace
-from hystfmu.scenario.report import cases, compare
+from hystfmu.scenario.report import cases, loops
 from hystfmu.scenario.report import page as pages
 from hystfmu.scenario.report.cases import case_plots, nearness, word_of
 from hystfmu.scenario.report.compare import compare_reports
 from hystfmu.scenario.report.loops import delay_budget
 from hystfmu.scenario.report.page import write_report
-from hystfmu.scenario.system.spec import MetricSpec
+from hystfmu.scenario.system.spec import MetricSpec, shipped_scenarios
+from hystfmu.scenario.system.system import System
 
 
 @pytest.fixture
@@ -176,31 +177,6 @@ def run(y: Any, r: Any = None) -> Trace:
     )
 
 
-# ---- which case comes first ----------------------------------------------------------------------------------------
-
-
-def test_how_near_a_case_is_to_its_limit() -> None:
-    near = cases.nearness
-    assert near(result(verdict(0.5, limit=2.0))) == (False, 0.25)
-    assert near(result(verdict(0.5, limit=None))) == (False, 0.5)
-    assert near(result(verdict(0.5, limit=0.0), lines=())) == (False, 0.5)
-    assert near(result(verdict(0.5), lines=("failed",))) == (True, 0.5)
-    assert near(result(verdict(math.inf, limit=None))) == (True, math.inf)
-    assert near(result()) == (True, math.inf)
-
-
-def test_what_is_said_of_a_case() -> None:
-    said = cases._said
-    assert said("Worst case:", result(verdict(0.5))) == (
-        '<p><b>Worst case: s/c</b><br/>rms 0.5 % of the stroke, limit 1: <b class="ok">ok</b></p>'
-    )
-    assert said("", result(verdict(2.0, "peak", None), lines=(f"a {CHANGED} b",))) == (
-        '<p><b>s/c</b><br/>peak 2: <b class="bad">changed</b></p>'
-    )
-    assert said("Best case:", result()) == '<p><b>Best case: s/c</b> <b class="bad">stopped</b></p>'
-    assert cases.worst_and_best([result(verdict(0.5))]) == ""
-
-
 # ---- cells ---------------------------------------------------------------------------------------------------------
 
 
@@ -213,23 +189,6 @@ def test_the_curve_of_an_error() -> None:
         assert cases._curve(result(verdict(0.5), trace=trace)) == ""
     many = cases._curve(result(verdict(0.5), trace=run(np.sin(np.arange(1000)))))
     assert many.partition("l")[2].count(" ") < 80
-
-
-def test_a_row_of_a_case() -> None:
-    row = cases._row
-    good = result(verdict(0.5), text="why", loop=LoopFigures(True, 2.5, math.inf))
-    assert row(good, ["peak", "rms"], False, False, True) == (
-        '<tr><th scope="row">c</th><td><span class="ok">ok</span></td><td></td><td>0.5 <small>≤ 1</small></td></tr>'
-    )
-    assert row(good, [], True, False, False) == (
-        '<tr id="s/c"><th scope="row">c <small>why</small></th><td><span class="ok">ok</span></td>'
-        "<td>2.5</td><td>inf</td></tr>"
-    )
-    failed = row(result(verdict(2.0), lines=("x",)), ["rms"], True, False, True)
-    assert '<span class="bad">failed</span>' in failed
-    assert failed.endswith("<td></td><td></td></tr>")
-    assert '<span class="bad">stopped</span>' in row(result(lines=("x",)), [], False, False, True)
-    assert '<a class="ok" href="#s/c">' in row(good, [], False, True, True)
 
 
 def test_the_longer_side_of_a_matrix_goes_downwards() -> None:
@@ -293,35 +252,6 @@ def test_margins_are_compared_where_both_reports_have_them(tmp_path: Path) -> No
     assert compare_reports(plain, new, tmp_path / "out.html") == compare_reports(old, old, tmp_path / "out.html") == []
 
 
-def test_the_largest_changes_come_first() -> None:
-    small, large, gone = Change("a", "x", 2.0, 2.2), Change("b", "x", 1.0, 0.5), Change("c", "x", 1.0, None)
-    verdicts = [Change(t, "verdict", "ok", "failed") for t in "abc"]
-    ordered = compare._largest_first([small, verdicts[0], large, verdicts[1], gone, verdicts[2]])
-    assert ordered == [verdicts[2], verdicts[1], verdicts[0], gone, large, small]
-    assert compare._largest_first([Change("d", "x", 1.0, math.inf), large])[0].title == "d"
-
-
-def test_the_signal_that_changed_most_is_drawn() -> None:
-    def made(**signals: list[float]) -> Any:
-        told = case(
-            "s/a", {}, signals={"t": [0.0, 1.0], **{k + ".y": v for k, v in signals.items()}}, units={"b.y": "um"}
-        )
-        return compare._Case.model_validate(told)
-
-    a = made(a=[0.0, 10.0], b=[0.0, 1.0])
-    drawn = compare._drawn("s/a", a, made(a=[0.0, 10.5], b=[0.0, 1.5]))
-    assert "b.y in um" in drawn  # half of its span, the other a twentieth
-    assert "a.y" not in drawn
-    assert ">a.y</text>" in compare._drawn("s/a", a, made(a=[0.0, 20.0], b=[0.0, 1.0]))
-    assert compare._drawn("s/a", a, a) == ""
-    assert compare._drawn("s/a", a, None) == compare._drawn("s/a", None, a) == ""
-    later = compare._Case.model_validate(case("s/a", {}, signals={"t": [0.0, 2.0], "b.y": [0.0, 9.0]}))
-    assert compare._drawn("s/a", a, later) == ""
-    assert [p.title for p in compare._plots(a, later)] == ["a.y", "b.y"]
-    assert [len(p.lines) for p in compare._plots(a, later)] == [1, 2]
-    assert compare._plots(None, None) == []
-
-
 @pytest.mark.parametrize(
     ("signals", "good"),
     [({}, True), ({"t": [0.0], "y": [1.0]}, True), ({"y": [1.0]}, False), ({"t": [0.0], "y": [1.0, 2.0]}, False)],
@@ -354,3 +284,57 @@ def test_the_rows_around_the_largest_error() -> None:
     assert cases._around(two, 7) == slice(2, 13)
     assert cases._around(two, 6) == slice(0, 13)
     assert cases._around(two, 8) == slice(2, 15)
+
+
+# ---- loops that a reader moves ---------------------------------------------------------------------------------------
+def shipped_cases(name: str, *wanted: str) -> list[System]:
+    return [build(c) for c in Cases(shipped_scenarios() / name).cases if c.name in wanted]
+
+
+def shown(systems: list[System]) -> list[Explored]:
+    found = loops.loop_explorer(systems)
+    assert found is not None
+    assert found.explorer is not None
+    return list(found.explorer.models)
+
+
+def test_the_range_is_that_of_the_run_and_the_inverse_that_of_the_loop() -> None:
+    (system,) = shipped_cases("pid", "sine_10")
+    (plant,) = shown([system])
+    u = simulate(system, "native")["delay.y"]
+    assert (plant.lo, plant.hi) == (u.min(), u.max())
+    units = {p.name: p.own for p in system.parts}
+    assert plant.name == "plant"
+    assert plant.graph.file == units["plant"].to_bytes()
+    assert plant.inverse is not None
+    assert plant.inverse.file == units["inverse"].to_bytes()
+    assert plant.sliders[0].name == "d"
+
+
+def test_a_plant_with_other_blocks_is_a_model_of_its_own_one_with_other_values_is_not() -> None:
+    systems = shipped_cases("pid", "sine_10", "up_400_10", "bouc_wen_sine_10")
+    assert [m.name for m in shown(systems)] == ["plant", "plant of pid/bouc_wen_sine_10"]
+
+
+def test_axes_carry_the_units_of_measure_of_the_loop() -> None:
+    found = loops.loop_explorer(shipped_cases("stage/open_loop", "scan_100"))
+    assert found is not None
+    assert found.explorer is not None
+    assert (found.explorer.u_label, found.explorer.y_label) == ("input in V", "output in um")
+    (plant,) = found.explorer.models  # through converter and delay
+    assert plant.inverse is not None
+
+
+def test_an_inverse_that_reads_more_than_the_wanted_output_is_not_in_front() -> None:
+    (plant,) = shown(shipped_cases("adaptive", "nominal_10"))
+    assert plant.inverse is None
+
+
+def test_loops_without_hysteresis_and_unstable_ones_have_none(loop: Any, write: Any) -> None:
+    (plant,) = shown([ready(write(loop))])
+    assert plant.inverse is None
+    loop["units"]["pid"]["values"]["Kp"] = 1e9
+    assert loops.loop_explorer([ready(write(loop))]) is None
+    loop["units"]["pid"]["values"]["Kp"] = 1.0
+    loop["units"]["plant"]["graph"]["blocks"][0] |= {"type": "scaling", "dims": {"n": 1}, "values": {"gain": [0.5]}}
+    assert loops.loop_explorer([ready(write(loop))]) is None

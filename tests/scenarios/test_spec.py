@@ -1,7 +1,5 @@
 """Scenario files: keys, limits of numbers, defaults, delays, paths; what is refused before anything runs."""
 
-from __future__ import annotations
-
 import dataclasses
 import importlib
 import math
@@ -265,12 +263,8 @@ def test_the_length_of_a_run(loop: Any, write: Any, monkeypatch: pytest.MonkeyPa
     for change, said in [
         ({"stop": 0.0301}, r"stop: at most 300 fine steps; got 301$"),
         ({"ripple": 2}, r"stop: at most 300 fine steps; got 600$"),
-        ({"stop": 0.03005}, r"stop: must be a multiple of the step 0\.0001 s; got 0\.03005$"),
         ({"stop": 0.00001}, r"stop: must be a multiple of the step 0\.0001 s; got 1e-05$"),
         ({"stop": 0.01}, r"metrics\.tracking\.after: must be below stop 0\.01 s; got 0\.01$"),
-        ({"order": ["plant", "reference"]}, r"order: must name every unit once; missing: \['pid'\], unknown: \[\]$"),
-        ({"order": ["plant", "reference", "pid", "x"]}, r"once; missing: \[\], unknown: \['x'\]$"),
-        ({"order": ["plant", "pid", "reference", "pid"]}, r"order: must name every unit once; twice: \['pid'\]$"),
     ]:
         with pytest.raises(InputError, match=said):
             ready(write(loop | change))

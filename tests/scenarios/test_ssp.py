@@ -1,7 +1,5 @@
 """A closed loop as an SSP archive: the same trajectory here, in libcosim, and in a container FMU."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys
@@ -281,23 +279,21 @@ def test_a_loop_that_does_not_reach_its_end_has_no_fmu(loop: Any, write: Any, tm
     assert not out.exists()
 
 
-def test_units_of_different_rates_have_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
-    loop["units"]["pid"]["every"] = 2
-    with pytest.raises(InputError, match="pid runs once in several steps: SSP has one step"):
+@pytest.mark.parametrize(
+    ("unit", "change", "said"),
+    [
+        ("pid", {"every": 2}, "pid runs once in several steps: SSP has one step"),
+        ("plant", {"substeps": 2}, "plant has substeps or a hold of its own: SSP knows neither"),
+        ("", {"scheme": "iterative"}, "the coupling is iterative: no reader of SSP archives iterates"),
+    ],
+)
+def test_what_no_reader_of_an_ssp_does_is_refused(
+    loop: Any, write: Any, tmp_path: Path, unit: str, change: dict[str, Any], said: str
+) -> None:
+    (loop["units"][unit] if unit else loop.setdefault("coupling", {})).update(change)
+    with pytest.raises(InputError, match=said):
         write_ssp(Cases(write(loop)).cases[0], tmp_path / "loop.ssp")
     assert not (tmp_path / "loop.ssp").exists()
-
-
-def test_sub_steps_have_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
-    loop["units"]["plant"]["substeps"] = 2
-    with pytest.raises(InputError, match="plant has substeps or a hold of its own: SSP knows neither"):
-        write_ssp(Cases(write(loop)).cases[0], tmp_path / "loop.ssp")
-
-
-def test_an_iterative_coupling_has_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
-    loop["coupling"] = {"scheme": "iterative"}
-    with pytest.raises(InputError, match="the coupling is iterative: no reader of SSP archives iterates"):
-        write_ssp(Cases(write(loop)).cases[0], tmp_path / "loop.ssp")
 
 
 def test_a_loop_that_the_coupling_of_readers_breaks_is_refused(loop: Any, write: Any, tmp_path: Path) -> None:

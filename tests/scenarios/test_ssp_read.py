@@ -1,14 +1,10 @@
 """Archives of a system written by hand: every element that is read, and the sentence for each that is not."""
 
-from __future__ import annotations
-
 import re
 import zipfile
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 from drawn_unit import Variable, drawn_fmu
 from engines import ready
@@ -16,12 +12,9 @@ from engines import ready
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario.ssp.container import _check, joined
+from hystfmu.scenario.ssp.container import joined
 from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp
-from hystfmu.scenario.ssp.write import SSC, SSV, changes, write_ssp
-from hystfmu.scenario.system.foreign import Foreign
-from hystfmu.scenario.system.spec import CouplingSpec, UnitSpec
-from hystfmu.scenario.system.system import System
+from hystfmu.scenario.ssp.write import SSC, SSV, write_ssp
 
 
 def component(name: str, inside: str = "", u: str = "", y: str = "", **more: str) -> str:
@@ -290,55 +283,6 @@ def test_a_root_of_another_kind(tmp_path: Path) -> None:
         read_ssp(path, 0.1)
 
 
-# ---- as readers run ------------------------------------------------------------------------------------------------
-def case(scheme: str = "gauss_seidel", **unit: Any) -> Any:
-    from dataclasses import make_dataclass
-
-    fields = ["where", "units", "coupling", "ripple", "record", "stop"]
-    units = {"a": UnitSpec.model_validate({"block": "delay"}), "b": UnitSpec.model_validate({"block": "delay"} | unit)}
-    made = make_dataclass("Case", fields)
-    return made("w", units, CouplingSpec.model_validate({"scheme": scheme}), 5, ("a.y", "b.y"), 1.0)
-
-
-# ---- as it is written ----------------------------------------------------------------------------------------------
-
-
-def test_values_that_a_foreign_unit_is_given() -> None:
-    foreign = object.__new__(Foreign)
-    kinds = {"p": "Int32", "q": "Real", "s": "String", "t": "Boolean", "l": "UInt64", "a": "Real"}
-    variables = [SimpleNamespace(name=name, type=kind) for name, kind in kinds.items()]
-    port = SimpleNamespace(name="u", type="Boolean")
-    ports = [
-        SimpleNamespace(scalar_names=("u",), start=(1.0,), size=1, variable=port),
-        SimpleNamespace(scalar_names=("v",), start=(0.0,), size=1, variable=port),
-        SimpleNamespace(scalar_names=("z",), start=(0.0,), size=1, variable=SimpleNamespace(name="z", type="Real")),
-    ]
-    object.__setattr__(foreign, "ports", ports)
-    object.__setattr__(foreign, "description", SimpleNamespace(modelVariables=variables))
-    object.__setattr__(foreign, "settings", {"p": 3, "q": 3.0, "s": "text", "t": True, "l": 2**33})
-    part: Any = SimpleNamespace(name="x", graph=foreign, constants={"u": 1.0, "v": 1.0, "z": -0.0})
-    found = changes(part, "here")
-    assert found == {"p": 3, "q": 3.0, "s": "text", "t": True, "l": 2.0**33, "v": True, "z": 0.0}
-    assert [type(x) for x in found.values()] == [int, float, str, bool, float, bool, float]
-    for name, value, why in [
-        ("a", [1.0], "the value of an array has no place in an SSP"),
-        ("l", 2**53 + 1, f"{2**53 + 1} has no place in an SSP: no Integer and no Real holds it"),
-        ("s", "a\x01", "'a\\x01' has no place in an SSP: XML has no such characters"),
-        ("q", np.inf, "inf has no place in an SSP: no Integer and no Real holds it"),
-    ]:
-        object.__setattr__(foreign, "settings", {name: value})
-        with pytest.raises(InputError, match=rf"^here: x\.{name}: {re.escape(why)}$"):
-            changes(part, "here")
-    assert changes(SimpleNamespace(graph=None), "here") == {}  # type: ignore[arg-type]
-
-
-# ---- written ---------------------------------------------------------------------------------------------------------
-@pytest.fixture
-def system(loop: Any, write: Any) -> System:
-    loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
-    return ready(write(loop))
-
-
 # ---- the structure -------------------------------------------------------------------------------------------------
 
 
@@ -370,17 +314,3 @@ def test_an_algebraic_loop_is_cut_where_a_value_is_late(loop: Any, write: Any) -
         "plant_to_reference.plant_u": "pid.pid_y", "pid.pid_u_1": "plant_to_reference.reference_r",
         "pid.pid_u_2": "plant_to_reference.plant_y",
     }  # fmt: skip
-
-
-# ---- a container ---------------------------------------------------------------------------------------------------
-
-
-def test_what_a_container_does_not_step(loop: Any, write: Any) -> None:
-    loop["coupling"] = {"scheme": "iterative"}
-    with pytest.raises(InputError, match="a container steps in order or all at once, not with iterative coupling"):
-        _check(ready(write(loop)))
-    loop["coupling"] = {"scheme": "jacobi"}
-    _check(ready(write(loop)))
-    loop["units"]["pid"]["hold"] = "first"
-    with pytest.raises(InputError, match="pid has a hold of its own: a container knows none"):
-        _check(ready(write(loop)))

@@ -3,8 +3,6 @@
 The records are of devices of many kinds.  Which verdict is right is the matter of tests/benchmarks/devices.py.
 """
 
-from __future__ import annotations
-
 import html
 import json
 import os

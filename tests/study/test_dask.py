@@ -1,7 +1,5 @@
 """Studies with Dask: workers, and the page of a cluster."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re
@@ -20,9 +18,6 @@ from click.testing import CliRunner
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.scenario import Run
-from hystfmu.studies import pool
-from hystfmu.studies.task import Runner, Task
 
 distributed = pytest.importorskip("distributed")
 
@@ -79,38 +74,6 @@ def test_workers_keep_nothing_of_a_study(
 def test_a_wrong_address_is_one_line(write: Any, tmp_path: Path, address: str) -> None:
     with pytest.raises(InputError, match="must read dask://HOST:PORT"):
         hy.study(write(), tmp_path / "out", on=address)
-
-
-def test_a_runner_for_each_thread_and_study(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A chunk that was queued when its study ended may still start, and leaves no runner behind."""
-    made: list[Any] = []
-
-    class Noted(Runner):
-        def __init__(self, *given: Any, **more: Any) -> None:
-            made.append(self)
-            self.closed = 0
-
-        def __call__(self, task: Task) -> dict[str, Any]:
-            if task.index == 99:
-                pool._close_study("b")
-            return {"index": task.index}
-
-        def close(self) -> None:
-            self.closed += 1
-
-    monkeypatch.setattr(pool, "Runner", Noted)
-    monkeypatch.setattr(pool, "_scratch", lambda: "here")
-
-    def run(key: str, *tasks: int) -> list[int]:
-        found = pool._run(key, [], Run("fmpy"), [Task(k, k, 0, f"id{k}", {}, {}) for k in tasks])
-        return [r["index"] for r in found]
-
-    assert run("a", 0, 1) + run("a", 2) == [0, 1, 2]
-    assert run("b", 3) == [3]
-    assert [r.closed for r in made] == [1, 0]  # left by a study that was killed
-    assert run("b", 4, 99, 5) == [4, 99]  # closed while the task ran
-    assert run("b", 7) == []  # it was queued when the study ended, and starts now
-    assert all(r.closed for r in made)
 
 
 # ---- page ------------------------------------------------------------------------------------------------------------

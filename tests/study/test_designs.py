@@ -1,7 +1,5 @@
 """Studies that design controllers, and the study of a stage."""
 
-from __future__ import annotations
-
 import importlib.util
 import tomllib
 from dataclasses import replace
@@ -24,7 +22,7 @@ from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.studies.sampling import Asked, sampler
-from hystfmu.studies.spec import Study, Weight, behind_memory, in_parallel
+from hystfmu.studies.spec import Study, in_parallel
 
 LOOPS = tuned.SCENARIOS / "loops" / "gains.toml"
 PID = """extends = "gains.toml"
@@ -49,17 +47,17 @@ def write(folder: Path, *changes: tuple[str, str]) -> Path:
     return path
 
 
-def test_the_loop_behind_a_memory_is_that_of_the_scenario_without_it() -> None:
-    z = np.exp(1j * np.geomspace(1e-3, 3.0, 40))
+def test_the_response_to_a_memory_is_that_of_the_scenario_without_it() -> None:
+    angles = np.geomspace(1e-3, 3.0, 40)
     opened = {
         name: open_loop(build(next(c for c in Cases(tuned.SCENARIOS / name).cases if c.name == "up_400_10")), (1, 1))
         for name in ("internal_model", "repetitive")
     }
     for slope in (0.7, 1.4):
-        behind = behind_memory(opened["repetitive"], slope)(z)
-        assert behind == pytest.approx(opened["internal_model"].open_loop(slope, 0.0)(z), rel=1e-6)
+        L = opened["internal_model"].open_loop(slope, 0.0)(np.exp(1j * angles))
+        assert opened["repetitive"].learnt(angles, slope) == pytest.approx(L / (1 + L), rel=1e-6)
     with pytest.raises(InputError, match="must have a memory of a period"):
-        behind_memory(opened["internal_model"], 1.0)
+        opened["internal_model"].learnt(angles, 1.0)
 
 
 @pytest.mark.parametrize("sizes", [[7], [3, 4], [4, 3], [2, 5]])
@@ -109,15 +107,6 @@ def test_the_robust_controller_of_a_scenario_is_that_of_its_weight(name: str) ->
     assert sum(parts) == pytest.approx(found.robust(points), rel=1e-4)
     assert found.b_opt > 0.25, "a weight that does not ask for too much"
     assert name != "h_infinity" or found.b_opt == pytest.approx(0.38, abs=0.005), "as its text says"
-
-
-def test_a_weight_is_what_its_equation_says() -> None:
-    s = 3j
-    W = Weight(K="a", K_1="b", K_2="c", T_z="d", T_p="e").transfer({"a": 2.0, "b": 3.0, "c": 5.0, "d": 0.7, "e": 0.1})
-    assert W(s) == pytest.approx(2 * (1 + 3 / s) * (1 + 5 / s) * (0.7 * s + 1) / (0.1 * s + 1))
-    assert Weight(Ki="a").transfer({"a": 2.0})(s) == pytest.approx(2 / s)
-    with pytest.raises(ValueError, match="exactly one of K and Ki"):
-        Weight(K="a", Ki="b")
 
 
 def test_the_first_trial_is_the_one_that_the_file_states(tmp_path: Path) -> None:

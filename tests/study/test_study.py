@@ -1,7 +1,5 @@
 """Studies: closed-form results, sampling, invalid studies, and one table for all engines and numbers of workers."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -180,6 +178,12 @@ def test_bad_studies_are_one_line(write: Any, tmp_path: Path, change: dict[str, 
     assert message in result.output
     assert len(result.output.splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_a_grid_of_more_than_ten_million_points_is_refused(write: Any, tmp_path: Path) -> None:
+    steps = {"command.step": 10**5, "lag.b": 101}
+    with pytest.raises(InputError, match="the grid must have at most 10000000 points"):
+        hy.study(write(parameters={k: {"range": [0.1, 1.0], "steps": n} for k, n in steps.items()}), tmp_path / "out")
 
 
 def test_the_folder_of_another_study_is_refused(write: Any, tmp_path: Path) -> None:

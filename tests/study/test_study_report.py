@@ -1,7 +1,5 @@
 """Figures, page and answer of a study by numbers: shares, ratios to limits, spreads, Sobol indices."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -389,33 +387,3 @@ def test_what_is_explained_is_the_leave_one_out_error():
             errors.append(y[k] - A[k] @ np.linalg.lstsq(A[rest], y[rest], rcond=None)[0])
         best = max(best, 1 - np.mean(np.square(errors)) / y.var())
     assert figures.effects(x, y[:, None]).explained[0] == pytest.approx(best, rel=1e-6)
-
-
-@pytest.mark.parametrize(("n", "explained"), [(3, 0.0), (4, 1.0), (5, 1.0)])
-def test_two_runs_a_term_are_needed(n, explained):
-    x = np.linspace(0, 1, n)[:, None]
-    assert figures.effects(x, legendre(x)).explained[0] == pytest.approx(explained, abs=1e-6)
-
-
-@pytest.mark.parametrize(("degree", "found"), [(12, 1.0), (13, 0.0)])
-def test_degrees_up_to_twelve_and_three_hundred_terms(degree, found):
-    x = draws(900, 1)
-    y = np.polynomial.legendre.legval(2 * x - 1, np.eye(degree + 1)[degree])
-    assert round(figures.effects(x, y).explained[0], 2) == pytest.approx(found, abs=0.1)
-    many = draws(700, 23, 3)  # 300 terms of degree 2
-    y = legendre(many[:, :1]) * legendre(many[:, 1:2])
-    assert figures.effects(many, y).total[0, 0] == pytest.approx(1.0, abs=1e-6)
-    more = draws(700, 24, 3)  # 325 terms
-    y = legendre(more[:, :1]) * legendre(more[:, 1:2])
-    assert figures.effects(more, y).explained[0] < 0.5
-
-
-@pytest.mark.parametrize(("levels", "exact"), [(64, True), (65, False)])
-def test_polynomials_of_up_to_64_levels_are_orthonormal_over_them(levels, exact):
-    column = np.repeat(np.linspace(0, 1, levels) ** 2, 3)
-    b = figures._orthonormal(column)
-    assert b.shape == (3 * levels, 13)
-    assert np.allclose(b.T @ b / len(b), np.eye(13), atol=1e-9) is exact
-    two = figures._orthonormal(np.array([0.0, 1.0, 1.0, 0.0]))
-    assert two.shape == (4, 2)
-    assert two.T @ two / 4 == pytest.approx(np.eye(2))

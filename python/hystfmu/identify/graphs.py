@@ -20,15 +20,16 @@ def device(
     source: str = "readout.y",
     start: float | None = None,
     beside: Sequence[Input] = (),
+    sort: bool = True,
 ) -> Graph:
     """Return a graph with the input `u` and the output `y`, in the units of measure of the record.
 
     `nodes` and `wires` are the blocks and their connections. The input u is connected to the endpoints `to`, and its
     start value is `start`, by default the first input of the record. The output y is the endpoint `source`. `beside`
-    contains further inputs.
+    contains further inputs. If `sort` is False, the blocks are in the order of evaluation.
     """
     first = Input("u", tuple(to), data.unit_u, float(data.u[0]) if start is None else start)
-    return Graph(nodes, wires, [first, *beside], [Output("y", source, data.unit_y)])
+    return Graph(nodes, wires, [first, *beside], [Output("y", source, data.unit_y)], sort=sort)
 
 
 def scaled_input(seen: Array, span: float = 2.0) -> tuple[Node, float, float]:

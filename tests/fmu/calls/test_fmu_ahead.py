@@ -1,7 +1,5 @@
 """Inputs at the end of a step: derivatives in FMI 2.0, intermediate update in FMI 3.0, against closed forms."""
 
-from __future__ import annotations
-
 import ctypes as C
 import math
 import xml.etree.ElementTree as ET

@@ -6,8 +6,6 @@ SSP archive and as one FMU.  A cell is the largest difference from `predict`, or
 share of the span; "bits" is no difference.  A cell above its bound ends the command with 1.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -27,8 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "oracles"))
 import fmpy
 import numpy as np
 from fmu_master import Array
-from runners import exchange_by_fmpy, run_by_fmpy, run_by_libcosim, run_in_container
-from ssp_readers import READERS, absent, error, reference
+from runners import READERS, absent, error, exchange_by_fmpy, reference, run_by_fmpy, run_by_libcosim, run_in_container
 from test_keys import H, fitted_model
 
 from hystfmu import Model

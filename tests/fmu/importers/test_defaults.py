@@ -5,8 +5,6 @@ in a master that follows the standard to the letter: it sets continuous inputs b
 where the unit asks for it only.
 """
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys
@@ -23,7 +21,7 @@ from fmpy.fmi1 import FMICallException
 from fmu_master import ERROR, Array
 from fmu_slave import Slave
 from matrix import by_ecos
-from ssp_readers import absent
+from runners import absent
 from test_keys import fitted_model, plant, ramps
 
 from hystfmu import Dataset, Model, fit

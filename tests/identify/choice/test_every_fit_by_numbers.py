@@ -1,6 +1,6 @@
 """What every fit checks and reports, by numbers: limits of the data, free run, other signals."""
 
-from __future__ import annotations
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from hystfmu.data.signals import nested_reversals
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify import one
 from hystfmu.identify.excitation.minor_loops import Excitation
+from hystfmu.identify.methods import weighted_sums
 from hystfmu.model import Model, guards
 
 H = 1e-3
@@ -24,6 +25,7 @@ def gain(k=1.0, offset=0.0, name="u"):
 
 
 # ---- data of a fit --------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("key", ["prandtl_ishlinskii", "auto"])
 @pytest.mark.parametrize(
     ("u", "y", "words"),
     [
@@ -38,9 +40,14 @@ def gain(k=1.0, offset=0.0, name="u"):
         (U, 0.99e-100 * (U - U.min()) / np.ptp(U[:300]), "The span of y in the train rows must be at least 1e-100"),
     ],
 )
-def test_data_that_no_fit_takes(u, y, words):
+def test_data_that_no_fit_takes(u, y, words, key):
     with pytest.raises(InputError, match=words):
-        one.check(Dataset.from_signal(u, y, H, "bad", slice(0, 300)))
+        identify.fit(Dataset.from_signal(u, y, H, "bad", slice(0, 300)), key)
+
+
+def test_auto_has_no_options():
+    with pytest.raises(InputError, match="must be one of: none"):
+        identify.fit(Dataset.from_signal(U, U, H), "auto", N=3)
 
 
 def test_data_at_the_limits():
@@ -71,12 +78,11 @@ def test_the_mean_is_the_worst_model(monkeypatch, rms, good):
 
 @pytest.mark.parametrize(("parameters", "warned"), [(299, False), (300, True)])
 def test_a_fit_states_its_numbers(monkeypatch, parameters, warned):
-    from hystfmu.identify.methods import prandtl_ishlinskii
-
     def build(data, options, seed, progress):
         return gain(2.0), parameters, {"f_n": 3.0, "warnings": ["first"], "bounded": {"p": (0.0, 0.0, 1.0)}}
 
-    monkeypatch.setattr(prandtl_ishlinskii, "build", build)
+    kinds = weighted_sums.KINDS
+    monkeypatch.setitem(kinds, "prandtl_ishlinskii", replace(kinds["prandtl_ishlinskii"], build=build))
     data = Dataset.from_signal(U, 2 * U + np.where(np.arange(400) % 2, 0.1, -0.1), H, "x", slice(0, 300))
     model = one.fit_one(data, "prandtl_ishlinskii", 3, lambda f: None, {"N": 7})
     assert (model.fit["parameters"], model.fit["f_n"], model.step) == (parameters, 3.0, H)
@@ -106,33 +112,6 @@ def test_what_a_record_shows_is_added():
     assert identify._told(follows, seen, late, ["loop"]).fit["warnings"] == ["poor", "loop"]
     nothing = Excitation(1, 1.0, 0, 0.0, False, "x", (), ())
     assert "warnings" not in identify._told(follows, nothing, late, []).fit
-
-
-def test_auto_is_asked_once_for_data_that_any_kind_takes(monkeypatch):
-    told, asked = [], []
-    chosen = Model("k", gain(), H, "", {"rms_percent": 1.5}, {"auto": 1})
-
-    def choose(data, seed, progress, inverses, only):
-        progress(0.5)
-        asked.append((seed, inverses, only))
-        return chosen
-
-    monkeypatch.setattr(identify.auto, "choose", choose)
-    monkeypatch.setattr(identify, "_told", lambda model, *shown: model)
-    with pytest.raises(InputError, match="must have a measured output"):
-        identify.fit(Dataset.from_signal(U, np.full(400, np.nan), H), "auto")
-    with pytest.raises(InputError, match="must be one of: none"):
-        identify.fit(Dataset.from_signal(U, U, H), "auto", N=3)
-    assert asked == []
-    data = Dataset.from_signal(U, 2 * U, H)
-    model = identify.fit(data, "auto", seed=4, progress=told.append, only_invertible=True)
-    assert asked[0][0] == 4
-    assert asked[0][2] is True
-    assert told == [0.5]
-    assert model is chosen
-    identify.fit(data, "auto")
-    assert asked[1][0] == 0
-    assert asked[1][2] is False
 
 
 # ---- another signal -------------------------------------------------------------------------------------------------
@@ -175,15 +154,3 @@ def test_an_output_at_the_limit_is_not_warned_of():
     assert len(guards.excursion("kind", gain(0.0, 101.0), data)) == 1  # a hundred
     with pytest.raises(InputError, match="must be stable on other signals"):
         guards.excursion("kind", gain(0.0, np.nextafter(101.0, 102.0)), data)
-
-
-def test_all_rules_are_looked_at():
-    found = guards.warnings(gain(), H, {"p": (0.0, 0.0, 1.0)}, 12.4)
-    assert [line.split()[0] for line in found] == ["p", "the"]
-    assert "reach 12 % of the states" in found[1]
-    both = Graph(
-        [Node("a", "transfer_function", {}, {"b": [1.0], "a": [1.0, 4000.0]})], [],
-        [Input("u", ("a.u",))], [Output("y", "a.y")],
-    )  # fmt: skip
-    assert guards._fast_poles(both, H)[0].startswith("a pole of a at 4e+03 1/s lies above pi/h = 3.1e+03 1/s")
-    assert guards._fast_poles(both, H / 2) == []

@@ -1,7 +1,5 @@
 """What the options of every kind promise: a model file names only what was given, so a default must not move unseen."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,6 +7,7 @@ from hystfmu import InputError
 from hystfmu.identify import catalogue
 from hystfmu.identify.catalogue import ANY, CLOSES, LAGS, LATE, OPENS, Candidate, Option
 from hystfmu.identify.features.plays import u0_option
+from hystfmu.identify.methods import MODULES
 from hystfmu.identify.network.readout import network_options
 
 U0 = {"u0": (None, -1e300, 1e300)}
@@ -65,7 +64,7 @@ WORDS = {  # the default comes first; None: chosen from the data
         "creep": (None, "yes", "no"), "dynamics": (None, "yes", "no"), "covariates": (None, "offset", "gain", "bend"),
         "hold": ("foh", "foh", "zoh"),
     },
-    "bouc_wen_parallel": {"rate": (None, "yes", "no")},
+    "bouc_wen_parallel": {"rate": (None, "yes", "no"), "series": (None, "yes", "no")},
     "g0_bouc_wen": {"hold": ("foh", "foh", "zoh")},
     "g0_jiles_atherton": {"strain": (None, "no", "yes"), "hold": ("foh", "foh", "zoh")},
     "constraint_factor_mlp": {"branch": ("increasing", "increasing", "literal")},
@@ -181,12 +180,5 @@ COVARIATES = {
 
 
 def test_who_takes_several_records_and_covariates():
-    assert {k for k in catalogue.METHODS if catalogue.takes_records(k)} == RECORDS
-    assert {k for k in catalogue.METHODS if catalogue.takes_covariates(k)} == COVARIATES
-
-
-def test_a_kind_that_is_gone_or_unknown_is_one_line():
-    with pytest.raises(InputError, match="must be actuator or preisach, which replace prandtl_ishlinskii_asym"):
-        catalogue.method("prandtl_ishlinskii_asym")
-    with pytest.raises(InputError, match=r"must be one of actuator, .*, auto. Got 'pi' instead"):
-        catalogue.method("pi")
+    assert {k for k in MODULES if catalogue.method(k).records} == RECORDS
+    assert {k for k in MODULES if catalogue.method(k).covariates} == COVARIATES

@@ -1,10 +1,11 @@
 """Devices written from their equations in numpy, and the graphs that are fitted to them."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
+import plants
+from foreign import solvers
+from foreign.solvers import FINER, fine, mode
 
 import hystfmu as hy
 
@@ -21,41 +22,17 @@ def multisine(rng, rows, most=60.0):
 
 def plays(u, r, w, w0, first):
     """w0 u + sum w_i p_i, the plays at `first` before row 0."""
-    p, y = np.array(first, dtype=float), np.empty(len(u))
-    for k, v in enumerate(u):
-        p = np.clip(p, v - np.asarray(r), v + np.asarray(r))
-        y[k] = w0 * v + np.dot(w, p)
-    return y
+    return w0 * u + plants.plays(u, np.asarray(r), np.asarray(first, dtype=float)) @ np.asarray(w)
 
 
-def bouc_wen(u, beta, gamma, n, fine=40):
-    """z for A = 1 by Runge-Kutta in u, `fine` steps a row."""
-
-    def slope(z, s):
-        size = abs(z) ** (n - 1)
-        return 1 - beta * s * size * z - gamma * size * abs(z)
-
-    z, found = 0.0, np.zeros(len(u))
-    for k in range(1, len(u)):
-        d = (u[k] - u[k - 1]) / fine
-        s = np.sign(d)
-        for _ in range(fine if d else 0):
-            a = slope(z, s)
-            b = slope(z + d * a / 2, s)
-            c = slope(z + d * b / 2, s)
-            z += d * (a + 2 * b + 2 * c + slope(z + d * c, s)) / 6
-        found[k] = z
-    return found
+def bouc_wen(u, beta, gamma, n):
+    """z for A = 1 and z = 0 before row 0."""
+    return solvers.bouc_wen(fine(u), beta, gamma, n)[::FINER]
 
 
 def second_order(x, f_n, zeta):
     """The response of omega^2 / (s^2 + 2 zeta omega s + omega^2) to ramps between rows, from its steady state."""
-    from scipy.signal import cont2discrete, lfilter, lfiltic
-
-    w = 2 * np.pi * f_n
-    b, a, _ = cont2discrete(([w * w], [1, 2 * zeta * w, w * w]), H, "foh")
-    b = np.ravel(b)
-    return lfilter(b, a, x, zi=lfiltic(b, a, [x[0]] * 2, [x[0]] * 2))[0]
+    return mode(x, f_n, zeta, H)
 
 
 def noisy(rng, y, share=1e-3):

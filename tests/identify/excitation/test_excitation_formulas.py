@@ -1,8 +1,7 @@
 """Lag, feedback, drift and dead time of a record against the formulas of their modules, written out again in numpy."""
 
-from __future__ import annotations
-
 import numpy as np
+import plants
 import pytest
 from scipy.stats import norm, rankdata
 
@@ -31,18 +30,11 @@ def lag(data):
     return timing.lag(data.u, data.y, data.train)
 
 
-def plays(u, r):
-    z, out = np.full(len(r), u[0]), np.empty((len(u), len(r)))
-    for k, x in enumerate(u):
-        out[k] = z = np.clip(z, x - r, x + r)
-    return out
-
-
 def regression(u, rows):
     """1, x, x^2, x^3 and twelve plays up to 98 % of half the trained range."""
     x = (u - u[rows].mean()) / np.ptp(u[rows])
     r = 0.98 * np.ptp(u[rows]) / 2 * np.arange(1, 13) / 12
-    return np.column_stack([x**0, x, x**2, x**3, plays(u, r)])
+    return np.column_stack([x**0, x, x**2, x**3, plants.plays(u, r, u[0])])
 
 
 def left(a, y):

@@ -1,14 +1,13 @@
 """Devices of the literature with random parameters: y of rows of u in [-1, 1], from rest at 0."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from plants import plays
 
-from foreign.solvers import FINER, along, filtered, fine, in_time, lag, late, mode, plays, relays
+from foreign.solvers import FINER, along, filtered, fine, in_time, lag, late, mode, relays
 
 Run = Callable[[np.ndarray, np.ndarray], np.ndarray]
 

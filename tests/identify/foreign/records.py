@@ -1,9 +1,8 @@
 """Records of foreign devices, and the signals that judge a model: all start from rest at 0 and stay in the band."""
 
-from __future__ import annotations
-
 import numpy as np
 
+from foreign import truth
 from foreign.devices import Device, draw
 from hystfmu import Dataset
 
@@ -70,6 +69,7 @@ class Case:
     """
 
     def __init__(self, name: str, form: str, seed: int) -> None:
+        self.name, self.seed = name, seed
         self.device: Device = draw(name, seed)
         rng = np.random.default_rng([seed, len(name), list(FORMS).index(form)])
         d, band = self.device, self.device.band
@@ -102,4 +102,15 @@ class Case:
             used = {i.name for i in model.graph.inputs}
             given = {name: values for name, values in given.items() if name in used}
             e.append(model.predict(other.u, covariates=given) - other.y if given else model.predict(other.u) - other.y)
-        return 100 * float(np.sqrt(np.mean(np.concatenate(e) ** 2))) / self.data.span
+        return self.percent(e)
+
+    def percent(self, errors) -> float:
+        """RMS of the errors on the held-out signals in % of the span of the record."""
+        return 100 * float(np.sqrt(np.mean(np.concatenate(errors) ** 2))) / self.data.span
+
+    def truth(self) -> float:
+        """Error (%FS) of the true structure, fitted to the record: as a graph where the blocks of the kit have it."""
+        if self.name in truth.GRAPHS:
+            return self.error(truth.by_graph(self.name, self.seed, self.data))
+        run = truth.by_solver(self.name, self.seed, self.data)
+        return self.percent([truth.played(run, other) - other.y for other in self.held_out])

@@ -1,6 +1,4 @@
-"""Solvers of the foreign devices: Runge-Kutta, exact linear filters, plays, on a grid finer than the rows."""
-
-from __future__ import annotations
+"""Solvers of the foreign devices: Runge-Kutta, exact linear filters, relays, on a grid finer than the rows."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -29,6 +27,11 @@ def along(u: np.ndarray, slope: Callable[[float, float, float], float], z: float
             z += d / 6 * (k1 + 2 * k2 + 2 * k3 + slope(z + d * k3, b, s))
         out[k] = z
     return out
+
+
+def bouc_wen(u: np.ndarray, beta: float, gamma: float, n: float) -> np.ndarray:
+    """State of dz/du = 1 - |z|^n (gamma + beta sgn(z du)) from 0, a ramp between points."""
+    return along(u, lambda z, u, s: 1 - abs(z) ** n * (gamma + beta * np.sign(z) * s))
 
 
 def in_time(u: np.ndarray, h: float, rate: Callable[..., tuple[float, float]]) -> np.ndarray:
@@ -67,15 +70,6 @@ def late(y: np.ndarray, rows: float) -> np.ndarray:
     """The same some rows later."""
     at = np.arange(len(y)) - rows
     return np.interp(at, np.arange(len(y)), y)
-
-
-def plays(u: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """Plays (n, m) from rest at 0."""
-    state, out = np.zeros(len(r)), np.empty((len(u), len(r)))
-    for k, value in enumerate(u):
-        state = np.maximum(value - r, np.minimum(value + r, state))
-        out[k] = state
-    return out
 
 
 def relays(u: np.ndarray, density: Callable[[np.ndarray, np.ndarray], np.ndarray], n: int = 60) -> np.ndarray:

@@ -1,7 +1,5 @@
 """Polynomial NARX: choice of the range, recursive training, covariates, refusals; the graph runs the equation."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -144,14 +142,6 @@ def test_as_many_weights_as_rows_are_enough():
     assert kind.build(data, {**OPTIONS, "n_u": 8}, 0, lambda f: None)[1] == 55
     with pytest.raises(InputError, match=r"the 54 train rows. Got 55"):
         kind.build(data.with_train((20, 74)), {**OPTIONS, "n_u": 8}, 0, lambda f: None)
-
-
-def test_covariates_take_neither_lags_of_y_nor_other_training():
-    data = record(covariate=True)
-    for options in ({"n_y": 1}, {"training": "recursive"}):
-        with pytest.raises(InputError, match="with covariates must be n_y = 0 and training = 'batch'"):
-            kind.build(data, {**OPTIONS, **options}, 0, lambda f: None)
-    kind.build(record(), {**OPTIONS, "n_y": 1}, 0, lambda f: None)
 
 
 def test_an_unstable_model_with_lags_of_y_is_refused(monkeypatch):

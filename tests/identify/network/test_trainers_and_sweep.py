@@ -1,19 +1,11 @@
 """Trainers by name and the sweep over hidden sizes: settings of the optimisers, shares of the processes, units."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import scipy.optimize
-import torch
-from torch import nn
 
-from hystfmu import InputError
 from hystfmu.identify.network import readout as sweep
-from hystfmu.identify.network import torch_module
 from hystfmu.identify.network.training import decay_for, train
 from hystfmu.identify.solvers import trainers
 
@@ -44,72 +36,6 @@ def test_every_trainer_ends_at_the_least_squares(name):
 def test_a_gradient_saves_the_jacobian(name):
     p, _ = trainers.TRAINERS[name](np.zeros(4), replace(SQUARES, residuals=None), 60, lambda f: None)
     assert p == pytest.approx(BEST, abs=1e-5)
-
-
-def test_lbfgs_stops_at_its_limits_only(monkeypatch):
-    asked, told = [], []
-
-    def minimize(function, p, jac, method, callback, options):
-        asked.append((jac, method, options))
-        for _ in range(7):
-            callback(p)
-        return SimpleNamespace(x=p + 1, fun=3)
-
-    monkeypatch.setattr(scipy.optimize, "minimize", minimize)
-    p, value = trainers.lbfgs(np.zeros(2), lambda p: (0.0, p), 5, told.append)
-    assert asked == [(True, "L-BFGS-B", {"maxiter": 5, "maxfun": 100, "maxcor": 20, "ftol": 0.0, "gtol": 1e-12})]
-    assert told == [0.2, 0.4, 0.6, 0.8, 1.0, 1.0, 1.0]
-    assert (p.tolist(), value) == ([1.0, 1.0], 3.0)
-
-
-# ---- modules of torch -----------------------------------------------------------------------------------------------
-def linear(n_out=1):
-    torch.manual_seed(0)
-    return nn.Linear(4, n_out)
-
-
-@pytest.mark.parametrize("trainer", ["levenberg_marquardt", "powell_beale", "lbfgs"])
-def test_a_module_is_trained_in_place(trainer):
-    module, told = linear(), []
-    error = torch_module.train_module(module, A, B, trainer, 80, told.append)
-    a = np.column_stack([A, np.ones(30)])
-    best = np.linalg.lstsq(a, B, rcond=None)[0]
-    assert module.weight.detach().numpy().ravel() == pytest.approx(best[:4], abs=1e-5)
-    assert error == pytest.approx(np.sqrt(np.mean((a @ best - B) ** 2)))
-    assert told == sorted(told)
-    assert len(told) > 1
-
-
-def test_a_module_with_two_outputs():
-    y = np.column_stack([B, 2 * B + A[:, 0]])
-    module = linear(2)
-    error = torch_module.train_module(module, A, y)
-    a = np.column_stack([A, np.ones(30)])
-    left = y - a @ np.linalg.lstsq(a, y, rcond=None)[0]
-    assert error == pytest.approx(np.sqrt(np.mean(left**2)))
-    fit = torch_module.problem(module, A, y)
-    p = nn.utils.parameters_to_vector(module.parameters()).detach().numpy()
-    r, J = fit.residuals(p)
-    assert (r.shape, J.shape) == ((60,), (60, 10))
-    assert fit.errors(p) == pytest.approx(r)
-    value, g = fit.gradient(p)
-    assert value == pytest.approx(r @ r)
-    assert g == pytest.approx(2 * J.T @ r)
-
-
-@pytest.mark.parametrize(
-    ("module", "x", "y", "trainer", "words"),
-    [
-        (linear(), A, B, "sgd", "must be one of levenberg_marquardt, powell_beale, lbfgs. Got 'sgd'"),
-        (linear(), A[0], B, "lbfgs", r"Got \(4,\) and 30 rows"),
-        (linear(), A, B[:9], "lbfgs", r"Got \(30, 4\) and 9 rows"),
-        (nn.Identity(), A, B, "lbfgs", "must have weights to train"),
-        (linear(2), A, B, "lbfgs", r"must give 1 values a row, as y has. Got \(2,\)"),
-    ],
-)
-def test_what_a_module_must_be(module, x, y, trainer, words):
-    with pytest.raises(InputError, match=words):
-        torch_module.train_module(module, x, y, trainer)
 
 
 # ---- sweep ----------------------------------------------------------------------------------------------------------

@@ -1,13 +1,13 @@
 """What a record shows of linear dynamics, against devices of a simulator twelve times finer than their records."""
 
-from __future__ import annotations
-
 import json
 import time
 
 import numpy as np
 import pytest
-from scipy.signal import cont2discrete, lfilter
+from foreign.solvers import mode
+from plants import plays
+from scipy.signal import lfilter
 
 import hystfmu as hy
 from hystfmu.identify.evidence import Evidence, evidence
@@ -15,33 +15,14 @@ from hystfmu.identify.evidence import Evidence, evidence
 FINER = 12
 
 
-def plays(u, widths, weights):
-    """Sum of plays, by their definition."""
-    total = np.zeros(len(u))
-    for r, w in zip(widths, weights, strict=True):
-        z, at = np.empty(len(u)), 0.0
-        for k, x in enumerate(u.tolist()):
-            at = max(x - r, min(x + r, at))
-            z[k] = at
-        total += w * z
-    return total
-
-
-def behind(x, f_n, zeta, step):
-    """Output of a mode with ramps between the rows of the simulator, from rest at the first value."""
-    w = 2 * np.pi * f_n
-    b, a, *_ = cont2discrete(([w * w], [1, 2 * zeta * w, w * w]), step, "foh")
-    return lfilter(b.ravel(), a, x - x[0]) + x[0]
-
-
 def record(u, h, modes, late, noise, rng, bend=0.0, creep=0.0):
     """Record of a device and the output of its hysteresis: `u` on the fine grid, `late` its delay in fine steps."""
-    x = plays(u, [0.0, 0.1, 0.2, 0.4], [1.0, 0.3, 0.2, 0.1])
+    x = plays(u, np.array([0.0, 0.1, 0.2, 0.4])) @ [1.0, 0.3, 0.2, 0.1]
     x = x + bend * x**2
     pole = np.exp(-h / FINER / 0.1)
     x = x + creep * (lfilter([1 - pole], [1, -pole], x - x[0]) + x[0])
     moved = np.concatenate([np.full(late, x[0]), x[: len(x) - late]])
-    y = sum(share * behind(moved, f, z, h / FINER) for f, z, share in modes)[::FINER]
+    y = sum(share * mode(moved, f, z, h / FINER) for f, z, share in modes)[::FINER]
     sigma = noise * np.ptp(y)
     return hy.Dataset.from_signal(u[::FINER], y + sigma * rng.normal(size=len(y)), h), x[::FINER], sigma
 
@@ -159,7 +140,7 @@ def test_long_records_are_quick():
     rng = np.random.default_rng()
     t = np.arange(100_000) * 1e-4
     u = chirp(t, 1.0, 2000.0)
-    y = behind(u, 700.0, 0.02, 1e-4) + 1e-3 * rng.normal(size=len(u))
+    y = mode(u, 700.0, 0.02, 1e-4) + 1e-3 * rng.normal(size=len(u))
     started = time.process_time()
     assert evidence(hy.Dataset.from_signal(u, y, 1e-4)).modes
     assert time.process_time() - started < 10

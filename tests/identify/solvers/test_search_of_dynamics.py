@@ -1,20 +1,16 @@
 """Dynamics behind a hysteresis: the grid of starts, settings of the search, derivatives, standard errors, the rest."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.optimize import OptimizeResult
 
 from hystfmu import Dataset, InputError, fit
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.estimate import dynamics
-from hystfmu.identify.estimate import search as estimator
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, search, uncertainty, unknown
 from hystfmu.identify.estimate.search import Differences, standard_errors
 from hystfmu.identify.features import bent_sum, other_memory, plays
@@ -33,51 +29,7 @@ def point_error(g):
     return 199 * np.sqrt(200) * np.array([1.0, 2.0, 3.0]) * (g.point(H) - [np.log(60), np.log(0.5), 3.0])
 
 
-@pytest.fixture
-def refined(monkeypatch):
-    asked = []
-
-    def least_squares(error, p, jacobian, bounds, **words):
-        asked.append((np.array(p), error(p), jacobian(p), bounds, words))
-        cost = 10.0 - len(asked)
-        return OptimizeResult(x=np.array(p) + 0.01 * len(asked), cost=cost)
-
-    monkeypatch.setattr(estimator, "least_squares", least_squares)
-    return asked
-
-
-def test_the_best_two_of_a_grid_are_refined(refined):
-    told = []
-    found = search(point_error, DATA, OPTIONS, told.append)
-    grid = np.linspace(HI[0], LO[0], 11)  # less than four decades
-    starts = [np.clip([f, np.log(0.7), d], LO + 1e-10, HI - 1e-10) for f in grid for d in (0.0, 2.0)]
-    errors = [np.sum((point_error(Dynamics.at(p, H)) / 199 / np.sqrt(200)) ** 2) for p in starts]
-    first, second = np.argsort(errors)[:2]
-    assert refined[0][0] == pytest.approx(starts[first])
-    assert refined[1][0] == pytest.approx(starts[second])
-    assert found.point(H) == pytest.approx(starts[second] + 0.02)  # of less cost
-    assert told == pytest.approx([0.3 * k / 22 for k in range(1, 23)] + [0.65, 1.0])
-    for p, e, J, (lo, hi), words in refined:
-        assert (lo.tolist(), hi.tolist()) == (LO.tolist(), HI.tolist())
-        assert e == pytest.approx(point_error(Dynamics.at(p, H)) / 199 / np.sqrt(200))
-        assert pytest.approx(np.diag([1.0, 2.0, 3.0]), abs=1e-6) == J
-        limits = {"ftol": 1e-9, "xtol": 1e-9, "gtol": 1e-9, "max_nfev": 40}
-        assert {k: v for k, v in words.items() if k != "x_scale"} == limits
-        assert words["x_scale"].tolist() == [1, 1, 1]
-
-
-def test_a_start_near_the_last_dynamics(refined):
-    found = search(point_error, DATA, OPTIONS, lambda f: None, Dynamics(70.0, 0.4, 3 * H))
-    assert len(refined) == 1
-    assert refined[0][0] == pytest.approx([np.log(70), np.log(0.4), 3.0])
-    assert found.point(H) == pytest.approx(np.array([np.log(70), np.log(0.4), 3.0]) + 0.01)
-    search(point_error, DATA, OPTIONS, lambda f: None, Dynamics(1e4, 9.0, 0.0))
-    assert refined[1][0] == pytest.approx([HI[0], HI[1], 0.0], abs=1e-7)
-    assert (refined[1][0] < HI).all()
-    assert (refined[1][0] > LO).all()
-
-
-def test_a_long_record_is_searched_over_four_decades(refined):
+def test_a_long_record_is_searched_over_four_decades():
     u = np.arange(2_000_000.0)
     tried = []
 

@@ -1,16 +1,11 @@
 """Solvers step by step: trials of a line search, Powell-Beale directions, damping, which columns are solved at once."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from scipy.fft import dct
 from scipy.optimize import minimize_scalar
 
-from hystfmu.identify.solvers import nonnegative, trainers
+from hystfmu.identify.solvers import trainers
 from hystfmu.identify.solvers.trainers import conjugate_gradients, levenberg_marquardt
-
-SEED = int(np.random.default_rng().integers(1 << 31))
 
 
 # ---- line search ----------------------------------------------------------------------------------------------------
@@ -227,119 +222,3 @@ def test_a_column_without_effect_keeps_a_hundred_millionth_of_the_scale():
     scale = 1e-8
     assert p[0] == pytest.approx(1 / 1.01)
     assert p[1] == pytest.approx(1e-18 / (1e-18 + 1e-2 * scale**2), rel=1e-6)
-
-
-# ---- which columns at once ------------------------------------------------------------------------------------------
-@pytest.fixture
-def branches(monkeypatch):
-    """Answer with a given number of positive weights; note who was asked."""
-    asked = []
-
-    def make(positive, exact=None):
-        def direct(A, b):
-            asked.append(("direct", A.shape[1]))
-            x = np.zeros(A.shape[1])
-            x[:positive] = 1.0
-            return x
-
-        monkeypatch.setattr(nonnegative, "_direct", direct)
-        monkeypatch.setattr(
-            nonnegative, "positive_solution", lambda A, b: (asked.append(("exact", A.shape[1])), exact)[1]
-        )
-        monkeypatch.setattr(
-            nonnegative, "_priced",
-            lambda A, b, working, weights: (asked.append(("priced", len(working), len(weights))), weights)[1],
-        )  # fmt: skip
-        return asked
-
-    return make
-
-
-@pytest.mark.parametrize(
-    ("n", "positive", "exact", "who"),
-    [
-        (300, 300, None, [("direct", 300)]),
-        (301, 150, None, [("direct", 300), ("priced", 300, 300)]),
-        (301, 151, "x", [("direct", 300), ("exact", 301)]),
-        (1200, 151, None, [("direct", 300), ("exact", 1200), ("direct", 1200)]),
-        (1201, 151, None, [("direct", 300), ("exact", 1201), ("priced", 300, 300)]),
-        (3000, 151, "x", [("direct", 300), ("exact", 3000)]),
-        (3001, 151, "x", [("direct", 300), ("priced", 300, 300)]),
-    ],
-)
-def test_how_many_columns_are_solved_at_once(branches, n, positive, exact, who):
-    asked = branches(positive, exact)
-    found = nonnegative._solved(np.zeros((2, n)), np.zeros(2))
-    assert asked == who
-    assert (found is exact) if who[-1][0] == "exact" else len(found) > 0
-
-
-@pytest.mark.parametrize(("rows", "reduced"), [(9, 4), (8, 8)])
-def test_many_rows_are_reduced_to_a_triangle(monkeypatch, rows, reduced):
-    asked = []
-    monkeypatch.setattr(
-        nonnegative, "nnls", lambda A, b, maxiter: (asked.append((A.shape, maxiter)), (np.ones(A.shape[1]), 0.0))[1]
-    )
-    rng = np.random.default_rng(SEED)
-    assert nonnegative._direct(rng.normal(size=(rows, 4)), rng.normal(size=rows)).tolist() == [1.0] * 4
-    assert asked == [((5 if reduced == 4 else 8, 4), 420)]
-    A, b = rng.normal(size=(30, 4)), rng.normal(size=30)
-    triangle = nonnegative._triangle(A, b)
-    R, q = triangle[:, :-1], triangle[:, -1]
-    x = rng.normal(size=4)
-    assert np.linalg.norm(R @ x - q) == pytest.approx(np.linalg.norm(A @ x - b))
-
-
-def test_prices_add_peaks_of_the_gradient_until_none_is_left(monkeypatch):
-    rng, asked = np.random.default_rng(SEED), []
-    direct = nonnegative._direct
-    monkeypatch.setattr(nonnegative, "_direct", lambda A, b: (asked.append(A.shape[1]), direct(A, b))[1])
-    t = np.linspace(0, 1, 80)
-    A = np.maximum(t[:, None] - np.linspace(0, 0.98, 500), 0)
-    A /= np.linalg.norm(A, axis=0)
-    b = A[:, [100, 333]] @ [1.0, 2.0] + 1e-3 * rng.normal(size=80)
-    working = np.arange(0, 500, 50)
-    x = nonnegative._priced(A, b, working, direct(A[:, working], b))
-    g = A.T @ (b - A @ x)
-    assert g.max() <= 1e-10
-    assert len(asked) >= 2
-    assert max(asked) < 120
-    assert nonnegative._priced(A, A[:, 100] * 0.0, working, np.zeros(10)).tolist() == [0.0] * 500
-
-
-# ---- minimum norm ---------------------------------------------------------------------------------------------------
-def test_rows_are_mixed_by_an_orthogonal_matrix():
-    rng = np.random.default_rng(SEED)
-    rows = rng.normal(size=(50, 7))
-    A, b = nonnegative._mixed(rows)
-    mixed = np.column_stack([A, b])
-    assert mixed.T @ mixed == pytest.approx(rows.T @ rows)
-    draw = np.random.default_rng(0)
-    signs = draw.choice([-1.0, 1.0], (50, 1))
-    assert mixed == pytest.approx(dct(signs * rows, axis=0, norm="ortho")[draw.permutation(50)])
-
-
-def test_a_correction_in_the_null_space_is_the_shortest():
-    rng = np.random.default_rng(SEED)
-    Q = np.linalg.qr(rng.normal(size=(12, 5)))[0]
-    x = Q @ Q.T @ (rng.random(12) + 0.4)
-    x[3] -= 0.3
-    y = nonnegative._pushed(Q, x)
-    if y is not None:
-        assert (y >= 0).all()
-        assert Q.T @ y == pytest.approx(Q.T @ x, abs=1e-9)
-    inside = rng.random(12) + 1
-    assert nonnegative._pushed(Q, inside) == pytest.approx(inside)
-    many = inside.copy()
-    many[:3] = -1.0  # a quarter of all
-    assert nonnegative._pushed(Q, many) is None
-    few = rng.random(30) + 1
-    few[:6] = -1e-3  # a fifth
-    wide = np.linalg.qr(rng.normal(size=(30, 5)))[0]
-    found = nonnegative._pushed(wide, few)
-    assert found is not None
-    assert wide.T @ found == pytest.approx(wide.T @ few, abs=1e-9)
-    assert np.linalg.norm(found - few) < 0.1
-    assert nonnegative._pushed(wide, 1e-9 * few) == pytest.approx(1e-9 * found, rel=1e-6, abs=1e-15)
-    few[6] = -1e-3
-    assert nonnegative._pushed(wide, few) is None

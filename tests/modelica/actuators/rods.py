@@ -1,7 +1,5 @@
 """Models of current-driven devices of every kind that the slot of an actuator takes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import stacks

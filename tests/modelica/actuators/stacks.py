@@ -1,7 +1,5 @@
 """Models of the built-in piezo stack of every kind that an actuator of the Modelica library takes."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -67,12 +65,7 @@ def demo(key: str) -> hy.Model:
     return hy.fit(hy.synthetic.piezo(60, 1000.0), key.partition(",")[0], **OPTIONS[key])
 
 
-def as_it_comes(package: Path, tmp_path: Path) -> dict[str, np.ndarray]:
+def as_it_comes(package: Path) -> dict[str, np.ndarray]:
     """The example of an actuator at its own settings."""
-    file, out = package / "ActuatorExample.mo", tmp_path / "example.npz"
-    e = library.experiment_of(file.read_text())
-    settings = (repr(e[k]) for k in ("StopTime", "Interval", "Tolerance"))
-    said = simulate.rumoca(file, "Piezo.ActuatorExample", *settings, out, packages=(library.ROOT, package))
-    assert not said, said
-    with np.load(out) as found:
-        return {k: found[k] for k in found.files}
+    file = package / "ActuatorExample.mo"
+    return simulate.as_stated(file, "Piezo.ActuatorExample", (library.ROOT, package)).values

@@ -1,7 +1,5 @@
 """The current-driven actuator that `export_modelica` writes: as it comes, and against the model itself."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +25,7 @@ def test_an_exported_rod_runs_as_it_comes(key: str, tmp_path: Path) -> None:
     package = rods.rod(key).export_modelica(tmp_path / "Piezo")
     assert exported.complaints(package) == []
     assert "BaseClasses.Magnetostrictive(" in (package / "Actuator.mo").read_text()
-    v = stacks.as_it_comes(package, tmp_path)
+    v = stacks.as_it_comes(package)
     off = np.ptp(v["actuator.residual"]) / np.ptp(v["actuator.supplied"])
     print(f"{key}: {np.ptp(v['load.s']):.2e} m, balance {off:.1e}")
     assert np.ptp(v["load.s"]) > 1e-5
@@ -45,8 +43,7 @@ def test_a_rod_follows_its_model(key: str, tmp_path: Path) -> None:
     package = model.export_modelica(tmp_path / "Piezo")
     text = (package / "Actuator.mo").read_text()
     start, most, L, k = (float(re.search(rf"\n    {n} = ([-\d.e+]+)", text)[1]) for n in ("i_start", "i_max", "L", "k"))
-    file, out = tmp_path / "Bench.mo", tmp_path / "out.npz"
-    file.write_text(f"""model Bench
+    bench = f"""model Bench
   HystFMU.Sources.Sine command(amplitude = {0.45 * most!r}, offset = {start!r}, frequency = 1);
   HystFMU.Actuators.CurrentDrive drive(gain = 1, v_max = {1e3 * most!r}, K = {1e3 * L!r});
   HystFMU.Plants.Ground ground;
@@ -59,11 +56,8 @@ equation
   connect(drive.pin_n, ground.pin);
   connect(wall.flange, actuator.flange_a);
 end Bench;
-""")
-    said = simulate.rumoca(file, "Bench", "1.0", "1e-3", "1e-9", out, packages=(library.ROOT, package))
-    assert not said, said
-    with np.load(out) as found:
-        v = simulate.Trajectory({k: found[k] for k in found.files}).instants()
+"""
+    v = simulate.solve_text(bench, 1.0, 1e-3, 1e-9, packages=(library.ROOT, package)).instants()
     t = np.arange(0, 1, model.step)
     y = model.predict(np.interp(t, v["time"], v["actuator.pin_p.i"]), model.step).reshape(-1) * 1e-6
     error = np.abs(np.interp(t, v["time"], v["actuator.flange_b.s"]) - y)[1:-2].max() / np.ptp(y)
@@ -81,7 +75,7 @@ def test_a_data_sheet_gives_mass_coil_and_stiffness(tmp_path: Path) -> None:
     slope = values["stroke"] / values["i_max"]
     d = slope / (values["share"] * values["L"])
     assert 1 / (1 / values["k"] + slope * d) == pytest.approx(1200.0 / 40e-6)
-    v = stacks.as_it_comes(package, tmp_path)
+    v = stacks.as_it_comes(package)
     assert np.ptp(v["load.s"]) > 1e-5
     assert np.ptp(v["actuator.residual"]) <= 1e-5 * np.ptp(v["actuator.supplied"])
 

@@ -1,7 +1,5 @@
 """Rules of the lint on equations: what rumoca takes although Modelica forbids it, or although it simulates badly."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """Rules of the lint on functions: pure, every output assigned, nothing read before it is set, smoothness said."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Iterator
@@ -10,7 +8,7 @@ from typing import Any
 import library
 import pymoca.ast as ast
 from source import own_annotation
-from syntax_tree import calls, inside, plain, references
+from syntax_tree import calls, inside, is_array, plain, references
 
 EVENTS = ("der", "pre", "edge", "change", "sample", "initial", "terminal", "reinit", "delay", "Clock")
 
@@ -83,12 +81,6 @@ def false_inverse(c: library.Class) -> Iterator[str]:
             yield f"its inverse {of} does not give {argument} for its output"
 
 
-RULES = (
-    equation_in_function, unassigned_output, assigned_argument, event_in_function, used_unset, without_smoothness,
-    false_inverse,
-)  # fmt: skip
-
-
 @functools.cache
 def _continuous() -> set[str]:
     """Functions that equations outside `when`, or the functions called there, use."""
@@ -135,3 +127,42 @@ def _order(statements: list[Any]) -> Iterator[tuple[set[str], set[str]]]:
             yield {plain(r) for r in references(conditions)}, set()
             for block in _blocks(s):
                 yield from _order(block)
+
+
+# ---- Rules of the lint on legal Modelica that rumoca 0.10.2 silently simulates wrongly
+def lost_elements(c: library.Class) -> Iterator[str]:
+    """Elements of a protected array, set within an if of a function, are lost unless it has a value as a whole."""
+    if c.tree.type != "function":
+        return
+    arrays = {n for n, s in c.tree.symbols.items() if is_array(s) and not {"input", "output"} & set(s.prefixes)}
+    arrays -= {n for n in arrays if "value" in library.modifiers(c.tree.symbols[n].class_modification)}
+    for left in _assigned_references(c.tree.statements):
+        if left.name in arrays:
+            arrays.discard(left.name)
+            if any(i is not None for row in left.indices for i in row):
+                yield f"the elements of {left.name} are set before {left.name} as a whole"
+
+
+def redeclared_function(c: library.Class) -> Iterator[str]:
+    """The redeclaration of a function in a component or base class is ignored where another function calls it."""
+    changed = [(n, s.class_modification) for n, s in c.tree.symbols.items()]
+    changed += [(str(e.component), e.class_modification) for e in c.tree.extends]
+    for name, modification in changed:
+        for a in modification.arguments if modification else []:
+            if isinstance(a.value, ast.ShortClassDefinition) and a.value.type == "function":
+                yield f"{name} redeclares the function {a.value.name}"
+
+
+def _assigned_references(statements: list[Any]) -> Iterator[Any]:
+    """What statements assign, in their order."""
+    for s in statements:
+        if isinstance(s, ast.AssignmentStatement):
+            yield from s.left
+        for block in getattr(s, "blocks", None) or [getattr(s, "statements", [])]:
+            yield from _assigned_references(block)
+
+
+RULES = (
+    equation_in_function, unassigned_output, assigned_argument, event_in_function, used_unset, without_smoothness,
+    false_inverse, lost_elements, redeclared_function,
+)  # fmt: skip

@@ -1,7 +1,5 @@
 """Rules of the lint on units of measure: what has a dimension says its unit, and units fit."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any

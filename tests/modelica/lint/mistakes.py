@@ -1,7 +1,5 @@
 """Mistakes to seed into sound classes, from the table mistakes.txt: what is changed, who finds it, in which words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

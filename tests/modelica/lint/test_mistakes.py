@@ -3,8 +3,6 @@
 The unchanged classes are quiet (test_library.py, test_table.py).
 """
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Classes with a twin among the C blocks carry the same names, units, ranges and defaults."""
 
-from __future__ import annotations
-
 import library
 import pytest
 import table

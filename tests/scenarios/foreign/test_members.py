@@ -1,7 +1,5 @@
 """What a scenario reads of a foreign FMU, and units as members of a run: the bits of the core."""
 
-from __future__ import annotations
-
 import copy
 import json
 import pickle
@@ -14,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 from engines import ready
-from reference_fmus import reference_fmu
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.foreign.instance import Finding
@@ -319,58 +316,6 @@ def test_values_that_an_fmu_does_not_take_at_first(write: Any, fmus: Path, fmi: 
     for engine in ENGINES:
         with pytest.raises(Stopped, match=r"^unit .*"):
             run(replace(system, begins=(float("nan"),) * system.n_values), engine)
-
-
-# ---- adapted -------------------------------------------------------------------------------------------------------
-def feedthrough(write: Any, scheme: str, more: dict[str, Any], kind: str = "Float64_continuous") -> System:
-    data = loop("lag", scheme, {})
-    data["units"]["unit"] = {"fmu": "x.fmu"} | more
-    data["connections"] = {
-        f"unit.{kind}_input": "law.y", "law.u_1": "reference.r", "law.u_2": f"unit.{kind}_output",
-    }  # fmt: skip
-    folder = write(data, "adapted")
-    (folder / "x.fmu").write_bytes(reference_fmu("fmi3/Feedthrough").read_bytes())
-    return ready(folder)
-
-
-@pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
-@pytest.mark.parametrize("more", [{}, {"substeps": 2, "hold": "first"}])
-def test_an_fmu_set_by_types_is_a_wire(write: Any, scheme: str, more: dict[str, Any]) -> None:
-    """Feedthrough returns its input: the law reads its own last value, or agrees with it."""
-    system = feedthrough(write, scheme, more)
-    assert not system.parts[0].graph.direct  # type: ignore[union-attr]
-    one, other = (run(system, engine) for engine in ENGINES)
-    assert one.values.tobytes() == other.values.tobytes()
-    assert one.sweeps == other.sweeps
-    y, law, r = (one[f"{n}"] for n in ("unit.Float64_continuous_output", "law.y", "reference.r"))
-    if scheme == "iterative":
-        assert y[1:] == pytest.approx(r[1:] / 1.7, abs=1e-7)
-    elif not more:
-        assert y[1:].tolist() == law[:-1].tolist()
-    if scheme == "gauss_seidel":
-        assert law == pytest.approx(r - 0.7 * y, abs=1e-12)
-
-
-def test_an_fmu_of_another_version_steps_by_its_own_rule(write: Any) -> None:
-    """Dahlquist of FMI 1.0 makes Euler steps of 0.1 s: x = 0.9^k."""
-    data = loop("lag", "gauss_seidel", {}) | {"step": 0.1, "stop": 0.5}
-    data["units"]["unit"] = {"fmu": "x.fmu"}
-    data["connections"] = {"law.u_1": "reference.r", "law.u_2": "unit.x"}
-    folder = write(data, "adapted")
-    (folder / "x.fmu").write_bytes(reference_fmu("fmi1cs/Dahlquist").read_bytes())
-    for engine in ENGINES:
-        assert run(ready(folder), engine)["unit.x"] == pytest.approx(0.9 ** np.arange(6), rel=1e-13), engine
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_without_saved_states_there_is_no_iteration(write: Any, engine: Any) -> None:
-    data = loop("lag", "iterative", {})
-    data["units"]["unit"] = {"fmu": "x.fmu"}
-    data["connections"] = {"law.u_1": "reference.r", "law.u_2": "unit.x"}
-    folder = write(data, "adapted")
-    (folder / "x.fmu").write_bytes(reference_fmu("fmi1cs/Dahlquist").read_bytes())
-    with pytest.raises(Stopped, match=r"^unit: iterative coupling needs an FMU that can get and set its state$"):
-        run(ready(folder), engine)
 
 
 # ---- in a child ----------------------------------------------------------------------------------------------------

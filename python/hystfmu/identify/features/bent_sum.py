@@ -30,7 +30,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
-from hystfmu.graph.recursion import parallel_lags
+from hystfmu.graph.recursion import lag, parallel_lags
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 
 LEVELS = ("none", "offset", "gain", "bend")
@@ -83,8 +83,6 @@ class Following:
     def value(self, v: Array, q: Array, c: Array, g: Array) -> Array:
         """Return b(v, theta), shape (n,), for the coefficients q of b and the coefficients c of b_j."""
         own: Array = self.factor(g) * np.asarray(legendre.legval(v, q), float)
-        if not self.levels:
-            return own
         return np.asarray(own + np.sum(self.theta * np.asarray(legendre.legval(v, c.T), float).T, axis=1))
 
     def slope(self, v: Array, q: Array, c: Array, g: Array) -> Array:
@@ -123,11 +121,6 @@ class BentSum:
     rms: float = np.inf
     g: Array = field(default_factory=lambda: np.zeros(0))
     c: Array = field(default_factory=lambda: np.zeros((0, 0)))
-
-    @property
-    def variables(self) -> tuple[Array, Array, Array]:
-        """Variables of the Gauss-Newton steps: w, k and g."""
-        return self.w, self.k, self.g
 
     @property
     def monotone(self) -> bool:
@@ -190,14 +183,6 @@ class Problem:
         return parallel_lags(-np.expm1(-self.h / self.T[used]), k[used]).run(columns)
 
 
-def lagged(columns: Array, share: float) -> Array:
-    """Return the columns x (n, p) filtered by the lag q[i] = q[i - 1] + share (x[i] - q[i - 1]), with q[0] = x[0].
-
-    For a lag with the time constant T and the step h, `share` is 1 - e^(-h/T).
-    """
-    return parallel_lags(np.array([share]), np.ones(1), 0.0).run(columns)
-
-
 def model(p: Problem, s: BentSum) -> Array:
     """Return the output of a fitted model on the rows of the fit, shape (m,), in the unit of measure of y."""
     return p.seen(p.crept(p.following.value(p.columns @ s.w, s.q, s.c, s.g)[:, None], s.k))[:, 0]
@@ -230,7 +215,7 @@ def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
     for left in range(STEPS - 1, -1, -1):
         step = _newton(p, best)
         for share in SHARES:
-            w, k, g = (old + share * (new - old) for old, new in zip(best.variables, step.variables, strict=True))
+            w, k, g = (a + share * (b - a) for a, b in ((best.w, step.w), (best.k, step.k), (best.g, step.g)))
             trial = _with_bend(p, replace(best, w=w, k=k, g=g))
             if trial.rms < best.rms:
                 break
@@ -277,7 +262,7 @@ def _before(p: Problem, s: BentSum) -> Array:
     """
     v = p.columns @ s.w
     slope, b = (f(v, s.q, s.c, s.g)[:, None] for f in (p.following.slope, p.following.value))
-    parts = [p.crept(slope * p.columns, s.k), p.crept(b, s.k), *(lagged(b - b[:1], -np.expm1(-p.h / T)) for T in p.T)]
+    parts = [p.crept(slope * p.columns, s.k), p.crept(b, s.k), *(lag(p.h, T).run(b - b[:1]) for T in p.T)]
     if len(p.following.gains):
         own = np.asarray(legendre.legval(v, s.q), float)[:, None]
         parts.append(p.crept(p.following.theta[:, p.following.gains] * own, s.k))

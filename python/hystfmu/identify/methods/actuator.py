@@ -28,15 +28,13 @@ import numpy as np
 
 from hystfmu.base.arrays import Progress, silent
 from hystfmu.data import Dataset
-from hystfmu.identify.catalogue import ANY, Built, Candidate, Memory, Option, Options
+from hystfmu.identify.catalogue import ANY, Built, Candidate, Kind, Memory, Option, Options
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told, uncertainty
 from hystfmu.identify.features.bent_chain import PLAYS, RELAYS, STOPS, Fitting, Parts, Trial, chain
 from hystfmu.identify.features.bent_sum import LEVELS, Following
 from hystfmu.identify.features.plays import u0_option
 
 TEXT = "plays, stops or relays, bend, creep, G0(s) with delay: the parts that validation blocks support"
-MEMORY = Memory(3500.0, "N")
-COVARIATES = True
 FIRST = 3  # the first search of the dynamics uses every third row
 DEGREES = (1, 3, 5, 8)  # degrees of the nonlinearity, tried one after the other
 LAGS = 6  # maximum number of lags
@@ -208,3 +206,6 @@ def _named(parts: Parts, data: Dataset) -> str:
     words += [f"creep with {len(parts.T)} lags"] if parts.T else []
     modes = f" of {1 + len(parts.g.beside)} modes" if parts.g and parts.g.beside else ""
     return ", ".join([*words, *([f"G0(s){modes} with delay"] if parts.g else [])])
+
+
+KINDS = {"actuator": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(3500.0, "N"), covariates=True)}

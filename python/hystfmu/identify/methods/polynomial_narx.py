@@ -29,14 +29,12 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options
+from hystfmu.identify.catalogue import ANY, Candidate, Kind, Memory, Option, Options
 from hystfmu.identify.features.plays import RANGE, branch_option, u0_of, u0_option
 from hystfmu.identify.graphs import covariate_inputs, device, scaled_input
 from hystfmu.identify.solvers.ridge import least_squares, recursive
 
 TEXT = "polynomial of the lagged input and Zhao-Tan operator, least squares"
-MEMORY = Memory(4600.0)
-COVARIATES = True
 RANGES = (1.0, 2.0, 4.0)  # ranges of the scaled input that are tried
 QUICK_LAGS = 3  # maximum number of lags in these trials
 MOST_PARAMETERS = 5000
@@ -267,3 +265,6 @@ def lagged(v: Array, n: int, first: int = 1) -> Array:
     rested = np.concatenate([np.full(n, v[0]), v])
     starts = range(n - first, -first, -1)
     return np.column_stack([rested[i : i + len(v)] for i in starts]) if n else np.empty((len(v), 0))
+
+
+KINDS = {"polynomial_narx": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(4600.0), covariates=True)}

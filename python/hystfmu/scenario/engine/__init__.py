@@ -1,1 +1,1 @@
-"""Simulation engines: the master loop over FMUs, the native engine in C, and foreign FMUs in a child process."""
+"""Simulation engines: units as FMUs or as graphs of the core, the master in C, foreign FMUs in a child process."""

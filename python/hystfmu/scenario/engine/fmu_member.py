@@ -1,10 +1,7 @@
-"""An FMU as a unit of a run. The FMU is exported and unpacked once, and called through fmpy.
-
-The FMU writes its outputs directly into the values of the system, and each input is copied once. For speed, the
-functions that set inputs, make a step and get outputs are called without the wrappers of fmpy.
+"""An FMU as a unit of the master in C. fmpy loads and initialises the FMU; the master in C calls its functions.
 
 The master cannot call a foreign FMU directly if it has other types of variables, supports only Model Exchange, or has
-FMI version 1.0. The class `AdaptedMember` adapts such an FMU to the interface of the master.
+FMI version 1.0. The class `AdaptedMember` gives the master functions in Python for such an FMU.
 """
 
 from __future__ import annotations
@@ -13,8 +10,8 @@ import ctypes as C
 import hashlib
 import shutil
 import tempfile
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal
@@ -25,23 +22,15 @@ from hystfmu.base.arrays import Array
 from hystfmu.fmu.foreign.instance import Finding
 from hystfmu.fmu.foreign.simulated import Simulated
 from hystfmu.graph import Graph
-from hystfmu.scenario.engine.member import Calls, Slot, SteppedMember
+from hystfmu.scenario.engine.member import FMI2, FMI3, Slot, Unit, slots, unit_of
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.foreign import Foreign
-from hystfmu.scenario.system.system import Part, System
+from hystfmu.scenario.system.system import System
 
 
 def n_states(graph: Graph) -> int:
     """Return the number of states of the blocks of a graph."""
     return sum(n.sizes[v.name] for n in graph.nodes for v in n.block.of("cstate", "state"))
-
-
-def n_saved(graph: Graph) -> int:
-    """Return the number of values in the saved state of a graph in the core.
-
-    The values are the last step, the states, and all other values that change during a run.
-    """
-    return len(graph.executor().state)
 
 
 def state_hash(graph: Graph, saved: Array, skip: int = 0) -> str:
@@ -94,10 +83,96 @@ class FmuStore:
 
 
 _ERROR = 3
+_NAMES = ("set", "step", "get", "save", "restore")  # functions of a unit in C; the last two for iterative coupling
 
 
-def _references(values: Sequence[int]) -> C.Array[C.c_uint32]:
-    return (C.c_uint32 * len(values))(*values)
+class FmuMember(ABC):
+    """Inputs and outputs of an FMU. A subclass loads the FMU and states its functions.
+
+    `linked` contains the inputs that are set in every step. `fixed` contains the inputs that are set once.
+
+    Raises
+    ------
+    Stopped
+        The FMU cannot be instantiated, or the coupling needs a state that it cannot save.
+    """
+
+    kind = FMI2
+    component = 1
+    vr_in: C.Array[Any]
+    vr_out: C.Array[Any]
+    functions: Sequence[Any]
+    tangent: Any = None
+
+    def __init__(self, system: System, k: int, fmi: Literal[1, 2, 3], saves: bool) -> None:
+        part = system.parts[k]
+        self._system, self._k, self._fmi, self.name, self._graph = system, k, fmi, part.name, part.graph
+        # iterative coupling restores the states before the present point
+        self._rollback = system.case.coupling.scheme == "iterative"
+        if self._rollback and not saves:
+            raise Stopped(f"{part.name}: iterative coupling needs an FMU that can get and set its state")
+        self._said: list[str] = []  # log messages of the FMU, which the verdict shows instead of the terminal
+        # Connected inputs are set in every step, constant inputs once. An array of FMI 3.0 has one reference for all
+        # elements and is set as a whole; its values are contiguous, as in the values of the system.
+        links = {part.inputs[link.input]: link for link in system.links if link.to == k}
+        of = {
+            kind: [s for p in part.graph.ports if p.kind == kind for s in slots(p, fmi)] for kind in ("input", "output")
+        }
+        self.read_back = of["output"]
+        self.linked = [slot for slot in of["input"] if any(n in links for n in slot[1])]
+        self.fixed = [slot for slot in of["input"] if slot not in self.linked]
+        read = [n for _, names in self.linked for n in names]
+        self._links = [links.get(n) for n in read]
+        self._source = np.array([-1 if link is None else link.source for link in self._links], dtype=np.int64)
+        self._u = np.array([part.constants.get(n, 0.0) for n in read])
+
+    def start(self, values: C.Array[C.c_double]) -> None:
+        """Initialise at t = 0 with the present values, and write the first outputs."""
+        first, places = self._system.parts[self._k].first, self._source.tolist()
+        found = self._start([u if j < 0 else values[j] for u, j in zip(self._u.tolist(), places, strict=True)])
+        for place, y in enumerate(found, first):
+            values[place] = y
+
+    @abstractmethod
+    def _start(self, u: list[float]) -> list[float]:
+        """Initialise with the connected inputs `u`, and return the first outputs."""
+
+    def raw(self, values: C.Array[C.c_double]) -> tuple[Unit, list[Any]]:
+        """Return the structure for C, and arrays that must exist during the run. All units must be initialised."""
+        sizes = {"n_vr_in": len(self.vr_in), "n_vr_out": len(self.vr_out)}
+        sizes["n_out"] = len(self._system.parts[self._k].outputs)
+        places = {"vr_in": C.addressof(self.vr_in), "vr_out": C.addressof(self.vr_out), "u": self._u.ctypes.data}
+        calls: dict[str, int | None] = {
+            n: _pointer(f) for n, f in zip(_NAMES if self._rollback else _NAMES[:3], self.functions, strict=False)
+        }
+        facts = {
+            "kind": self.kind,
+            "self": self.component,
+            "rollback": self._rollback,
+            "tangent": _pointer(self.tangent),
+        }
+        return unit_of(self._system, self._k, values, self._source, self._links, **sizes, **places, **calls, **facts)
+
+    def forget(self, unit: Unit) -> None:
+        """Free the state that the master saved last."""
+        if unit.state:
+            self.free_state(unit.state)
+
+    @abstractmethod
+    def free_state(self, state: int) -> None:
+        """Free a saved state."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Free the instance, with all states that it saved."""
+
+    def why(self) -> str:
+        """Return the last log message of the FMU, or its inputs if it has logged nothing."""
+        return self._said[-1] if self._said else f"inputs {self._u.tolist()}"
+
+
+def _pointer(function: Any) -> int | None:
+    return None if function is None else C.cast(function, C.c_void_p).value
 
 
 def _callbacks(log: Callable[..., None]) -> Any:
@@ -111,49 +186,27 @@ def _callbacks(log: Callable[..., None]) -> Any:
     return callbacks
 
 
-def _size(values: C.Array[Any]) -> Any:
-    return C.c_size_t.from_param(len(values))
+class DirectMember(FmuMember):
+    """An FMU whose functions the master in C calls directly."""
 
-
-def _not_ended(step: Callable[[], int], end: C.c_bool, early: C.c_bool) -> int:
-    """Make a step, and return the status. The status is an error if the FMU has requested the end of the simulation."""
-    status = step()
-    return status if status > 1 or not (end.value or early.value) else _ERROR
-
-
-class FmuMember(SteppedMember):
-    """An FMU whose binary fmpy has loaded. The arrays of inputs and outputs are allocated once for the whole run."""
-
-    def __init__(
-        self,
-        system: System,
-        part: Part,
-        sources: Sequence[tuple[int, int]],
-        values: C.Array[C.c_double],
-        store: FmuStore | None,
-        clock: C.c_double,
-    ) -> None:
+    def __init__(self, system: System, k: int, store: FmuStore | None) -> None:
         from fmpy.fmi2 import FMU2Slave
         from fmpy.fmi3 import FMU3Slave
 
+        part = system.parts[k]
         fmi: Literal[2, 3] = 2 if part.runs_as == "fmu2" else 3
         if isinstance(part.graph, Foreign):
             folder, description = part.graph.folder, part.graph.description
         else:
             assert store is not None
             folder, description = store.get(part.graph, fmi)
-        can_go_back = description.coSimulation.canGetAndSetFMUstate
-        if system.case.coupling.scheme == "iterative" and not can_go_back:
-            raise Stopped(f"{part.name}: iterative coupling needs an FMU that can get and set its state")
-        super().__init__(system, part, sources, values, clock, fmi)
-        kind = FMU2Slave if fmi == 2 else FMU3Slave
-        self._fmu = kind(
+        super().__init__(system, k, fmi, description.coSimulation.canGetAndSetFMUstate)
+        self._fmu = (FMU2Slave if fmi == 2 else FMU3Slave)(
             guid=description.guid,
             modelIdentifier=description.coSimulation.modelIdentifier,
             unzipDirectory=str(folder),
             instanceName=part.name,
         )
-        self._state: Any = None
         if fmi == 2:
             self._fmu.instantiate(callbacks=_callbacks(lambda _c, _n, _s, _k, m: self._said.append(m.decode())))
         else:
@@ -162,39 +215,16 @@ class FmuMember(SteppedMember):
         if isinstance(part.graph, Foreign):
             self._apply(part.graph)
         self._constants = [(reference[name], [part.constants[n] for n in names]) for name, names in self.fixed]
-        vr_in = _references([reference[name] for name, _ in self.linked])
-        vr_out = _references([reference[name] for name, _ in self.read_back])
-        y, forward = self._y, not self._rollback
-        # The functions are called without the argument types that fmpy declares. Converting the arguments once saves a
-        # third.
-        # Own FMUs never wait and never call Python from another thread, so the interpreter lock is kept (a fifth
-        # faster).
-        dll = self._fmu.dll if isinstance(part.graph, Foreign) else C.PyDLL(None, handle=self._fmu.dll._handle)
-        instance = C.c_void_p.from_param(self._fmu.component)
-        # the length of a step that is never divided is converted only once
-        h = self._h if part.any_step else C.c_double.from_param(self._h.value)
-        u, n_u, n_y = C.byref(self._u), _size(self._u), _size(y)
-        inputs, outputs = (C.byref(vr_in), _size(vr_in)), (C.byref(vr_out), _size(vr_out))
-        if fmi == 2:
-            put = partial(dll["fmi2SetReal"], instance, *inputs, u)
-            get = partial(dll["fmi2GetReal"], instance, *outputs, C.byref(y))
-            do = partial(dll["fmi2DoStep"], instance, self._t, h, C.c_int.from_param(forward))
-        else:
-            put = partial(dll["fmi3SetFloat64"], instance, *inputs, u, n_u)
-            get = partial(dll["fmi3GetFloat64"], instance, *outputs, C.byref(y), n_y)
-            event, end, early, reached = C.c_bool(), C.c_bool(), C.c_bool(), C.c_double()
-            told = [C.byref(event), C.byref(end), C.byref(early), C.byref(reached)]
-            do = partial(dll["fmi3DoStep"], instance, self._t, h, C.c_bool.from_param(forward), *told)
-            if isinstance(part.graph, Foreign):
-                do = partial(_not_ended, do, end, early)
-        self._derivative, self._tangent = f"fmi{fmi}GetDirectionalDerivative", None
-        if system.newton and system.parts.index(part) in system.loops():
-            du, dy = (C.c_double * len(self._u))(), (C.c_double * len(part.outputs))()
-            seeds, changes = ([C.byref(a), _size(a)][: fmi - 1] for a in (du, dy))
-            self._du, self._dy = du, dy
-            self._tangent = partial(dll[self._derivative], instance, *outputs, *inputs, *seeds, *changes)
-        self._vr = vr_in, vr_out
-        self._call(part, put, do, get)
+        self.vr_in, self.vr_out = (
+            (C.c_uint32 * len(of))(*[reference[name] for name, _ in of]) for of in (self.linked, self.read_back)
+        )
+        self.kind, self.component = (FMI2, FMI3)[fmi - 2], self._fmu.component
+        of, state = ("Real", "FMUstate") if fmi == 2 else ("Float64", "FMUState")
+        names = [f"Set{of}", "DoStep", f"Get{of}", f"Get{state}", f"Set{state}"]
+        self.functions = [self._fmu.dll[f"fmi{fmi}{n}"] for n in names[: 5 if self._rollback else 3]]
+        if system.newton and k in system.loops():
+            self.tangent = self._fmu.dll[f"fmi{fmi}GetDirectionalDerivative"]
+        self._kind = of
 
     def _apply(self, foreign: Foreign) -> None:
         """Set the parameters of the FMU to the values in the scenario (structural ones in Configuration Mode)."""
@@ -220,76 +250,39 @@ class FmuMember(SteppedMember):
         except Exception as e:
             raise Stopped(f"{self.name} refuses {v.name} = {value!r}: {e}") from None
 
-    def calls(self) -> Calls:
-        names = ["fmi2SetReal", "fmi2DoStep", "fmi2GetReal", "fmi2GetFMUstate", "fmi2SetFMUstate"]
-        if self._fmi == 3:
-            names = ["fmi3SetFloat64", "fmi3DoStep", "fmi3GetFloat64", "fmi3GetFMUState", "fmi3SetFMUState"]
-        used = names if self._rollback else names[:3]
-        functions = [C.cast(self._fmu.dll[n], C.c_void_p).value for n in used]
-        tangent = None if self._tangent is None else C.cast(self._fmu.dll[self._derivative], C.c_void_p).value
-        return Calls(
-            self._fmi == 3,
-            functions,
-            tangent,
-            self._fmu.component,
-            self.sources,
-            list(self._u),
-            *self._vr,
-            self._rollback,
-        )
-
-    def free_state(self, state: int) -> None:
-        self._fmu.freeFMUState(C.c_void_p(state))
-
-    def start(self, t0: float) -> None:
+    def _start(self, u: list[float]) -> list[float]:
+        fmu, put, get = self._fmu, getattr(self._fmu, f"set{self._kind}"), getattr(self._fmu, f"get{self._kind}")
         if self._fmi == 2:
-            self._fmu.setupExperiment(startTime=t0)
-            self._fmu.enterInitializationMode()
-        else:
-            self._fmu.enterInitializationMode(startTime=t0)
-        put = self._fmu.setReal if self._fmi == 2 else self._fmu.setFloat64
+            fmu.setupExperiment(startTime=0.0)
+        fmu.enterInitializationMode()
         for reference, constants in self._constants:
             put([reference], constants)
-        self._copy()
-        if self._put() > 1:
-            raise self.stopped()
-        self._fmu.exitInitializationMode()
-        self.take()
+        try:
+            put([*self.vr_in], u)
+        except Exception:  # fmpy raises several kinds of exceptions
+            why = self._said[-1] if self._said else f"inputs {u}"
+            raise Stopped(f"{self.name} refuses its inputs: {why}") from None
+        fmu.exitInitializationMode()
+        n = len(self._system.parts[self._k].outputs)
+        return list(get([*self.vr_out], *[n] * (self._fmi == 3)) if n else ())
 
-    def tangent(self, du: list[float]) -> list[float] | None:
-        """Return the change of the outputs, to first order, for a change `du` of the inputs in the last step.
+    def free_state(self, state: int) -> None:
+        """Free a saved state."""
+        self._fmu.freeFMUState(C.c_void_p(state))
 
-        Return None if the FMU cannot compute this tangent.
-        """
-        assert self._tangent is not None
-        for k, v in enumerate(du):
-            self._du[k] = v
-        return None if self._tangent() > 1 else list(self._dy)
-
-    def save(self) -> None:
-        if self._lines is not None:
-            self._lines.save()
-        if self._state is not None:
-            self._fmu.freeFMUState(self._state)
-        self._state = self._fmu.getFMUState()
-
-    def restore(self) -> None:
-        if self._lines is not None:
-            self._lines.restore()
-        self._fmu.setFMUState(self._state)
-
-    def state_hash(self) -> str:
+    def state_hashes(self) -> dict[str, str]:
         """Return the hash of the present states of the FMU, which must not be a foreign FMU."""
         assert not isinstance(self._graph, Foreign)
-        self.save()
+        state = self._fmu.getFMUState()
         serialize = self._fmu.serializeFMUstate if self._fmi == 2 else self._fmu.serializeFMUState
-        # the serialised state of an own FMU ends with the state of the core
-        state = np.frombuffer(serialize(self._state)[-8 * n_saved(self._graph) :])
-        return state_hash(self._graph, state)
+        # the serialised state of an own FMU ends with the state of the core: the last step, the states, and all other
+        # values that change during a run
+        content = np.frombuffer(serialize(state)[-8 * len(self._graph.executor().state) :])
+        self._fmu.freeFMUState(state)
+        return {self.name: state_hash(self._graph, content)}
 
     def close(self) -> None:
-        if self._state is not None:
-            self._fmu.freeFMUState(self._state)
+        """Free the instance."""
         self._fmu.freeInstance()
 
 
@@ -299,55 +292,33 @@ _SAVE = C.CFUNCTYPE(C.c_int, C.c_void_p, C.POINTER(C.c_void_p))
 _RESTORE = C.CFUNCTYPE(C.c_int, C.c_void_p, C.c_void_p)
 
 
-def fmu_member(
-    system: System,
-    part: Part,
-    sources: Sequence[tuple[int, int]],
-    values: C.Array[C.c_double],
-    store: FmuStore | None,
-    clock: C.c_double,
-) -> SteppedMember:
-    """Return the object through which the master calls an FMU: an adapter if direct calls are not possible."""
-    if isinstance(part.graph, Foreign) and not part.graph.direct:
-        return AdaptedMember(system, part, part.graph, sources, values, clock)
-    return FmuMember(system, part, sources, values, store, clock)
-
-
-class AdaptedMember(SteppedMember):
+class AdaptedMember(FmuMember):
     """A foreign FMU whose variables are set and read one by one, according to their types."""
 
-    def __init__(
-        self,
-        system: System,
-        part: Part,
-        foreign: Foreign,
-        sources: Sequence[tuple[int, int]],
-        values: C.Array[C.c_double],
-        clock: C.c_double,
-    ) -> None:
-        super().__init__(system, part, sources, values, clock, foreign.fmi)
-        if self._rollback and not foreign.saves:
-            raise Stopped(f"{part.name}: iterative coupling needs an FMU that can get and set its state")
-        self._variables = {p.name: p.variable for p in foreign.ports}
-        self._constants = [(self._variables[name], [part.constants[n] for n in names]) for name, names in self.fixed]
+    def __init__(self, system: System, k: int, foreign: Foreign) -> None:
+        super().__init__(system, k, foreign.fmi, foreign.saves)
+        part, variables = system.parts[k], {p.name: p.variable for p in foreign.ports}
+        self._constants = [(variables[name], [part.constants[n] for n in names]) for name, names in self.fixed]
         self._states: dict[int, Any] = {}
-        self._last: int | None = None
+
+        def of(wanted: Sequence[Slot]) -> list[tuple[Any, int]]:
+            return [(variables[name], len(names)) for name, names in wanted]
+
         try:
-            self._unit = Simulated(
-                foreign.folder,
-                foreign.description,
-                self._of(self.linked),
-                self._of(self.read_back),
-                part.name,
-                self._said.append,
-            )
+            ends = of(self.linked), of(self.read_back)
+            self._unit = Simulated(foreign.folder, foreign.description, *ends, part.name, self._said.append)
             self._unit.set_parameters(foreign.settings)
         except Finding as e:
             raise Stopped(f"{part.name}: {e}") from None
-        self._call(part, self._put_all, self._advance_once, self._get_all)
-
-    def _of(self, wanted: Sequence[Slot]) -> list[tuple[Any, int]]:
-        return [(self._variables[name], len(names)) for name, names in wanted]
+        self.vr_in, self.vr_out = ((C.c_uint32 * size)() for size in (len(self._u), len(part.outputs)))
+        # the callbacks must exist as long as this object
+        self.functions = [
+            _SET(self._put),
+            _STEP(self._step),
+            _SET(self._get),
+            _SAVE(self._save),
+            _RESTORE(self._restore),
+        ]
 
     def _status(self, call: Callable[[], object]) -> int:
         """Call a function of the FMU and return its status. An exception becomes the last message of the FMU."""
@@ -358,91 +329,51 @@ class AdaptedMember(SteppedMember):
             return _ERROR
         return 0
 
-    def _put_all(self) -> int:
-        return self._status(lambda: self._unit.put(list(self._u)))
+    def _start(self, u: list[float]) -> list[float]:
+        if self._status(lambda: self._unit.start(0.0, u, self._constants)):
+            raise Stopped(f"{self.name} cannot be initialized: {self.why()}")
+        return list(self._unit.get())
 
-    def _advance_once(self) -> int:
-        return self._status(lambda: self._unit.step(self._t.value, self._h.value))
+    def _put(self, _c: Any, _r: Any, size: int, u: Any) -> int:
+        return self._status(lambda: self._unit.put(u[:size]))
 
-    def _get_all(self) -> int:
-        def get() -> None:
+    def _step(self, _c: Any, t: float, h: float, _forward: int) -> int:
+        return self._status(lambda: self._unit.step(t, h))
+
+    def _get(self, _c: Any, _r: Any, _size: int, y: Any) -> int:
+        def read() -> None:
             for k, x in enumerate(self._unit.get()):
-                self._y[k] = x
+                y[k] = x
 
-        return self._status(get)
+        return self._status(read)
 
-    def start(self, t0: float) -> None:
-        self._copy()
-        if self._status(lambda: self._unit.start(t0, list(self._u), self._constants)):
-            raise Stopped(f"{self.name} cannot be initialized: {self.said}")
-        self.take()
+    def _save(self, _c: Any, state: Any) -> int:
+        def keep() -> None:
+            if state[0]:
+                self.free_state(state[0])
+            number = max(self._states, default=0) + 1
+            self._states[number] = self._unit.save()
+            state[0] = number
 
-    def save(self) -> None:
-        if self._lines is not None:
-            self._lines.save()
-        if self._last is not None:
-            self.free_state(self._last)
-        self._last = self._keep()
+        return self._status(keep)
 
-    def _keep(self) -> int:
-        number = max(self._states, default=0) + 1
-        self._states[number] = self._unit.save()
-        return number
-
-    def restore(self) -> None:
-        if self._lines is not None:
-            self._lines.restore()
-        assert self._last is not None
-        self._unit.restore(self._states[self._last])
+    def _restore(self, _c: Any, state: int) -> int:
+        return self._status(lambda: self._unit.restore(self._states[state]))
 
     def free_state(self, state: int) -> None:
+        """Free a saved state."""
         self._unit.forget(self._states.pop(state))
 
-    def calls(self) -> Calls:
-        n = len(self._y)
-
-        def put(_c: Any, _r: Any, size: int, u: Any) -> int:
-            return self._status(lambda: self._unit.put(u[:size]))
-
-        def step(_c: Any, t: float, h: float, _forward: int) -> int:
-            return self._status(lambda: self._unit.step(t, h))
-
-        def get(_c: Any, _r: Any, _size: int, y: Any) -> int:
-            def read() -> None:
-                for k, x in enumerate(self._unit.get()):
-                    y[k] = x
-
-            return self._status(read)
-
-        def save(_c: Any, state: Any) -> int:
-            def keep() -> None:
-                if state[0]:
-                    self.free_state(state[0])
-                state[0] = self._keep()
-
-            return self._status(keep)
-
-        def restore(_c: Any, state: int) -> int:
-            return self._status(lambda: self._unit.restore(self._states[state]))
-
-        kinds: list[tuple[Any, Any]] = [(_SET, put), (_STEP, step), (_SET, get), (_SAVE, save), (_RESTORE, restore)]
-        # the callbacks must exist as long as this object
-        self._callbacks = [kind(function) for kind, function in kinds]
-        functions = [C.cast(f, C.c_void_p).value for f in self._callbacks]
-        vr_in, vr_out = ((C.c_uint32 * size)() for size in (len(self._u), n))
-        return Calls(
-            False,
-            functions if self._rollback else functions[:3],
-            None,
-            1,
-            self.sources,
-            list(self._u),
-            vr_in,
-            vr_out,
-            self._rollback,
-        )
-
     def close(self) -> None:
+        """Free the states and the instance."""
         for state in list(self._states):
             self.free_state(state)
         self._unit.close()
+
+
+def fmu_member(system: System, k: int, store: FmuStore | None) -> DirectMember | AdaptedMember:
+    """Return unit k as an FMU: with functions in Python if the master cannot call the functions of the FMU."""
+    graph = system.parts[k].graph
+    if isinstance(graph, Foreign) and not graph.direct:
+        return AdaptedMember(system, k, graph)
+    return DirectMember(system, k, store)

@@ -22,74 +22,30 @@ from hystfmu.base.errors import InputError
 from hystfmu.core.executor import Executor
 from hystfmu.core.library import library
 from hystfmu.graph import Node
-from hystfmu.scenario.engine.fmu_member import fmu_member, n_states, state_hash
-from hystfmu.scenario.engine.member import weights
+from hystfmu.scenario.engine.fmu_member import AdaptedMember, DirectMember, FmuStore, fmu_member, n_states, state_hash
+from hystfmu.scenario.engine.member import GRAPH, Unit, fields, unit_of
 from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.system.case import changed, split_end
-from hystfmu.scenario.system.events import cuts
+from hystfmu.scenario.system.events import cuts, in_file
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import Part, System, fuse, segments
-
-_GRAPH, _FMI2, _FMI3 = 0, 1, 2  # as in system.h
-
-
-class Unit(C.Structure):
-    """`master_unit` of system.h."""
-
-    _fields_ = (
-        ("kind", C.c_int32),
-        ("rollback", C.c_int32),
-        ("any_step", C.c_int64),
-        ("period", C.c_int64),
-        ("substeps", C.c_int64),
-        ("h", C.c_double),
-        ("self", C.c_void_p),
-        ("set", C.c_void_p),
-        ("step", C.c_void_p),
-        ("get", C.c_void_p),
-        ("save", C.c_void_p),
-        ("restore", C.c_void_p),
-        ("tangent", C.c_void_p),
-        ("n_in", C.c_int64),
-        ("n_out", C.c_int64),
-        ("first", C.c_int64),
-        ("source", C.c_void_p),
-        ("u", C.c_void_p),
-        ("vr_in", C.c_void_p),
-        ("vr_out", C.c_void_p),
-        ("n_vr_in", C.c_int64),
-        ("n_vr_out", C.c_int64),
-        ("ahead", C.c_void_p),
-        ("line", C.c_void_p),
-        ("at", C.c_void_p),
-        ("saved", C.c_void_p),
-        ("state", C.c_void_p),
-        ("seeds", C.c_void_p),
-        ("t", C.c_double),
-    )
 
 
 class GraphUnit:
     """Units that are joined to one graph, with the indices of the inputs and outputs among the values of the system."""
 
     def __init__(self, system: System, parts: tuple[int, ...]) -> None:
-        first = system.parts[parts[0]]
         graph, outside = fuse(system, parts, own=True)
+        self._system, self._first = system, parts[0]
         self._parts = {system.parts[k].name: system.parts[k].own for k in parts}
-        self.name = "+".join(system.parts[k].name for k in parts)
-        self.period, self.first, self._any_step = first.period, first.first, first.any_step
-        self.substeps, self.h = first.substeps, system.length(first) / first.substeps
-        self._hold = first.hold
-        self._has_tangent = system.newton and parts[0] in system.loops()
+        self.name = "+".join(self._parts)
         self.executor: Executor = graph.executor()
-        source = {(link.to, link.input): link.source for link in system.links}
         into = {(link.to, link.input): link for link in system.links}
-        inputs = [p.reference for p in graph.ports if p.kind == "input"]
-        linked = [(r, source[end]) for r, end in zip(inputs, outside, strict=True) if end in source]
-        self.vr_in = np.array([r for r, _ in linked], dtype=np.uint32)
-        self.source = np.array([j for _, j in linked], dtype=np.int64)
-        self._ahead = weights(system, [into[end] for end in outside if end in source])
-        self.vr_out = np.array([p.reference for p in graph.ports if p.kind == "output"], dtype=np.uint32)
+        inputs, outputs = ([p.reference for p in graph.ports if p.kind == kind] for kind in ("input", "output"))
+        linked = [(r, into[end]) for r, end in zip(inputs, outside, strict=True) if end in into]
+        self._links = [link for _, link in linked]
+        self.vr_in, self.vr_out = (np.array(r, dtype=np.uint32) for r in ([r for r, _ in linked], outputs))
+        self.source = np.array([link.source for link in self._links], dtype=np.int64)
         self.parameters = {(graph.nodes[p.node].name, p.var.name): p.reference for p in graph.ports if p.is_parameter}
 
     def start(self, values: C.Array[C.c_double]) -> None:
@@ -100,38 +56,26 @@ class GraphUnit:
         except InputError as e:
             raise Stopped(f"{self.name} refuses its inputs: {e}") from None
         self.executor.start(0.0)
-        values[self.first : self.first + len(self.vr_out)] = [self.executor.get(r) for r in self.vr_out.tolist()]
+        first = self._system.parts[self._first].first
+        values[first : first + len(self.vr_out)] = [self.executor.get(r) for r in self.vr_out.tolist()]
 
     def raw(self, values: C.Array[C.c_double]) -> tuple[Unit, list[Any]]:
         """Return the structure for C, and arrays that must exist during the run. All units must be initialised."""
         at = np.zeros(len(self.vr_in) + len(self.vr_out), dtype=np.uint64)
-        saved = self.executor.state
-        keep: list[Any] = [at, saved, self.vr_in, self.vr_out, self.source]
-        unit = Unit(
-            kind=_GRAPH,
-            any_step=self._any_step,
-            period=self.period,
-            substeps=self.substeps,
-            h=self.h,
-            self=self.executor.handle,
-            n_in=len(self.vr_in),
-            n_out=len(self.vr_out),
-            first=self.first,
-            source=self.source.ctypes.data,
-            vr_in=self.vr_in.ctypes.data,
-            vr_out=self.vr_out.ctypes.data,
-            n_vr_in=len(self.vr_in),
-            n_vr_out=len(self.vr_out),
-            at=at.ctypes.data,
-            saved=saved.ctypes.data,
-        )
-        if self._has_tangent:
-            room = np.empty(4 * len(saved))  # a saved state also contains inputs and continuous states
-            unit.seeds = room.ctypes.data
-            keep.append(room)
-        if self._hold == "first":
-            keep += _straight(unit, self.source.tolist(), self._ahead, values)
-        return unit, keep
+        rooms: dict[str, np.ndarray[Any, Any]] = {
+            "vr_in": self.vr_in,
+            "vr_out": self.vr_out,
+            "at": at,
+            "saved": self.executor.state,
+        }
+        if self._system.newton and self._first in self._system.loops():
+            # a saved state also contains inputs and continuous states
+            rooms["seeds"] = np.empty(4 * len(rooms["saved"]))
+        sizes = {"n_out": len(self.vr_out), "n_vr_in": len(self.vr_in), "n_vr_out": len(self.vr_out)}
+        places = {name: room.ctypes.data for name, room in rooms.items()}
+        facts = {"kind": GRAPH, "self": self.executor.handle}
+        unit, keep = unit_of(self._system, self._first, values, self.source, self._links, **sizes, **places, **facts)
+        return unit, [*keep, rooms]
 
     def state_hashes(self) -> dict[str, str]:
         """Return the hash of the present states of every unit in the graph."""
@@ -152,116 +96,17 @@ class GraphUnit:
         """Do nothing, because the next run uses the same graph."""
 
 
-def _straight(unit: Unit, source: list[int], ahead: list[float], values: C.Array[C.c_double]) -> list[Array]:
-    """Set the first-order hold of the inputs of a unit in C. The lines start with the present values.
-
-    Return the arrays that must exist during the run.
-    """
-    now = [values[j] if j >= 0 else 0.0 for j in source]
-    line, weight = np.array(5 * now), np.array(ahead)
-    unit.ahead, unit.line = weight.ctypes.data, line.ctypes.data
-    return [line, weight]
-
-
-class ForeignUnit:
-    """A foreign FMU. fmpy creates and initialises an instance, whose functions the master in C calls."""
-
-    def __init__(self, system: System, part: int, values: C.Array[C.c_double]) -> None:
-        p = system.parts[part]
-        sources = [(link.input, link.source) for link in system.links if link.to == part]
-        self.name, self.period, self.first = p.name, p.period, p.first
-        self.substeps, self.h = p.substeps, system.length(p) / p.substeps
-        self._hold = p.hold
-        links = {link.source: link for link in system.links if link.to == part}
-        self._ahead = {j: weights(system, [link])[0] for j, link in links.items()}
-        self._n_out = len(p.outputs)
-        self._member = fmu_member(system, p, sources, values, None, C.c_double())
-
-    def start(self, values: C.Array[C.c_double]) -> None:
-        """Initialise at t = 0 with the present values, and write the first outputs."""
-        self._member.start(0.0)
-
-    def raw(self, values: C.Array[C.c_double]) -> tuple[Unit, list[Any]]:
-        """Return the structure for C, and arrays that must exist during the run. All units must be initialised."""
-        call = self._member.calls()
-        u, source = np.array(call.inputs), np.array(call.source, dtype=np.int64)
-        names = ("set", "step", "get", "save", "restore")
-        unit = Unit(
-            kind=_FMI3 if call.fmi3 else _FMI2,
-            rollback=call.rollback,
-            any_step=self._member.any_step,
-            period=self.period,
-            substeps=self.substeps,
-            h=self.h,
-            self=call.component,
-            n_in=len(source),
-            n_out=self._n_out,
-            first=self.first,
-            source=source.ctypes.data,
-            u=u.ctypes.data,
-            vr_in=C.addressof(call.vr_in),
-            vr_out=C.addressof(call.vr_out),
-            n_vr_in=len(call.vr_in),
-            n_vr_out=len(call.vr_out),
-            tangent=call.tangent,
-            **dict(zip(names, call.functions, strict=False)),
-        )
-        keep: list[Any] = [u, source, call]
-        if self._hold == "first":
-            keep += _straight(unit, call.source, [self._ahead.get(j, 0.0) for j in call.source], values)
-        return unit, keep
-
-    def forget(self, unit: Unit) -> None:
-        """Free the state that the master saved last."""
-        if unit.state:
-            self._member.free_state(unit.state)
-
-    def why(self) -> str:
-        """Last log message."""
-        return self._member.said
-
-    def close(self) -> None:
-        """Free the instance."""
-        self._member.close()
-
-
 _SCHEMES = ("gauss_seidel", "jacobi", "iterative")  # as in system.h
 
 
 class _Master(C.Structure):
     """`master` of system.h."""
 
-    _fields_ = (
-        ("scheme", C.c_int32),
-        ("most_sweeps", C.c_int32),
-        ("tolerance", C.c_double),
-        ("n_units", C.c_int64),
-        ("units", C.c_void_p),
-        ("values", C.c_void_p),
-        ("n_values", C.c_int64),
-        ("n_early", C.c_int64),
-        ("early", C.c_void_p),
-        ("begin", C.c_void_p),
-        ("guess", C.c_void_p),
-        ("residual", C.c_void_p),
-        ("makers", C.c_void_p),
-        ("newton", C.c_void_p),
-        ("n_columns", C.c_int64),
-        ("columns", C.c_void_p),
-        ("n_cuts", C.c_int64),
-        ("cut_rows", C.c_void_p),
-        ("cuts", C.c_void_p),
-        ("base", C.c_double),
-        ("h", C.c_double),
-        ("ripple", C.c_int64),
-        ("row", C.c_int64),
-        ("cut", C.c_int64),
-        ("now", C.c_double),
-        ("unit", C.c_int64),
-        ("t", C.c_double),
-        ("sweeps", C.c_int64),
-        ("most_in_step", C.c_int64),
-        ("steps", C.c_int64),
+    _fields_ = fields(
+        "int32 scheme most_sweeps; double tolerance; int64 n_units; pointer units values; int64 n_values "
+        "n_early; pointer early begin guess residual makers newton; int64 n_columns; pointer columns; int64 "
+        "n_cuts; pointer cut_rows cuts; double base h; int64 ripple row cut; double now; int64 unit; double "
+        "t; int64 sweeps most_in_step steps"
     )
 
 
@@ -276,16 +121,19 @@ class Native:
     """A case that can be simulated in C any number of times, with the recorded outputs `columns` (default: all).
 
     If `cut` is True, units whose steps can be divided and other units are in separate graphs. A run with divided steps
-    always uses separate graphs for these units.
+    always uses separate graphs for these units. With a `store`, every unit is exported as an FMU into this store, and
+    the master calls the FMUs instead of the graphs.
     """
 
-    def __init__(self, system: System, columns: Sequence[str] | None = None, cut: bool = False) -> None:
-        self._system, self._cut = system, cut
+    def __init__(
+        self, system: System, columns: Sequence[str] | None = None, cut: bool = False, store: FmuStore | None = None
+    ) -> None:
+        self._system, self._cut, self._store = system, cut or store is not None, store
         self._given: Mapping[str, Any] = {}
         self._apart: Native | None = None
-        fused = system.case.coupling.scheme == "gauss_seidel"
+        fused = system.case.coupling.scheme == "gauss_seidel" and store is None
         self._groups = segments(system, cut) if fused else [(k,) for k in range(len(system.parts))]
-        ours = [g for g in self._groups if not isinstance(system.parts[g[0]].graph, Foreign)]
+        ours = [g for g in self._groups if store is None and not isinstance(system.parts[g[0]].graph, Foreign)]
         self._members = {g[0]: GraphUnit(system, g) for g in ours}
         self._foreign: dict[int, Foreign] = {}
         self._graphs = {p.name: p.own for p in system.parts if not isinstance(p.graph, Foreign)}
@@ -353,7 +201,7 @@ class Native:
     def chunks(self) -> Iterator[Trace]:
         """Simulate from t = 0 to the end, and yield chunks of rows. Too many events raise an InputError."""
         system = self._system
-        cut = cuts(system, self._present)
+        cut = cuts(system, self._present if self._store is None else in_file)
         if len(cut[0]) and not self._cut:
             if self._apart is None:
                 self._apart = Native(system, self._names, cut=True)
@@ -364,10 +212,10 @@ class Native:
             parts = [replace(p, graph=self._foreign.get(k, p.graph)) for k, p in enumerate(system.parts)]
             system = replace(system, parts=tuple(parts))
         values = (C.c_double * max(system.n_values, 1))(*system.starts())
-        units: list[GraphUnit | ForeignUnit] = []
+        units: list[GraphUnit | DirectMember | AdaptedMember] = []
         try:
             for k, *_ in self._groups:
-                units.append(self._members[k] if k in self._members else ForeignUnit(system, k, values))
+                units.append(self._members.get(k) or fmu_member(system, k, self._store))
             for u in units:
                 u.start(values)
             yield from self._chunks(system, units, values, cut)
@@ -378,7 +226,7 @@ class Native:
     def _chunks(
         self,
         system: System,
-        members: list[GraphUnit | ForeignUnit],
+        members: list[GraphUnit | DirectMember | AdaptedMember],
         values: C.Array[C.c_double],
         cut: tuple[Array, Array],
     ) -> Iterator[Trace]:
@@ -421,8 +269,8 @@ class Native:
                     raise self._stopped(master, members)
                 hashes: dict[str, str] = {}
                 if system.case.final_states and end > system.n_steps:
-                    for member in self._members.values():
-                        hashes |= member.state_hashes()
+                    for m in members:
+                        hashes |= {} if isinstance(m, AdaptedMember) else m.state_hashes()
                 sweeps = Sweeps(master.sweeps, master.most_in_step, master.steps)
                 master.sweeps = master.most_in_step = master.steps = 0
                 yield Trace(system.times(first, end), record, places, system.case.ripple, hashes, first, sweeps)
@@ -431,7 +279,7 @@ class Native:
                 m.forget(unit)
 
     @staticmethod
-    def _stopped(master: _Master, members: list[GraphUnit | ForeignUnit]) -> Stopped:
+    def _stopped(master: _Master, members: list[GraphUnit | DirectMember | AdaptedMember]) -> Stopped:
         t = master.t
         if master.unit == -1:
             return Stopped(f"values that are not finite at t = {t:g} s")

@@ -1,7 +1,5 @@
 """Looking into the tree of a class: its own text, what its equations assign and refer to."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Iterator
@@ -85,3 +83,28 @@ def calls(e: Any, function: str) -> list[Any]:
 def plain(reference: str) -> str:
     """A reference without its indices."""
     return re.sub(r"\[.*", "", reference)
+
+
+# ---- Sizes in a class for the defaults of its parameters: which components there are, and how many scalars they have
+PRIMITIVE = ("Real", "Integer", "Boolean")
+Scope = dict[str, Any]
+
+
+def lineage(c: library.Class) -> Iterator[library.Class]:
+    for e in c.tree.extends:
+        base = library.find(str(e.component), c.name)
+        if base is not None:
+            yield from lineage(base)
+    yield c
+
+
+def class_of(s: ast.Symbol, c: library.Class) -> library.Class | None:
+    """The class of a component, by its name as written where it is declared; None for a built-in type."""
+    if str(s.type) in PRIMITIVE:
+        return None
+    where = next((k for k in lineage(c) if k.tree.symbols.get(s.name) is s), c)
+    return library.find(str(s.type), where.name)
+
+
+def is_causal(c: library.Class) -> bool:
+    return c.tree.type == "connector" and not c.tree.symbols
