@@ -266,21 +266,9 @@ def test_f_makes_the_error_five_times_smaller(data):
         assert e[1] > 5 * e[0]
 
 
-def test_recursive_training_is_batch_and_the_dead_zone_stays_near(data):
-    some = data.with_train("0:6000")
-    batch, plain, dead = (
-        fit(some, "polynomial_narx", n_u=3, n_f=3, training=t) for t in ("batch", "recursive", "dead_zone")
-    )
-    a, b = (m.graph.node("network").value("theta") for m in (batch, plain))
-    np.testing.assert_allclose(a, b, atol=1e-7)
-    assert batch.fit["rms"] <= dead.fit["rms"] < 3 * batch.fit["rms"]
-
-
 def test_wrong_options(data):
     with pytest.raises(InputError, match=r"number of weights must be at most .* Got 10626 for"):
         fit(data, "polynomial_narx", n_u=10, n_f=10, q=4)
-    with pytest.raises(InputError, match="'dead_zone' must come with training = 'dead_zone'"):
-        fit(data, "polynomial_narx", n_u=2, n_f=2, training="recursive", dead_zone=0.1)
 
 
 # ---- synthetic sensor ----------------------------------------------------------------------------------------------
