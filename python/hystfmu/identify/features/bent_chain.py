@@ -24,7 +24,7 @@ from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.dynamics import Dynamics, search
 from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Following, Problem
-from hystfmu.identify.features.plays import plays, thresholds, u0_of
+from hystfmu.identify.features.plays import thresholds, u0_of, with_plays
 from hystfmu.identify.features.smooth_density import RelaySum
 from hystfmu.identify.graphs import covariate_inputs, device, scaled_input, wired
 
@@ -86,7 +86,7 @@ class Fitting:
         self.r = thresholds(x[rows], options["N"])
         self.noise = noise(data.y[data.counted])
         self.relays = RelaySum(x, rows)
-        self.plays = np.column_stack([x, plays(x, self.r, self.x0)])
+        self.plays = with_plays(x, self.r, self.x0)
         self.stops = np.column_stack([x, x[:, None] - self.plays[:, 1:]])
         seen = data.covariates.values[: rows.stop]
         self.low, self.high = seen[rows].min(axis=0), seen[rows].max(axis=0)
