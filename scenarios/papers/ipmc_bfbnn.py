@@ -38,7 +38,7 @@ from papers.row import Row, Stated
 from papers.statements import ipmc_bfbnn as statements
 from papers.statements.ipmc_bfbnn import N, Q
 from papers.statements.printed import PrintedRecursive, auxiliary, exponential
-from papers.table import Report, nearest, scanned
+from papers.table import Report, nearest, report, scanned
 
 ROW = Stated(__name__)
 
@@ -92,31 +92,16 @@ def _table(progress: Callable[[float], None]) -> Report:
     rows += _several_frequencies()
     progress(0.8)
     rows += _recursions(progress)
-    return Report(
-        "ipmc_bfbnn",
-        "basis-function network for an IPMC sensor",
+    return report(
+        ROW,
         tuple(rows),
-        (
-            f"The printed figures belong to measured data that are not published. Our figures belong to a synthetic "
-            f"sensor with a span of about 2 mV. Its noise is {NOISE:.2g} mV in figure 3 and table 1, the largest noise "
-            "that agrees with the printed IC(10). Elsewhere the noise is 1e-3 mV.",
-            f"For figure 3 and table 1, the model is trained on one decaying sine of {F_SINE:g} Hz. It then runs free "
-            f"on a sine with another decay; the first {LEFT_OUT:g} s are omitted. The paper does not print the decays "
-            f"(training {TRAINED[0]:g} to {TRAINED[-1]:g}, validation {VALIDATED[0]:g} to {VALIDATED[-1]:g} per "
-            f"cycle), the number of cycles ({CYCLES[0]} or {CYCLES[1]}) and the sign in equation 3. The table uses the "
-            f"decays {trained:g} and {validated:g}, {cycles} cycles and equation 3 with {reading}, because with these "
-            "values the replica is closest to the printed figures.",
-            f"Our model is the kind polynomial_narx with n_u = n_f = {N} and q = {Q}. Figures are medians and ranges "
-            f"of {SEEDS} noise seeds.",
-            "All other errors are differences from the sensor without noise. The models run free from the initial "
-            "state, on other signals.",
-        ),
         _drawings(*records),
-        {
-            "fig. 2": "scheme of the network, see eqs. 8-12",
-            "fig. 5": "sketch: every output has an input by definition",
-            "eq. 20": "defines IC(n) and TC(n), see table 1",
-        },
+        trained_last=TRAINED[-1],
+        validated_last=VALIDATED[-1],
+        trained=trained,
+        validated=validated,
+        cycles=cycles,
+        reading=reading,
     )
 
 
@@ -191,9 +176,9 @@ def _rows_of_figure_3(point: Point, of: list[list[float]], as_printed: list[floa
     ratios = [[a / b for a, b in zip(without, v, strict=True)] for v in (literal, ours)]
     spread = f"if f only grows, as printed: {np.median(as_printed):.3g}"
     return [
-        ROW.over_seeds("with_f", [literal, ours], printed=PRINTED[0], ANOTHER=ANOTHER, reading=point[3], spread=spread),
-        ROW.over_seeds("without_f", [without, without], printed=PRINTED[1], N=N, Q=Q),
-        ROW.over_seeds("ratio", ratios, printed=PRINTED[1] / PRINTED[0], ANOTHER=ANOTHER),
+        ROW.over_seeds("with_f", [literal, ours], printed=PRINTED[0], reading=point[3], spread=spread),
+        ROW.over_seeds("without_f", [without, without], printed=PRINTED[1]),
+        ROW.over_seeds("ratio", ratios, printed=PRINTED[1] / PRINTED[0]),
     ]
 
 
@@ -447,7 +432,7 @@ def _recursions(progress: Callable[[float], None]) -> list[Row]:
     return [
         ROW.over_seeds("plain", [[], [e for e, _ in of["plain"]]]),
         ROW.over_seeds("dead_zone", [[e for e, _ in of[name]] for name in ("printed", "corrected")]),
-        ROW.over_seeds("on_the_way", [[e for _, e in of[name]] for name in ("printed", "corrected")], REST=REST),
+        ROW.over_seeds("on_the_way", [[e for _, e in of[name]] for name in ("printed", "corrected")]),
         ROW.over_seeds("diverged", [[float(np.isinf(e)) for e, _ in of[name]] for name in ("low, printed", "low")]),
     ]
 

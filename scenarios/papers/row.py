@@ -7,8 +7,10 @@ have separate groups. In this package, a "figure" of a row is a number, not a di
 from __future__ import annotations
 
 import math
+import sys
 import tomllib
-from collections.abc import Sequence
+from collections import ChainMap
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -155,7 +157,7 @@ class Stated:
         table: dict[str, Any] = tomllib.loads(Path(__file__).with_name("rows.toml").read_text(encoding="utf-8"))
         for part in module.split(".")[1:]:
             table = table[part]
-        self._table = table
+        self._table, self._name, self.module = table, module, part
 
     def __call__(self, key: str, literal: float | None = None, ours: float | None = None, **more: Any) -> Row:
         """Return the row `key`. `more` contains fields of the row, and values of the names in braces."""
@@ -166,9 +168,21 @@ class Stated:
         facts = self._facts(key, more)
         return Row.over_seeds(facts.pop("quantity"), facts.pop("printed", None), of, **facts)
 
+    def texts(self, key: str, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entry `key` of the table. `values` and constants of the module replace the names in braces."""
+        filled: dict[str, Any] = _filled(self._table[key], ChainMap(dict(values), vars(sys.modules[self._name])))
+        return filled
+
     def _facts(self, key: str, more: dict[str, Any]) -> dict[str, Any]:
-        facts = {k: v.format(**more) if isinstance(v, str) else v for k, v in self._table[key].items()}
-        return facts | {k: v for k, v in more.items() if k in Row.__dataclass_fields__}
+        return self.texts(key, more) | {k: v for k, v in more.items() if k in Row.__dataclass_fields__}
+
+
+def _filled(part: Any, values: Mapping[str, Any]) -> Any:
+    if isinstance(part, dict):
+        return {k: _filled(v, values) for k, v in part.items()}
+    if isinstance(part, list):
+        return [_filled(v, values) for v in part]
+    return part.format_map(values) if isinstance(part, str) else part
 
 
 def over(ours: float, bound: float, sense: str) -> float:

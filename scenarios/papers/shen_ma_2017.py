@@ -47,7 +47,7 @@ from papers import dbo_piezo, sums_of_plays
 from papers.magnetostrictive_plant import strain
 from papers.row import Row, Stated
 from papers.statements import shen_ma_2017 as statements
-from papers.table import Report, nearest, scanned
+from papers.table import Report, nearest, report, scanned
 
 ROW = Stated(__name__)
 
@@ -114,28 +114,18 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
     rows += _held_out(paper_record().with_train((0, SAMPLES // 2)), lambda f: progress(0.7 + 0.2 * f))
     if measured is not None:
         rows += _on_measured(measured)
-    notes = [
-        f"The record of tables 2 and 3 comes from a Jiles-Atherton actuator: {SAMPLES} samples, bias {bias:g}, decay "
-        f"{decay:g} per cycle, noise {100 * NOISE:g} % of half the stroke. The paper does not print the bias (scanned "
-        f"from {BIASES[0]:g} to {BIASES[-1]:g}) and the decay (scanned from {DECAYS[0]:g} to {DECAYS[-1]:g}). The "
-        "tables use the values for which the replica is closest to the printed figures.",
-        f"Figures are medians and ranges of {SEEDS} seeds. Each seed gives the noise of the record and the start "
-        "weights of the networks.",
-        f"The MSE is in the square of the unit of measure of y. The span of y is {np.ptp(second.y):.3g}, as for the "
-        "branch in table 1 of the paper.",
-        f"With our record, a_0 < 0 needs a sensor delay of at least 4 samples; the table uses {LATE} samples. Without "
-        "a delay, a_0 > 0.",
-        "The default roughness 1e-4 was tuned on held-out errors of a synthetic stack and of a measured stack.",
-        f"The tested numbers of hidden neurons are {', '.join(map(str, hidden))}.",
-        "Training with up to 100 hidden neurons takes about 12 minutes: hystfmu reproduce shen_ma_2017 --full. The "
-        "command for your own data is hystfmu fit --model constraint_factor_mlp --set sweep=100",
-    ]
-    return Report(
-        "shen_ma_2017",
-        "Shen & Ma 2017, constraint factor and neural network against PI",
+
+    return report(
+        ROW,
         tuple(rows),
-        tuple(notes),
         (*_drawings("fig. 1", "fig. 2", "network", second, models), *_drawings("fig. 3", "fig. 4", "PI", second, pi)),
+        bias=bias,
+        decay=decay,
+        percent=100 * NOISE,
+        biases_last=BIASES[-1],
+        decays_last=DECAYS[-1],
+        span=np.ptp(second.y),
+        numbers=", ".join(map(str, hidden)),
     )
 
 
@@ -267,7 +257,7 @@ def _branches(record: Dataset) -> list[Row]:
     printed = Branch(np.array(PAPER_A), a.d_max, np.nan)
     span = f"[0, {a.d_max:.2f}]"
     return [
-        ROW("a_0", a.a[0], b.a[0], printed=PAPER_A[0], LATE=LATE),
+        ROW("a_0", a.a[0], b.a[0], printed=PAPER_A[0]),
         ROW("falling", 100 * a.falling, 100 * b.falling, span=span),
         ROW("falling_printed", 100 * printed.falling, 100 * b.falling, span=span),
     ]
@@ -309,7 +299,7 @@ def _networks(
         Row.over_seeds(QUANTITIES[1], TABLE_2[0], [[], actuator], note="the kind actuator", place="table 2"),
         Row.over_seeds("MSE, 6 hidden neurons, second half", TABLE_2[1], six, note=ANOTHER, place="table 2"),
         ROW.over_seeds("third", [[of[2] for of in tried], chosen], printed=TABLE_2[2]),
-        ROW.over_seeds("neurons", count, printed=float(HIDDEN), ANOTHER=ANOTHER),
+        ROW.over_seeds("neurons", count, printed=float(HIDDEN)),
     ]
     models = [_network(HIDDEN, o)(halves[0], 0) for o in SETTINGS]
     return rows, five, models

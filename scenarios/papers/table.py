@@ -19,7 +19,7 @@ from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Plot
 from hystfmu.report.terminal import table
 from papers.bounded import bounded
-from papers.row import GROUPS, Row
+from papers.row import GROUPS, Row, Stated
 
 
 @dataclass(frozen=True)
@@ -102,6 +102,15 @@ class Report:
             listed = "".join(f"<li>{escape(n)}</li>" for n in self.notes)
             body.append(f"<section><h2>Notes</h2><ul>{listed}</ul></section>")
         return page.page(f"{self.name}: the paper beside ours", body)
+
+
+def report(of: Stated, rows: tuple[Row, ...], drawings: tuple[Plot, ...] = (), **values: Any) -> Report:
+    """Return the report of the module of `of`, whose source, notes and omitted figures are in rows.toml.
+
+    `values` contains the values of the names in braces. The value `source` replaces the source in the table.
+    """
+    facts = of.texts("report", values) | values
+    return Report(of.module, facts["source"], rows, tuple(facts["notes"]), drawings, facts.get("omitted", {}))
 
 
 def figure(p: Plot) -> str:

@@ -30,7 +30,7 @@ from papers import dynamic_preisach
 from papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
 from papers.row import Row, Stated
 from papers.statements import yu_alici_2005_smc as statements
-from papers.table import Report
+from papers.table import Report, report
 
 if TYPE_CHECKING:
     from hystfmu.scenario.outcome.trace import Trace
@@ -62,27 +62,10 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     progress(0.5)
     controlled, figs_10_11 = _control(lambda fraction: progress(0.5 + 0.5 * fraction))
     rows += [*identified, *controlled]
-    return Report(
-        "yu_alici_2005_smc",
-        "Yu, Alici, Shirinzadeh & Smith 2005, sliding mode control with a network for rate-dependent hysteresis",
+    return report(
+        ROW,
         tuple(rows),
-        (
-            "The paper prints formulas of two bounds, but no numbers. An error in %FS is the RMS error relative to the "
-            "span of the training output.",
-            f"Figures are medians and ranges of {SEEDS} seeds. Each seed gives the noise of the record and the start "
-            "weights of the network.",
-            f"The training record has a sample rate of {RATE:g} Hz and contains the signals of figures 6 to 8 one "
-            f"after the other, with a noise of {NOISE:g} of half the stroke.",
-            "The gains come from the studies scenarios/*/gains.study.toml. Ms is at most 6 dB, and all corners are "
-            "stable with one more step of delay.",
-            "The loops have a sample rate of 10 kHz and one known step of delay. Errors include the error between "
-            'samples. "20 % mismatch" is the corner with higher gain and 400 Hz.',
-        ),
         (*_drawings(), *dynamic_preisach.drawings(), fig_9, *figs_10_11),
-        {
-            "fig. 1": "scheme of hysteresis and G0(s); scenarios/papers/yu_alici_2005_smc_open_loop simulates it",
-            "fig. 2": "scheme of the measurement in open loop; the same scenario simulates it",
-        },
     )
 
 

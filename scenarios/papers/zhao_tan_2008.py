@@ -35,7 +35,7 @@ from papers import nested_loops
 from papers.nested_loops import STEP, Response, recorded
 from papers.row import Row, Stated
 from papers.statements import zhao_tan_2008 as statements
-from papers.table import Report, nearest, scanned
+from papers.table import Report, nearest, report, scanned
 
 ROW = Stated(__name__)
 
@@ -109,33 +109,14 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
         rows += nested_loops.implicit_rows(name, kind, REVERSALS)
     drawings = (*_drawings(plant, record, kp_output), *shown)
     progress(1.0)
-    return Report(
-        "zhao_tan_2008",
-        "hysteretic operator and 2-12-1 network for a piezo actuator",
+    return report(
+        ROW,
         tuple(rows),
-        (
-            "The printed figures belong to a measured actuator, whose data are not published. Our figures belong to "
-            "ten backlash operators. Input and output are scaled to [-1, 1].",
-            "The printed MSE is treated as an RMS value, because it exceeds the square of the largest error.",
-            f"The literal replica uses the last extremum, 463 Powell-Beale iterations and one start. Figures are "
-            f"medians and ranges of {SEEDS} seeds.",
-            f"The paper does not print the decay (scanned from {DECAYS[0]:g} to {DECAYS[-1]:g} per cycle), the number "
-            f"of rows ({' or '.join(map(str, SPLITS))}) and the seed ({SEEDS} seeds). The table uses the decay "
-            f"{decay:g} and {size} rows, because with these values the largest error and the RMS error of the replica "
-            "are closest to the printed errors.",
-            "The validation rows are the second half of the rows. No model of this table is trained on them.",
-            f"The error on the virgin curve ({VIRGIN} rows) is included only for the held-out signals, not for the "
-            "decaying sine.",
-            f"For the held-out signals, the literal replica is trained on the decaying sine, and our model on "
-            f"{REVERSALS} random nested reversals.",
-            "The defaults of zhao_tan_mlp and play_bank_mlp were tuned on these signals, but on backlashes with other "
-            "thresholds.",
-        ),
         drawings,
-        {
-            "fig. 4": "photograph of the actuator; ten backlashes replace it",
-            "fig. 11": "scheme of the cascade; the scenario scenarios/papers/zhao_tan_2008 simulates it with FMUs",
-        },
+        decays_last=DECAYS[-1],
+        sizes=" or ".join(map(str, SPLITS)),
+        decay=decay,
+        size=size,
     )
 
 

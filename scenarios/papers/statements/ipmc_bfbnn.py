@@ -42,12 +42,12 @@ def rows() -> list[Row]:
     return [
         relay_sum.block_row(),
         relay_sum.increment_row(),
-        ROW("growth", float(printed[-1]), abs(float(kept[-1])), CYCLES=CYCLES),
-        ROW("theorem", both[0], both[1], others=of[1].others, REVERSALS=REVERSALS),
+        ROW("growth", float(printed[-1]), abs(float(kept[-1]))),
+        ROW("theorem", both[0], both[1], others=of[1].others),
         ROW("case_1", float(of[0].others), float(of[1].others)),
-        ROW("case_2", float(np.ptp(printed[top][1:])), float(np.ptp(kept[top][1:])), target=ROUNDING, CYCLES=CYCLES),
+        ROW("case_2", float(np.ptp(printed[top][1:])), float(np.ptp(kept[top][1:])), target=ROUNDING),
         ROW("network", ours=_free_run(), target=ROUNDING),
-        ROW("monomials", ours=float(basis(np.zeros(2 * N), Q).shape[-1]), N=N, Q=Q),
+        ROW("monomials", ours=float(basis(np.zeros(2 * N), Q).shape[-1])),
     ]
 
 

@@ -60,4 +60,4 @@ def _normal_equations(u: Array, y: Array, trained: slice) -> Row:
     wrong[M, M] = float(np.sum((1 - np.exp(-where.d[rows])) ** 2 * where.d[rows] ** (2 * (M - 1))))
     of = [float(np.sqrt(np.mean((B @ np.linalg.solve(left, B.T @ v) - v) ** 2))) for left in (wrong, X)]
     best = float(np.sqrt(np.mean((B @ np.linalg.lstsq(B, v, rcond=None)[0] - v) ** 2)))
-    return ROW("normal_equations", of[0] / best, of[1] / best, target=1 + 1e-06, M=M)
+    return ROW("normal_equations", of[0] / best, of[1] / best, target=1 + 1e-06)

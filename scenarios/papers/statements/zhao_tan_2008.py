@@ -48,7 +48,6 @@ def rows(plant: Response, invertible: Response) -> list[Row]:
             "lemma_2",
             least_slope(u, last, FROM_EXTREMUM),
             least_slope(u, dominant, FROM_EXTREMUM),
-            FROM_EXTREMUM=FROM_EXTREMUM,
         ),
         ROW("continuity", ours=_step(plant, 0.0001) / _step(plant, 0.001)),
         ROW("crossings", float(forward[0].others), float(forward[1].others), about=about),
