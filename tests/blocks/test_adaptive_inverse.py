@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import plants
 import pytest
 from raw import Raw
 from scipy.signal import cont2discrete
@@ -23,15 +24,6 @@ LEARNS |= {"sigma": 0.003, "change": 0.02, "w0_min": 0.15}
 
 def block(delay: int = 1, **values: Any) -> Graph:
     return Graph.single(Node("a", "adaptive_inverse", {"delay": delay}, {**LEARNS, **values})).with_step(H)
-
-
-def plays(u: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """The command and its plays, rows (n, 1 + len(r)), written from the definition."""
-    z, rows = np.zeros(len(r)), np.empty((len(u), len(r) + 1))
-    for k, now in enumerate(u):
-        z = np.maximum(now - r, np.minimum(now + r, z))
-        rows[k] = np.append(now, z)
-    return rows
 
 
 def reference(n: int, seed: int) -> np.ndarray:
@@ -72,7 +64,7 @@ def test_it_inverts_exactly_with_the_present_weights() -> None:
     y = block().run(np.column_stack([v, v, v * 1.3 + 0.1 * rng.normal(size=1500)]), H)
     theta = y[:, 1:12]
     assert np.ptp(theta, axis=0).max() > 0.05, "weights that do not move test nothing"
-    assert np.abs(np.sum(theta * plays(y[:, 0], R), axis=1) - v).max() <= 1e-13
+    assert np.abs(theta[:, 0] * y[:, 0] + np.sum(theta[:, 1:] * plants.plays(y[:, 0], R), axis=1) - v).max() <= 1e-13
     fixed = block(sd=np.zeros(11)).run(np.column_stack([v, v, y[:, 0]]), H)
     exact = Graph.single(Node("i", "prandtl_ishlinskii_inverse", {}, {"w0": W0, "r": R, "w": W})).run(v, H)
     assert (fixed[:, 1:12] == np.append(W0, W)).all()

@@ -37,42 +37,6 @@ def test_theorem_1_of_zhao_and_tan_has_a_counterexample() -> None:
 
 
 # ---- Bouc-Wen -------------------------------------------------------------------------------------------------------
-def bouc_wen_by_scipy(u: Array, A: float, beta: float, gamma: float, n: float, z0: float) -> Array:
-    """Each monotone piece of the input by DOP853, cut where z = 0 and |z|^n has its kink."""
-    rows = [z0]
-    for du in np.diff(u):
-        s, z, at = np.sign(du), rows[-1], 0.0
-
-        def slope(_: float, z: Array, s: float = s) -> Array:
-            return s * A - beta * np.abs(z) ** (n - 1) * z - gamma * s * np.abs(z) ** n
-
-        def zero(_: float, z: Array) -> float:
-            return float(z[0])
-
-        zero.terminal = True  # type: ignore[attr-defined]
-        while at < abs(du):
-            first = solve_ivp(slope, (at, abs(du)), [z], "DOP853", rtol=1e-13, atol=1e-15, events=zero if z else None)
-            at, z = (first.t[-1], first.y[0, -1]) if first.status == 0 else (first.t_events[0][0], 0.0)
-        rows.append(z)
-    return np.array(rows)
-
-
-# each exponent and each shape once
-EXPONENTS, SHAPES = [1.0, 1.3, 2.0, 3.7], [(1.0, -0.6), (0.5, 0.5), (0.2, 0.9), (0.7, 0.0)]
-SOON = [(n, *shape) for n, shape in zip(EXPONENTS, SHAPES, strict=True)]
-LONG = [(n, *shape) for n in EXPONENTS for shape in SHAPES if (n, *shape) not in SOON]
-
-
-@pytest.mark.parametrize(("n", "beta", "gamma"), [*SOON, *(pytest.param(*c, marks=pytest.mark.stress) for c in LONG)])
-def test_bouc_wen_is_its_differential_equation(n: float, beta: float, gamma: float) -> None:
-    rng = np.random.default_rng(1)
-    u = np.concatenate([rng.uniform(-2, 2, 20), 0.2 * rng.uniform(-2, 2, 10), rng.uniform(-4, 4, 10)])
-    y, z = BoucWen(A=1.2, beta=beta, gamma=gamma, n=n, z0=0.2, u0=u[0], alpha=0.3, k=2.0)(u).T
-    expected = bouc_wen_by_scipy(u, 1.2, beta, gamma, n, 0.2)
-    assert np.abs(z - expected).max() <= (1e-11 if n == 1 else 2e-9)  # closed form; Runge-Kutta
-    assert np.abs(y - 2 * (0.3 * u + 0.7 * z)).max() <= 4e-15
-
-
 def test_bouc_wen_with_n_1_takes_any_step_exactly() -> None:
     """The closed form composes: one step of du is two steps of du/2."""
     u = np.cumsum(RNG.normal(size=400))
