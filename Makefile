@@ -17,7 +17,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check lines generate core-page modelica modelica-strict openmodelica platforms bench choice devices intervals docs wheel release use lower importers papers clean torture
+.PHONY: demo test contract stress mutants dev core check lines generate core-page modelica modelica-strict openmodelica platforms bench choice devices intervals docs wheel release use lower importers papers clean
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -73,9 +73,10 @@ generate: dev core-page
 core-page: dev
 	$(BIN)/python fmu_build/platforms/page.py fmu_build python/hystfmu/report/core_page.txt
 
-# every class of the Modelica library: loads, simulates, error against the C core, numpy and the committed reference
+# every class of the Modelica library: loads, simulates, error against the C core and the committed reference, which
+# HYSTFMU_RECORD=1 writes anew
 modelica: dev
-	$(BIN)/python tests/modelica/report.py
+	$(PYTEST) -rP -m "stress or not stress" tests/modelica/test_library.py tests/modelica/test_validation.py tests/modelica/export
 
 # what OpenModelica and Dymola refuse or mark in a class, and the compiler of the tests does not: each rule by its section
 # of the language specification
@@ -147,9 +148,6 @@ use:
 lower:
 	mkdir -p $(TMPDIR)
 	$(PYTHON) tests/release/lower.py build/lower
-
-torture:
-	@echo "'make torture' is now 'make stress'"; exit 1
 
 .venv/pyvenv.cfg:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "HystFMU needs Python 3.11 or newer; try: make PYTHON=python3.11 $(MAKECMDGOALS)"; exit 1; }

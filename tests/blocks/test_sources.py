@@ -1,7 +1,5 @@
 """Reference, disturbance and noise against their formulas, statistics, and their own derivatives by differences."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -75,14 +73,6 @@ def test_reference_keeps_its_phase_at_late_times() -> None:
     y = blocks.Reference(m=1, frequency=100.0).graph.run(np.zeros((50, 0)), 1e-3, t0)[:, 0]
     t = t0 + np.arange(50) * 1e-3
     assert np.abs(y - np.sin(2 * np.pi * ((100 * t) % 1))).max() <= 1e-6
-
-
-def test_disturbance() -> None:
-    h = 0.1
-    d = blocks.Disturbance(step=0.5, t_step=0.7, amplitude=0.2, frequency=3.0, phase=0.4)(np.zeros((40, 0)), h)
-    t = np.arange(40) * h
-    expected = 0.5 * (np.arange(40) >= 7) + 0.2 * np.sin(2 * np.pi * 3 * t + 0.4)
-    assert np.abs(d - expected).max() <= 1e-13
 
 
 def test_noise_is_white_and_gaussian() -> None:

@@ -1,11 +1,13 @@
-"""A race of structures: closed forms of plants and controllers, and loops that hold over plants drawn anew."""
-
-from __future__ import annotations
+"""A race of structures, and robust controllers of shaped plants: closed forms, and loops that hold over plants."""
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
-from hystfmu.design.delays import sampled
+from hystfmu.base.errors import InputError
+from hystfmu.design import loop_shaping
+from hystfmu.design.delays import StateSpace, sampled
+from hystfmu.design.linear import python_control
 from hystfmu.design.loop import response_of
 from hystfmu.design.plants import Plant, Unseen, plant_set
 from hystfmu.design.race import Aim, Race, distances, race, unencircled
@@ -31,6 +33,33 @@ def on_fine_steps(p: Plant, h: float, z: np.ndarray, fine: int = 4000) -> np.nda
     return np.asarray((pulse[None] * z[:, None] ** -np.arange(1.0, n + 1)).sum(axis=1))
 
 
+def state_space(p: Plant, h: float) -> StateSpace:
+    """Return A, B, C, D of the sampled plant. There are two states for each mode, then the delayed commands."""
+    m = int(np.floor(p.delay / h + 1e-9))
+    part = p.delay / h - m if p.delay / h - m > 1e-9 else 0.0
+    past = m + 1 + (part > 0)  # a sample may depend on the commands u(k - 1) ... u(k - past)
+    n = 2 * len(p.f_n)
+    A, B, C = np.zeros((n + past, n + past)), np.zeros((n + past, 1)), np.zeros((1, n + past))
+    B[n, 0] = 1.0
+    A[n + 1 :, n:-1] = np.eye(past - 1)
+    C[0, n + m] = p.rest
+    for i, (f, zeta, k) in enumerate(zip(p.f_n, p.zeta, p.share, strict=True)):
+        w, at = 2 * np.pi * f, slice(2 * i, 2 * i + 2)
+        over = np.zeros((3, 3))
+        over[:2] = [[0, w, 0], [-w, -2 * zeta * w, w]]
+        whole, first, second = (expm(over * h * x) for x in (1.0, part, 1 - part))
+        A[at, at] = whole[:2, :2]
+        new, old = second[:2, 2], second[:2, :2] @ first[:2, 2]
+        if m:
+            A[at, n + m - 1] = new
+        else:
+            B[at, 0] = new
+        if part > 0:
+            A[at, n + m] = old
+        C[0, 2 * i] = k
+    return A, B, C, np.zeros((1, 1))
+
+
 @pytest.mark.parametrize(
     "plant",
     [
@@ -44,7 +73,7 @@ def test_a_plant_answers_as_its_step_response(plant: Plant) -> None:
     z = np.exp(1j * np.linspace(0.01, 3.1, 60))
     found = plant.response(z, H)
     assert np.abs(found - on_fine_steps(plant, H, z)).max() < 1e-9 * np.abs(found).max()
-    assert np.abs(found - response_of(plant.state_space(H), z)[:, 0, 0]).max() < 1e-12 * np.abs(found).max()
+    assert np.abs(found - response_of(state_space(plant, H), z)[:, 0, 0]).max() < 1e-12 * np.abs(found).max()
 
 
 @pytest.mark.parametrize("name", list(STRUCTURES))
@@ -62,7 +91,7 @@ def closed(tuned: Race, p: Plant, slope: float) -> float:
     best = tuned.winner
     assert best is not None
     A, B, C, D = sampled(best.structure.graph(best.design, best.values, best.Ki), H)
-    F, G, K, _ = p.state_space(H)
+    F, G, K, _ = state_space(p, H)
     B, D = B[:, 1:2] * slope, D[:, 1:2] * slope  # from y
     top = np.hstack([A, B @ K])
     return float(np.abs(np.linalg.eigvals(np.vstack([top, np.hstack([G @ C, F + G @ D @ K])]))).max())
@@ -115,3 +144,52 @@ def test_the_nearest_slope_of_a_sector_is_found_in_closed_form() -> None:
     stable, unstable = ((0.5 * k / (z - 1) / z**2)[None] for k in (0.9, 1.9))
     assert unencircled(stable)[0]
     assert not unencircled(unstable)[0]
+
+
+# ---- loop shaping ----------------------------------------------------------------------------------------------------
+control = python_control()
+ONE = control.tf([1.0], [1.0])
+WEIGHT = control.tf([300.0, 3e5], [1.0, 0.0])
+PLANT = control.tf([9.87e6], [1.0, 4398.0, 9.87e6]) * control.tf(*control.pade(1.5e-4, 2))
+
+
+def margin(shaped: object, K: object, points: np.ndarray) -> float:
+    """Return 1 / norm of [K; 1] (1 + G K)^-1 [1 G], negative feedback, both systems with one input and output."""
+    G, C = np.asarray(shaped(points)), np.asarray(K(points))  # type: ignore[operator]
+    return float((np.abs(1 + G * C) / np.sqrt((1 + np.abs(G) ** 2) * (1 + np.abs(C) ** 2))).min())
+
+
+@pytest.mark.parametrize(("pole", "b_opt"), [(0.0, 1 / np.sqrt(2)), (1.0, None), (-3.0, None)])
+def test_first_order_plants_have_the_closed_form(pole: float, b_opt: float | None) -> None:
+    """G = 1 / (s + p): X = Z = -p + sqrt(p^2 + 1), so that gamma^2 = 1 + X^2; an integrator reaches 1 / sqrt 2."""
+    X = -pole + np.sqrt(pole**2 + 1)
+    found = loop_shaping(control.tf([1.0], [1.0, pole]), ONE)
+    assert found.b_opt == pytest.approx(1 / np.sqrt(1 + X**2), rel=1e-9)
+    assert b_opt is None or found.b_opt == pytest.approx(b_opt, rel=1e-9)
+
+
+def test_the_margin_is_reached_and_hardly_more() -> None:
+    found = loop_shaping(PLANT, WEIGHT)
+    points = 1j * np.geomspace(1, 1e6, 4000)
+    reached = margin(PLANT * WEIGHT, found.robust, points)
+    assert found.b * (1 - 1e-6) <= reached <= found.b_opt * (1 + 1e-6)
+    poles = control.feedback(PLANT * control.tf(found.controller), 1).poles()
+    assert poles.real.max() < 1e-3  # rounding of poles that cancel
+    near = loop_shaping(PLANT, WEIGHT, ratio=1.001)
+    assert margin(PLANT * WEIGHT, near.robust, points) == pytest.approx(near.b_opt, rel=0.01)
+
+
+def test_a_sampled_plant_has_its_own_margin_and_keeps_it() -> None:
+    h = 1e-4
+    G = control.sample_system(control.tf([9.87e6], [1.0, 4398.0, 9.87e6]), h) * control.tf([1.0], [1.0, 0.0], h)
+    W = control.tf([300.0, -270.0], [1.0, -1.0], h) * 1e-3
+    found = loop_shaping(G, W)
+    points = np.exp(1j * np.pi * np.geomspace(1e-5, 1, 4000))
+    reached = margin(G * W, found.robust, points)
+    assert found.b * (1 - 1e-6) <= reached <= found.b_opt * (1 + 1e-6)
+    assert np.abs(control.feedback(control.ss(G) * found.controller, 1).poles()).max() < 1
+
+
+def test_a_ratio_of_one_is_refused() -> None:
+    with pytest.raises(InputError, match="ratio"):
+        loop_shaping(PLANT, WEIGHT, ratio=1.0)

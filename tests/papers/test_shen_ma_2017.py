@@ -25,7 +25,7 @@ from hystfmu.identify.methods.constraint_factor_mlp import (
     literal_branch,
     stack_coordinates,
 )
-from hystfmu.identify.methods.fitted_operator_mlp import straightened
+from hystfmu.identify.methods.operator_networks import straightened
 from hystfmu.identify.network.readout import hidden_sweep
 from hystfmu.model import accuracy
 from papers import magnetostrictive_plant, reproduce, shen_ma_2017

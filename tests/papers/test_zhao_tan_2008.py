@@ -4,15 +4,13 @@ import numpy as np
 import plants
 import pytest
 import reasons
-from torch_network import perceptron
 
 import hystfmu as hy
-from hystfmu import Dataset, Graph, InputError, Model, Node
+from hystfmu import Dataset, InputError, Model
 from hystfmu.data import signals
 from hystfmu.identify import fit
-from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid
-from hystfmu.identify.network.torch_module import problem
-from hystfmu.identify.network.training import start
+from hystfmu.identify.methods.weighted_sums import grid
+from hystfmu.identify.network.training import Fit, start
 from hystfmu.identify.solvers.trainers import TRAINERS, Squares, conjugate_gradients
 from papers import zhao_tan_2008
 
@@ -49,20 +47,6 @@ def test_powell_beale_directions_are_conjugate_after_a_restart_that_is_not_the_f
 
 
 # ---- trainers ------------------------------------------------------------------------------------------------------
-def test_gradient_of_the_network_against_differences():
-    x, y = rng.uniform(-1, 1, (30, 2)), rng.normal(size=30)
-    p = start(x, y, 5, "sigmoid", np.random.default_rng(0))
-    fit = problem(perceptron(2, 5), x, y[:, None])
-    value, gradient = fit.gradient(p)
-    r, J = fit.residuals(p)
-    assert abs(value - r @ r) < 1e-12 * value
-    np.testing.assert_allclose(gradient, 2 * J.T @ r, atol=1e-10)
-    h = 1e-6
-    for i in range(len(p)):
-        up, down = (fit.gradient(p + s * h * np.eye(len(p))[i])[0] for s in (1, -1))
-        assert abs((up - down) / (2 * h) - gradient[i]) < 1e-6 * max(1, np.abs(gradient).max())
-
-
 @pytest.fixture(scope="module")
 def smooth():
     x = np.random.default_rng(1).uniform(-1, 1, (200, 2))
@@ -74,7 +58,7 @@ def test_trainers_end_near_one_another(smooth):
     p = start(x, y, 4, "tanh", np.random.default_rng(3))
     ridge = 1e-1 * np.eye(len(p))  # one minimum that all of them reach
 
-    fit = problem(perceptron(2, 4, "tanh"), x, y[:, None])
+    fit = Fit(x, y, 4, "tanh")
 
     def function(p):
         r, J = fit.residuals(p)
@@ -102,13 +86,6 @@ def test_trainer_is_an_option_of_the_network_methods():
 
 
 # ---- inverse operators ---------------------------------------------------------------------------------------------
-def test_reconstructed_inverse_operator_is_twice_the_input_minus_the_operator():
-    """(1 + e^-d) d = 2d - (1 - e^-d) d: the reconstruction carries no more than the forward operator does."""
-    u = signals.nested_reversals(60, 4)
-    h, x = (Graph.single(Node("o", name)).run(u) for name in ("zhao_tan", "zhao_tan_inverse_reconstructed"))
-    np.testing.assert_allclose(x, 2 * u - h, atol=1e-13)
-
-
 def test_network_with_the_exact_inverse_operator_inverts_better():
     plant = zhao_tan_2008.actuator(3.0)
     record = zhao_tan_2008.experiment(plant)
@@ -138,20 +115,6 @@ def kp_loop(u, a, p1, p2, k0):
         last = v
         out.append(list(k))
     return np.array(out)
-
-
-def test_kp_model_of_210_kernels_against_a_plain_loop():
-    u = signals.training(20, 6)[::3]
-    m = fit(Dataset.from_signal(u, plants.asymmetric(u)), "krasnoselskii_pokrovskii")
-    node = m.graph.node("hysteresis")
-    assert m.fit["parameters"] == 211
-    assert node.value("w").shape == (210,)
-    assert node.value("w").min() >= 0
-    v = signals.nested_reversals(15, 8)
-    a, p1, p2 = grid(float(u.min()), float(u.max()), 20)
-    k0 = np.clip(2 * (node.value("u0") - (p1 + p2) / 2) / a - 1, -1, 1)
-    expected = kp_loop(v, a, p1, p2, k0) @ node.value("w") + node.value("offset")
-    np.testing.assert_allclose(m.predict(v), expected, atol=1e-13)
 
 
 def test_kp_weights_are_found_again():
@@ -237,28 +200,6 @@ def test_from_torch_refuses_what_it_cannot_do():
             hy.Model.from_torch(module)
         for w in words:
             assert w in str(e.value)
-
-
-@pytest.mark.parametrize(
-    ("trainer", "iterations"), [("levenberg_marquardt", 60), ("powell_beale", 600), ("lbfgs", 600)]
-)
-def test_torch_modules_are_trained(smooth, trainer, iterations):
-    torch = pytest.importorskip("torch")
-    from hystfmu.identify.network.torch_module import train_module
-
-    x, y = smooth
-    torch.manual_seed(1)
-    nn = torch.nn
-    module = nn.Sequential(nn.Linear(2, 5), nn.Tanh(), nn.Linear(5, 4), nn.Sigmoid(), nn.Linear(4, 1))
-    rms = train_module(module, x, y, trainer, iterations)
-    with torch.no_grad():
-        e = module(torch.as_tensor(x)).numpy()[:, 0] - y
-    np.testing.assert_allclose(rms, np.sqrt(np.mean(e**2)), rtol=1e-9)
-    assert rms < 0.01
-    with pytest.raises(InputError, match="lbfgs"):
-        train_module(module, x, y, "adam")
-    with pytest.raises(InputError, match=r"must give 2 values a row, as y has. Got \(1,\) instead"):
-        train_module(module, x, np.column_stack([y, y]))
 
 
 # ---- the paper -----------------------------------------------------------------------------------------------------

@@ -1,7 +1,5 @@
 """The choice step by step: who enters in which order, what each costs, when the race ends, what is told of it."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,8 +8,8 @@ import pytest
 from hystfmu import Dataset, InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import auto, race
-from hystfmu.identify.catalogue import ANY, LAGS, OPENS, Candidate
-from hystfmu.identify.excitation.minor_loops import NONE, RETURN_POINT, UNKNOWN, Excitation
+from hystfmu.identify.catalogue import ANY, Candidate
+from hystfmu.identify.excitation.minor_loops import NONE, UNKNOWN, Excitation
 from hystfmu.model import Model
 
 N = 4000
@@ -50,7 +48,7 @@ def chosen(monkeypatch):
         monkeypatch.setattr(auto, "candidates", lambda: found)
         monkeypatch.setattr(auto, "examine", lambda data: seen)
         monkeypatch.setattr(auto, "too_large", lambda rows, key, given: "")
-        monkeypatch.setattr(auto, "takes_covariates", lambda key: key == "key takes")
+        monkeypatch.setattr(auto, "method", lambda key: SimpleNamespace(covariates=key == "key takes"))
         monkeypatch.setattr(race.Race, "leaves", lambda self, trial: False)
         monkeypatch.setattr(auto, "fit_one", fit_one)
         return auto.choose(data, 0, told.append, **more), asked, told
@@ -149,28 +147,6 @@ def test_no_kind_is_left_out_for_its_price(chosen):
     assert choice.provenance["auto_left_out"] == {}
     assert choice.provenance["auto_rows"] == auto.LEAST_ROWS
     assert "auto_rows" not in chosen({"cheap": table["cheap"]})[0].provenance
-
-
-def test_what_was_not_tried_comes_first(chosen):
-    table = {
-        "a": flat(1.0, 1.0), "b": flat(2.0, 9.0, quick={"starts": 1}), "d": flat(0.1, 1.0, memory=OPENS)
-    }  # fmt: skip
-    choice, _, _ = chosen(table, seen=Excitation(60, 150.0, 20, 0.025, True, RETURN_POINT, (), ()))
-    assert list(choice.provenance["auto_left_out"]) == ["d", "b"]
-    assert choice.provenance["auto_not_tried"] == ["d"]
-
-
-def test_a_rate_must_be_seen_or_static_kinds_stay(chosen):
-    near = {"static": flat(1.0, 1.0), "lags": flat(2.0, 0.9, memory=LAGS)}
-    choice, _, _ = chosen(near)
-    assert (choice.fit["rate"], choice.provenance["auto_choice"]) == ("not seen", "static")
-    far = {"static": flat(1.0, 2.0), "lags": flat(2.0, 0.9, memory=LAGS)}
-    choice, _, _ = chosen(far)
-    assert (choice.fit["rate"], choice.provenance["auto_choice"]) == ("seen", "lags")
-    lost = {"static": flat(1.0, 0.19), "lags": flat(2.0, 0.09, memory=LAGS)}
-    assert chosen(lost)[0].provenance["auto_choice"] == "lags"
-    only = {"lags": flat(2.0, 0.9, memory=LAGS)}
-    assert chosen(only)[0].provenance["auto_choice"] == "lags"
 
 
 @pytest.mark.parametrize(("errors", "refused"), [((5.1,) * 3, True), ((4.9,) * 3, False), ((4.0, 9.0, 9.0), False)])

@@ -1,7 +1,5 @@
 """NARX network: regression one step ahead, free run and its derivatives, starts, limits, order of the lags."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -145,13 +143,6 @@ def test_up_to_three_starts(monkeypatch, data, p, errors, starts, best):
     other, _ = (asked.clear(), kind.build(data, {**OPTIONS, "y0": 3.0}, 11, told.append))[1]
     want = most_y * free_run(chosen, data.u / most_u, np.full(L, 3.0 / most_y))
     assert other.run(data.u, H).reshape(-1) == pytest.approx(want)
-
-
-def test_a_start_at_a_tenth_is_not_close_enough(monkeypatch, data, p):
-    asked = []
-    monkeypatch.setattr(kind, "trained", lambda *given: (asked.append(1), (p, 0.1))[1])
-    kind.build(data, OPTIONS, 0, lambda f: None)
-    assert len(asked) == 3
 
 
 def test_rows_and_stability_that_are_needed(monkeypatch, data):

@@ -1,7 +1,5 @@
 """A bent sum of plays step by step: where a fit starts, straight and constant bends, one Gauss-Newton step."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -98,16 +96,6 @@ def test_derivatives_of_the_output_by_weights_creep_and_gains(after, followed):
         assert free[:, 1] == pytest.approx(moved("g", 0), abs=1e-4)
         gains = free[:, 1] * 0.3
     assert target == pytest.approx(p.y - here + linear @ np.r_[s.w, s.k] + gains)
-
-
-def test_what_a_branch_states():
-    b = constraint_factor.Branch(np.array([0.5, 0.2]), 3.0, 7.0)
-    assert b(np.zeros(1)).tolist() == [0.0]
-    assert constraint_factor.GRID == 400
-    falls = constraint_factor.Branch(np.array([1.0, 0.0]), 3.0, 1.0)
-    assert falls.falling == 0.0
-    down = constraint_factor.Branch(np.array([-1.0, 0.0]), 3.0, 1.0)
-    assert down.falling == 1.0
 
 
 @pytest.mark.parametrize("roughness", [0.0, 1e-4, 1e-1])

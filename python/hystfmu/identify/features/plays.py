@@ -43,6 +43,11 @@ def plays(u: Array, r: Array, u0: float) -> Array:
     return bank.run(u).reshape(len(u), len(r))
 
 
+def with_plays(u: Array, r: Array, u0: float) -> Array:
+    """Return the input u (rows,) and the outputs of `plays`, shape (rows, n + 1): the columns of a sum of plays."""
+    return np.column_stack([u, plays(u, r, u0)])
+
+
 def u0_option(what: str) -> Option:
     """Return the option ``u0`` for the initial memory; `what` describes the state, for example "every play rests"."""
     return Option("u0", None, -1e300, 1e300, text=f"initial memory: {what} at this input; default the first input")

@@ -1,1 +1,1 @@
-"""Networks with one hidden layer as the output stage of a model, and training of networks and PyTorch modules."""
+"""Networks with one hidden layer as the output stage of a model, and their training."""
