@@ -41,12 +41,25 @@ def fit(
     only_invertible: bool = False,
     **given: Any,
 ) -> Model:
-    """Fit a model of a given kind to data. Parameters, result and errors are those of `hystfmu.fit`.
+    """Fit a model of a given kind to data.
 
-    `key` is one of `METHODS`, and `given` contains options of the kind. By `inverses`, ``auto`` finds out whether a
-    model has an inverse. With `only_invertible`, ``auto`` compares only models with a useful inverse. An InputError is
-    also raised if the fit needs more than half of the memory of the computer.
+    Parameters
+    ----------
+    data, seed, progress
+        See `hystfmu.fit`.
+    key : str
+        Kind of model, one of `METHODS`. `options(key)` lists its options `given`.
+    inverses, only_invertible
+        Object by which ``auto`` finds out whether a model has an inverse, and whether ``auto`` compares only models
+        with a useful inverse.
 
+    Raises
+    ------
+    InputError
+        For the reasons of `hystfmu.fit`, or if the fit needs more than half of the memory of the computer.
+
+    Notes
+    -----
     `fit` of the result contains the errors ``rms`` and ``max`` in the unit of measure of y, the same errors
     ``rms_percent`` and ``max_percent`` in percent of the span of y in the training rows, the number of ``parameters``,
     the duration ``seconds``, and any ``warnings``. For a network it also contains ``coverage_percent``
@@ -79,8 +92,20 @@ def fit_graph(
     progress: Progress | None = None,
     **given: Any,
 ) -> Model:
-    """Fit the free parameters of a graph of blocks to data. Parameters and errors are those of `hystfmu.fit`.
+    """Fit the free parameters of a graph of blocks to data.
 
+    Parameters
+    ----------
+    data, graph, free, seed, progress, given
+        See `hystfmu.fit`, which calls the graph `key` and `given` the options.
+
+    Raises
+    ------
+    InputError
+        For the reasons of `hystfmu.fit`.
+
+    Notes
+    -----
     `graph` may be the path of a file that contains a graph and its free parameters. From a single block, a graph of
     three parts is built: a scaling of the input to [-1, 1], the block, and a weighted sum of its outputs with an
     offset. The parameters of a single block have names without the prefix ``node.``. By default, all its real

@@ -36,8 +36,12 @@ class _Affine:
 def torch_graph(module: nn.Module) -> Graph:
     """Convert a network to a graph with input `u` (n_in,) and output `y` (n_out,); see `hystfmu.Model.from_torch`.
 
-    The graph is a chain of ``mlp`` blocks named net1, net2, ... An InputError is raised if a layer is not supported, if
-    sizes do not match, if a weight is not finite, or if there is no Linear layer.
+    The graph is a chain of ``mlp`` blocks named net1, net2, ...
+
+    Raises
+    ------
+    InputError
+        A layer of `module` is not supported, sizes do not match, a weight is not finite, or there is no Linear layer.
     """
     layers = _layers(module)
     widths = [layer for layer in layers if isinstance(layer, _Affine)]
