@@ -17,7 +17,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check lines generate core-page modelica modelica-strict openmodelica platforms bench choice devices intervals docs wheel release use lower importers papers clean torture
+.PHONY: demo test contract stress mutants dev core check lines generate core-page modelica modelica-strict openmodelica platforms bench choice devices intervals docs wheel release use lower importers papers clean
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -146,9 +146,6 @@ use:
 lower:
 	mkdir -p $(TMPDIR)
 	$(PYTHON) tests/release/lower.py build/lower
-
-torture:
-	@echo "'make torture' is now 'make stress'"; exit 1
 
 .venv/pyvenv.cfg:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "HystFMU needs Python 3.11 or newer; try: make PYTHON=python3.11 $(MAKECMDGOALS)"; exit 1; }

@@ -1,7 +1,5 @@
 """A choice between cheap kinds alone, for tests of what comes after it."""
 
-from __future__ import annotations
-
 import pytest
 
 from hystfmu.identify import auto

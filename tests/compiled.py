@@ -3,8 +3,6 @@
 An object lies in build/objects under a hash of all that it depends on: compiler, flags, its source, all headers.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """A scenario of a first-order lag whose response is known in closed form."""
 
-from __future__ import annotations
-
 from typing import Any
 
 LAG: dict[str, Any] = {

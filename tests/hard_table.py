@@ -1,7 +1,5 @@
 """Tables of what loops do on hard devices, from the records of scenarios/models/run_hard.py."""
 
-from __future__ import annotations
-
 import tomllib
 from math import isfinite
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Binaries for platforms other than this one: how tests inspect them, and run them under emulators."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

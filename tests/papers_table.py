@@ -3,8 +3,6 @@
 hystfmu reproduce zhao_tan_2008 --json | python tests/papers_table.py
 """
 
-from __future__ import annotations
-
 import json
 import re
 import sys

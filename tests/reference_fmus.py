@@ -1,7 +1,5 @@
 """The Reference FMUs of the FMI project, which the folder of measured data may contain."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

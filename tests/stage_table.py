@@ -1,7 +1,5 @@
 """The table of scenarios/stage/README.md: one row for each controller, from baselines and the records beside it."""
 
-from __future__ import annotations
-
 import tomllib
 from math import inf, isfinite
 from pathlib import Path

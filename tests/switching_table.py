@@ -1,7 +1,5 @@
 """Table of the effect of switching: sliding modes, their linear laws and the PID in the worst corner."""
 
-from __future__ import annotations
-
 import textwrap
 import tomllib
 

@@ -1,7 +1,5 @@
 """The tables of python/docs/tracking.md: one row for each loop, from baselines and margins of the scenarios."""
 
-from __future__ import annotations
-
 import textwrap
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Studies of gains of the shipped scenarios, and the values that the scenarios took from them."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 from typing import Any

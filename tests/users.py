@@ -4,8 +4,6 @@ Tests often run as root, from a Python in a folder that no other user may enter.
 system in which that folder holds this Python and nothing else.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

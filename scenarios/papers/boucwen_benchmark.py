@@ -25,8 +25,10 @@ from hystfmu.data import Dataset, synthetic
 from hystfmu.data.synthetic import DECIMATE_MULTISINE, DECIMATE_SWEEP, RATE, UPSAMPLING, benchmark_multisine, decimate
 from hystfmu.model.accuracy import rms
 from papers import static_bouc_wen
-from papers.row import Row
-from papers.table import Report
+from papers.row import Row, Stated
+from papers.table import Report, report
+
+ROW = Stated(__name__)
 
 NOISE = 8e-6  # RMS of the noise on the training displacement (m)
 ROWS, SEED = 8192, 7  # number of rows and seed of the training multisine
@@ -190,12 +192,4 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
             rows.append(Row(f"{name}, {signal}", ours=e, target=target, note=note))
     rows += static_bouc_wen.rows()
     source = "official test records" if test.official else "records of our own generator (no --data)"
-    return Report(
-        "boucwen_benchmark",
-        f"Noel & Schoukens 2016; {source}; RMS errors in m (of {rms(test.multisine[1]):.3g}, {rms(test.sweep[1]):.3g})",
-        tuple(rows),
-        (
-            f"ours: trained on one multisine of {ROWS} rows of our generator, noise {NOISE:g} m, free run on {n} rows",
-            "knots of the Duhem model, size and iterations of the black box were tuned on these test errors",
-        ),
-    )
+    return report(ROW, tuple(rows), records=source, multisine=rms(test.multisine[1]), sweep=rms(test.sweep[1]), n=n)

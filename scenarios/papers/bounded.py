@@ -6,12 +6,9 @@ A bound is met if the ratio is at most 1. For a lower bound, the ratio is invert
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from hystfmu.report.diagrams import Ratio, Ratios
-
-if TYPE_CHECKING:
-    from papers.row import Row
+from papers.row import Row, over
 
 MOST = 12  # largest number of rows in the diagram
 
@@ -22,13 +19,12 @@ def bounded(rows: Sequence[Row]) -> list[Ratios]:
     The results are those in the table rows `rows`. If no number is printed, the diagram contains the ratios to the
     targets. Without targets, the list is empty.
     """
-    printed = [
-        _printed(r) for r in rows if r.where == "paper" and r.printed_met is not None and _positive(r.printed, r.ours)
-    ]
-    if printed:
-        return [_drawn("figures over those of the paper", "ours / printed", printed)]
-    targets = [_target(r) for r in rows if r.met is not None and _positive(r.target, r.ours)]
-    return [_drawn("figures over their targets", "ours / target", targets)] if targets else []
+    printed = [_ratio(r, r.printed, r.sense, r.printed_met, r.literal) for r in rows if r.where == "paper"]
+    if found := [r for r in printed if r is not None]:
+        return [_drawn("figures over those of the paper", "ours / printed", found)]
+    targets = [_ratio(r, r.target, "least" if r.at_least else "most", r.met) for r in rows]
+    found = [r for r in targets if r is not None]
+    return [_drawn("figures over their targets", "ours / target", found)] if found else []
 
 
 def _drawn(title: str, label: str, found: Sequence[Ratio]) -> Ratios:
@@ -39,27 +35,9 @@ def _drawn(title: str, label: str, found: Sequence[Ratio]) -> Ratios:
     return Ratios(said, f"{label}; 1 and less is met", ordered[:MOST], ("ours", "literal replica"))
 
 
-def _positive(*values: float | None) -> bool:
-    return all(v is not None and v > 0 for v in values)
-
-
-def _printed(r: Row) -> Ratio:
-    assert r.ours is not None
-    assert r.printed is not None
-    other = None if r.literal is None or r.literal <= 0 else _over(r.literal, r.printed, r.sense)
-    text = f"{r.ours:.3g} for {r.printed:.3g}"
-    return Ratio(r.quantity, _over(r.ours, r.printed, r.sense), text, bool(r.printed_met), other)
-
-
-def _target(r: Row) -> Ratio:
-    assert r.ours is not None
-    assert r.target is not None
-    over = _over(r.ours, r.target, "least" if r.at_least else "most")
-    return Ratio(r.quantity, over, f"{r.ours:.3g} for {r.target:.3g}", bool(r.met))
-
-
-def _over(ours: float, bound: float, sense: str) -> float:
-    """Return the ratio of the result `ours` to its bound, so that the ratio is at most 1 if the bound is met."""
-    if sense == "equal":
-        return max(ours / bound, bound / ours)
-    return bound / ours if sense == "least" else ours / bound
+def _ratio(r: Row, bound: float | None, sense: str, met: bool | None, literal: float | None = None) -> Ratio | None:
+    """Return the ratio of a result to its bound, and that of the literal replica, or None if a number is missing."""
+    if met is None or bound is None or r.ours is None or not (bound > 0 and r.ours > 0):
+        return None
+    other = None if literal is None or literal <= 0 else over(literal, bound, sense)
+    return Ratio(r.quantity, over(r.ours, bound, sense), f"{r.ours:.3g} for {bound:.3g}", met, other)

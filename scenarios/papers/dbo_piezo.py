@@ -22,8 +22,10 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify import METHODS, fit
 from hystfmu.model.accuracy import rms
-from papers.row import Row
-from papers.table import Report
+from papers.row import Row, Stated
+from papers.table import Report, report
+
+ROW = Stated(__name__)
 
 FILE = "Test_Vi_Do_Di.dat"
 RATE = 200.0  # sampling rate (Hz)
@@ -122,16 +124,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
         # as in the text of Zhao & Tan, a branch starts from the last extremum
         literal = score(run, key, memory="last")[0] if key == "zhao_tan_mlp" else None
         rows.append(Row(f"model: {key}", literal=literal, ours=error, target=LIMITS.get(key), note=note))
-    return Report(
-        "dbo_piezo",
-        source,
-        tuple(rows),
-        (
-            "fitted to rows 2000:4200 (one decaying sine), tested on rows 3000:13800; repeatability 0.071 um",
-            "all options are defaults; ridge and range, where selected, are selected on the training rows only",
-            "the rate-dependent terms of preisach were developed on this record",
-        ),
-    )
+    return report(ROW, tuple(rows), source=source)
 
 
 def _experiment(data: tuple[Array, Array] | None) -> list[Row]:
@@ -145,14 +138,5 @@ def _experiment(data: tuple[Array, Array] | None) -> list[Row]:
         if data is not None:
             e = data[0][part] - data[1][part]
             ours, note = rms(e - e.mean()), "row by row about the mean; rows and lag of the sensor are not printed"
-        rows.append(
-            Row(
-                f"tracking error of the experiment, {name}",
-                printed,
-                ours=ours,
-                note=note,
-                place="experiment",
-                sense="equal",
-            )
-        )
+        rows.append(ROW("experiment", ours=ours, printed=printed, note=note, name=name))
     return rows

@@ -19,7 +19,6 @@ from hystfmu.identify import errors
 from hystfmu.identify.features.smooth_density import triangles
 from hystfmu.report.plot import Line, Plot
 from papers.row import Row
-from papers.table import Drawing
 
 STEPS = 12  # number of intervals of the grid over the range of u, that is, 78 cells
 THIN = 5  # every fifth row is used for training
@@ -95,7 +94,7 @@ def rows(record: Dataset, plant: Response, ours: tuple[float, float]) -> list[Ro
     return found
 
 
-def drawings() -> tuple[Drawing, ...]:
+def drawings() -> tuple[Plot, ...]:
     """Return diagrams like figs. 4 (output of a relay) and 5 (Preisach plane after a decaying input) of the paper."""
     u = signals.decaying_sine(3, 0.3, 200)
     relay, state = np.empty(len(u)), -1.0
@@ -106,14 +105,11 @@ def drawings() -> tuple[Drawing, ...]:
     alpha, beta = np.repeat(turns[::2], 2)[1:], np.repeat(turns[1::2], 2)[:-1]
     line = np.array([-1.0, 1.0])
     return (
-        Drawing("fig. 4", Plot("fig. 4: elementary operator", "u", "relay", [Line("relay", u, relay)])),
-        Drawing(
-            "fig. 5",
-            Plot(
-                "fig. 5: Preisach plane after a decaying input",
-                "beta",
-                "alpha",
-                [Line("alpha = beta", line, line), Line("memory", np.append(-1.0, beta), np.append(alpha[0], alpha))],
-            ),
+        Plot("fig. 4: elementary operator", "u", "relay", [Line("relay", u, relay)]),
+        Plot(
+            "fig. 5: Preisach plane after a decaying input",
+            "beta",
+            "alpha",
+            [Line("alpha = beta", line, line), Line("memory", np.append(-1.0, beta), np.append(alpha[0], alpha))],
         ),
     )

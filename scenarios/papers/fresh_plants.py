@@ -20,8 +20,10 @@ from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
 from papers import drawn_plants
 from papers.drawn_plants import Response
-from papers.row import Row
-from papers.table import Report
+from papers.row import Row, Stated
+from papers.table import Report, report
+
+ROW = Stated(__name__)
 
 FULL = {"drawn": 10}
 FIXED = tuple(range(101, 107))
@@ -55,12 +57,8 @@ def table(data: object, progress: Callable[[float], None], drawn: int = 2) -> Re
     for k, part in enumerate(parts):
         rows += part()
         progress((k + 1) / len(parts))
-    notes = (
-        "default options; RMS and largest error on five held-out signals: other decays, two tones, nested, minor loops",
-        f"a plant is met with at most {NESTED[0]} / {NESTED[1]} % of span (RMS / max) on nested reversals and "
-        f"{OTHERS[0]} / {OTHERS[1]} on the others",
-    )
-    return Report("fresh_plants", "random plants in numpy, none of which any default was chosen on", tuple(rows), notes)
+
+    return report(ROW, tuple(rows))
 
 
 def _recorded(plant: Response, seed: int, noise: float, h: float = STEP) -> Dataset:

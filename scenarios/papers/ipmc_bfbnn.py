@@ -34,11 +34,13 @@ from hystfmu.model import Model
 from hystfmu.report.plot import Line, Plot
 from papers.ipmc_sensor import RATE, STROKE, VOLTAGE, excitation, ipmc, sensor
 from papers.recursive import Recursive
-from papers.row import Row
+from papers.row import Row, Stated
 from papers.statements import ipmc_bfbnn as statements
 from papers.statements.ipmc_bfbnn import N, Q
 from papers.statements.printed import PrintedRecursive, auxiliary, exponential
-from papers.table import Drawing, Report, nearest, scanned
+from papers.table import Report, nearest, report, scanned
+
+ROW = Stated(__name__)
 
 RIDGE = 1e-3
 BASELINE_RIDGES = (1e-4, 1e-3, 1e-2, 1e-1)  # for the model without f, the ridge with the smallest test error is used
@@ -90,31 +92,16 @@ def _table(progress: Callable[[float], None]) -> Report:
     rows += _several_frequencies()
     progress(0.8)
     rows += _recursions(progress)
-    return Report(
-        "ipmc_bfbnn",
-        "basis-function network for an IPMC sensor",
+    return report(
+        ROW,
         tuple(rows),
-        (
-            f"The printed figures belong to measured data that are not published. Our figures belong to a synthetic "
-            f"sensor with a span of about 2 mV. Its noise is {NOISE:.2g} mV in figure 3 and table 1, the largest noise "
-            "that agrees with the printed IC(10). Elsewhere the noise is 1e-3 mV.",
-            f"For figure 3 and table 1, the model is trained on one decaying sine of {F_SINE:g} Hz. It then runs free "
-            f"on a sine with another decay; the first {LEFT_OUT:g} s are omitted. The paper does not print the decays "
-            f"(training {TRAINED[0]:g} to {TRAINED[-1]:g}, validation {VALIDATED[0]:g} to {VALIDATED[-1]:g} per "
-            f"cycle), the number of cycles ({CYCLES[0]} or {CYCLES[1]}) and the sign in equation 3. The table uses the "
-            f"decays {trained:g} and {validated:g}, {cycles} cycles and equation 3 with {reading}, because with these "
-            "values the replica is closest to the printed figures.",
-            f"Our model is the kind polynomial_narx with n_u = n_f = {N} and q = {Q}. Figures are medians and ranges "
-            f"of {SEEDS} noise seeds.",
-            "All other errors are differences from the sensor without noise. The models run free from the initial "
-            "state, on other signals.",
-        ),
         _drawings(*records),
-        {
-            "fig. 2": "scheme of the network, see eqs. 8-12",
-            "fig. 5": "sketch: every output has an input by definition",
-            "eq. 20": "defines IC(n) and TC(n), see table 1",
-        },
+        trained_last=TRAINED[-1],
+        validated_last=VALIDATED[-1],
+        trained=trained,
+        validated=validated,
+        cycles=cycles,
+        reading=reading,
     )
 
 
@@ -189,28 +176,9 @@ def _rows_of_figure_3(point: Point, of: list[list[float]], as_printed: list[floa
     ratios = [[a / b for a, b in zip(without, v, strict=True)] for v in (literal, ours)]
     spread = f"if f only grows, as printed: {np.median(as_printed):.3g}"
     return [
-        Row.over_seeds(
-            "max error, with f, validation, mV",
-            PRINTED[0],
-            [literal, ours],
-            note=f"{ANOTHER}; literal: eq. 3 {point[3]}; {spread}",
-            place="fig. 3",
-        ),
-        Row.over_seeds(
-            "max error, without f, validation, mV",
-            PRINTED[1],
-            [without, without],
-            note=f"n_u = {N}, q = {Q}: the model that the paper improves on",
-            place="fig. 3",
-        ),
-        Row.over_seeds(
-            "without / with f, max error, validation",
-            PRINTED[1] / PRINTED[0],
-            ratios,
-            note=f"{ANOTHER}; ratio of the two printed errors",
-            place="fig. 3",
-            sense="least",
-        ),
+        ROW.over_seeds("with_f", [literal, ours], printed=PRINTED[0], reading=point[3], spread=spread),
+        ROW.over_seeds("without_f", [without, without], printed=PRINTED[1]),
+        ROW.over_seeds("ratio", ratios, printed=PRINTED[1] / PRINTED[0]),
     ]
 
 
@@ -313,16 +281,7 @@ def _bases(pairs: Sequence[tuple[Dataset, Dataset]]) -> list[Row]:
             lambda z: np.column_stack([np.exp(-((z - m) ** 2)) for m in (-1.0, 0.0, 1.0)])
         ),
     }
-    rows = [
-        Row.over_seeds(
-            f"basis {name} and 1, x: max error, mV",
-            None,
-            [errors_of(auxiliary, made), []],
-            note="monomials: fig. 3",
-            place="sec. 4",
-        )
-        for name, made in listed.items()
-    ]
+    rows = [ROW.over_seeds("basis", [errors_of(auxiliary, made), []], name=name) for name, made in listed.items()]
     shapes: dict[str, Callable[[float], float]] = {
         "1 - e^-x": exponential,
         "tanh x": lambda x: float(np.tanh(x)),
@@ -335,7 +294,7 @@ def _bases(pairs: Sequence[tuple[Dataset, Dataset]]) -> list[Row]:
     return rows
 
 
-def _drawings(train: Dataset, validation: Dataset) -> tuple[Drawing, ...]:
+def _drawings(train: Dataset, validation: Dataset) -> tuple[Plot, ...]:
     """Return diagrams from our data that correspond to figs. 1, 3 and 4 of the paper."""
     rows = slice(round(LEFT_OUT * RATE), None)
     x = validation.u / STROKE
@@ -343,47 +302,35 @@ def _drawings(train: Dataset, validation: Dataset) -> tuple[Drawing, ...]:
     outputs = {"with f": _fitted(train)(x)[rows], "without f": _direct(train, N, None)(x)[rows]}
     slow_fast = {f: signals.decaying_sine(2, 0.1, round(RATE / f)) for f in (1, 10)}
     return (
-        Drawing(
-            "fig. 1",
-            Plot(
-                "fig. 1: rate dependence and drift of the sensor",
-                "displacement (mm)",
-                "voltage (mV)",
-                [Line(f"{f} Hz", STROKE * v, VOLTAGE * sensor(v)) for f, v in slow_fast.items()],
-            ),
+        Plot(
+            "fig. 1: rate dependence and drift of the sensor",
+            "displacement (mm)",
+            "voltage (mV)",
+            [Line(f"{f} Hz", STROKE * v, VOLTAGE * sensor(v)) for f, v in slow_fast.items()],
         ),
-        Drawing(
-            "fig. 3",
-            Plot(
-                "fig. 3(a): validation",
-                "t (s)",
-                "voltage (mV)",
-                [Line("sensor", t, truth), *(Line(name, t, y) for name, y in outputs.items())],
-            ),
+        Plot(
+            "fig. 3(a): validation",
+            "t (s)",
+            "voltage (mV)",
+            [Line("sensor", t, truth), *(Line(name, t, y) for name, y in outputs.items())],
         ),
-        Drawing(
-            "fig. 3",
-            Plot(
-                "fig. 3(b): validation error",
-                "t (s)",
-                "error (mV)",
-                [
-                    *(Line(name, t, y - truth) for name, y in outputs.items()),
-                    *(Line(f"printed max {p:g}", t, np.full(len(t), p)) for p in PRINTED),
-                ],
-            ),
+        Plot(
+            "fig. 3(b): validation error",
+            "t (s)",
+            "error (mV)",
+            [
+                *(Line(name, t, y - truth) for name, y in outputs.items()),
+                *(Line(f"printed max {p:g}", t, np.full(len(t), p)) for p in PRINTED),
+            ],
         ),
-        Drawing(
-            "fig. 4",
-            Plot(
-                "fig. 4: output versus input",
-                "displacement (mm)",
-                "voltage (mV)",
-                [
-                    Line("sensor", validation.u[rows], truth),
-                    *(Line(name, validation.u[rows], y) for name, y in outputs.items()),
-                ],
-            ),
+        Plot(
+            "fig. 4: output versus input",
+            "displacement (mm)",
+            "voltage (mV)",
+            [
+                Line("sensor", validation.u[rows], truth),
+                *(Line(name, validation.u[rows], y) for name, y in outputs.items()),
+            ],
         ),
     )
 
@@ -403,14 +350,14 @@ def _several_frequencies() -> list[Row]:
     equal = [_direct(train, 2 * N, None, ridge) for ridge in BASELINE_RIDGES]
     without = {name: min(_largest(m, test) for m in equal) for name, test in tests.items()}
     return [
-        Row(
-            f"without / with f, max error, {name}",
-            None,
+        ROW(
+            "other_signals",
             without[name] / literal[name],
             without[name] / ours[name],
-            5.0,
-            at_least=True,
-            note=f"{without[name]:.3f} / {ours[name]:.3f} mV; without f: n_u = {2 * N}, best of 4 ridges",
+            name=name,
+            without=without[name],
+            with_f=ours[name],
+            lags=2 * N,
         )
         for name in tests
     ]
@@ -483,34 +430,10 @@ def _recursions(progress: Callable[[float], None]) -> list[Row]:
         progress(0.8 + 0.2 * (seed + 1) / SEEDS)
     of = {name: [f[name] for f in found] for name in found[0]}
     return [
-        Row.over_seeds(
-            "plain recursive / batch, held-out RMS",
-            None,
-            [[], [e for e, _ in of["plain"]]],
-            target=1.2,
-            place="eqs. 13-17",
-        ),
-        Row.over_seeds(
-            "recursive with dead zone / batch, held-out RMS",
-            None,
-            [[e for e, _ in of[name]] for name in ("printed", "corrected")],
-            note="r: 1.2 times the largest batch error; literal: as printed; ours: corrected",
-            place="eqs. 13-19",
-        ),
-        Row.over_seeds(
-            "its largest error on the way, mV",
-            None,
-            [[e for _, e in of[name]] for name in ("printed", "corrected")],
-            note=f"after {REST:g} s at rest",
-            place="eqs. 13-19",
-        ),
-        Row.over_seeds(
-            "number of seeds with divergence if r is 50 times smaller",
-            None,
-            [[float(np.isinf(e)) for e, _ in of[name]] for name in ("low, printed", "low")],
-            note="1: diverges; below the achievable error",
-            place="eq. 19",
-        ),
+        ROW.over_seeds("plain", [[], [e for e, _ in of["plain"]]]),
+        ROW.over_seeds("dead_zone", [[e for e, _ in of[name]] for name in ("printed", "corrected")]),
+        ROW.over_seeds("on_the_way", [[e for _, e in of[name]] for name in ("printed", "corrected")]),
+        ROW.over_seeds("diverged", [[float(np.isinf(e)) for e, _ in of[name]] for name in ("low, printed", "low")]),
     ]
 
 

@@ -18,8 +18,10 @@ from hystfmu.scenario.loop.opening import opened_loops, verdicts_of
 from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.spec import shipped_scenarios
 from papers import study_speed
-from papers.row import Row
-from papers.table import Report
+from papers.row import Row, Stated
+from papers.table import Report, report
+
+ROW = Stated(__name__)
 
 FULL = {"draws": 1000}
 STEP = 1e-4  # step (s) of the loops at 10 kHz
@@ -112,13 +114,8 @@ def table(data: object, progress: Callable[[float], None], draws: int = 100) -> 
     for k, part in enumerate(parts):
         rows += part()
         progress((k + 1) / len(parts))
-    notes = (
-        "RMS, % of stroke; corners: weights and gain +20 %, thresholds +10 %, or gain -20 %, with 400 and 600 Hz",
-        "all loops at 10 kHz have one step of delay that the design knows of; two steps: one more, unknown to it",
-        "Ms: peak of the sensitivity for slope 1 of plant over inverse; corners: slopes 0.68 to 1.64 (hystfmu margins)",
-        "a target of S18 belongs to the structure that comes nearest to all of them; the others are listed beside it",
-    )
-    return Report("loops", "the shipped scenarios, run natively", tuple(rows), notes)
+
+    return report(ROW, tuple(rows))
 
 
 def _loops(root: Path) -> list[Row]:

@@ -16,7 +16,9 @@ from hystfmu.data import Dataset, signals
 from hystfmu.identify import errors, fit
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
-from papers.row import Row
+from papers.row import Row, Stated
+
+ROW = Stated(__name__)
 
 STEP = 1e-3
 NOISE = 1e-3  # RMS noise over the span in the data for the inverse
@@ -63,13 +65,7 @@ def bank_rows(name: str, plant: Response, data: Dataset) -> list[Row]:
         ("worst of the other signals", _worst(found), (0.2, 0.8)),
     ):
         rows += [
-            Row(
-                f"bank of plays and network, {name}, {where}, {k}, % of span",
-                None,
-                None,
-                e[f"{k.lower()}_percent"],
-                limit,
-            )
+            ROW("bank", ours=e[f"{k.lower()}_percent"], target=limit, name=name, where=where, k=k)
             for k, limit in zip(("RMS", "max"), limits, strict=True)
         ]
     return rows
@@ -85,16 +81,8 @@ def inverse_rows(plant: Response, reversals: int) -> list[Row]:
         fit(recorded(plant, reversals, noise), "prandtl_ishlinskii", N=200, w0_min=0.01) for noise in (0, NOISE)
     )
     return [
-        Row(
-            "exact inverse of fitted plays before its model, worst held-out max, of span",
-            ours=inverse(clean).fit["cascade_max_percent"] / 100,
-            target=1e-14,
-        ),
-        Row(
-            f"the same, fitted with {100 * NOISE:g} % noise, before the plant, worst held-out max, % of span",
-            ours=cascade(inverse(noisy), plant)["max_percent"],
-            target=0.05,
-        ),
+        ROW("exact", ours=inverse(clean).fit["cascade_max_percent"] / 100),
+        ROW("noisy", ours=cascade(inverse(noisy), plant)["max_percent"], percent=100 * NOISE),
     ]
 
 

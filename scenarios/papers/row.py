@@ -7,8 +7,12 @@ have separate groups. In this package, a "figure" of a row is a number, not a di
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import sys
+import tomllib
+from collections import ChainMap
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from statistics import median
 from typing import Any, Literal
 
@@ -133,15 +137,64 @@ class Row:
         if self.sense == "equal" and self.ours_range and abs(self.ours - self.printed) <= SAME * abs(self.printed):
             missing = max(self.ours_range, key=lambda v: abs(v - (self.printed or 0.0)))
         verdict = "met" if self.printed_met else _missed(missing, self.printed, self.sense)
-        return verdict if self.scanned is None else f"{verdict}; met on {_of(self.scanned)} scanned records"
+        return (
+            verdict
+            if self.scanned is None
+            else f"{verdict}; met on {self.scanned[0]} of {self.scanned[1]} scanned records"
+        )
 
 
-def _of(counts: tuple[int, int]) -> str:
-    return f"{counts[0]} of {counts[1]}"
+class Stated:
+    """Rows of a module of this package, whose texts and printed numbers are in rows.toml.
+
+    Parameters
+    ----------
+    module : str
+        Name of the module, which is the name of the table in rows.toml.
+    """
+
+    def __init__(self, module: str) -> None:
+        table: dict[str, Any] = tomllib.loads(Path(__file__).with_name("rows.toml").read_text(encoding="utf-8"))
+        for part in module.split(".")[1:]:
+            table = table[part]
+        self._table, self._name, self.module = table, module, part
+
+    def __call__(self, key: str, literal: float | None = None, ours: float | None = None, **more: Any) -> Row:
+        """Return the row `key`. `more` contains fields of the row, and values of the names in braces."""
+        return Row(literal=literal, ours=ours, **self._facts(key, more))
+
+    def over_seeds(self, key: str, of: Sequence[Sequence[float]], **more: Any) -> Row:
+        """Return the row `key` with medians and ranges over random seeds, see `Row.over_seeds`."""
+        facts = self._facts(key, more)
+        return Row.over_seeds(facts.pop("quantity"), facts.pop("printed", None), of, **facts)
+
+    def texts(self, key: str, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entry `key` of the table. `values` and constants of the module replace the names in braces."""
+        filled: dict[str, Any] = _filled(self._table[key], ChainMap(dict(values), vars(sys.modules[self._name])))
+        return filled
+
+    def _facts(self, key: str, more: dict[str, Any]) -> dict[str, Any]:
+        return self.texts(key, more) | {k: v for k, v in more.items() if k in Row.__dataclass_fields__}
+
+
+def _filled(part: Any, values: Mapping[str, Any]) -> Any:
+    if isinstance(part, dict):
+        return {k: _filled(v, values) for k, v in part.items()}
+    if isinstance(part, list):
+        return [_filled(v, values) for v in part]
+    return part.format_map(values) if isinstance(part, str) else part
+
+
+def over(ours: float, bound: float, sense: str) -> float:
+    """Return the ratio of the result `ours` to its bound, so that the ratio is at most 1 if the bound is met."""
+    if sense == "equal":
+        return max(ours / bound, bound / ours)
+    return bound / ours if sense == "least" else ours / bound
 
 
 def _missed(ours: float, bound: float, sense: str) -> str:
-    ratio = bound / ours if sense == "least" and ours else ours / bound if bound else math.inf
-    if not 0 < ratio < math.inf:
+    # a ratio of numbers with different signs, or to 0, states no factor
+    if not 0 < (ours * bound) < math.inf:
         return f"missed, {ours:.3g} for {bound:.3g}"
+    ratio = over(ours, bound, sense)
     return f"missed by a factor {max(ratio, 1 / ratio):.2f}"

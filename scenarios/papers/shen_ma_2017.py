@@ -30,7 +30,6 @@ from hystfmu.data.synthetic import stack
 from hystfmu.identify import errors, fit, options
 from hystfmu.identify.catalogue import resolve
 from hystfmu.identify.features.plays import plays, thresholds
-from hystfmu.identify.methods import prandtl_ishlinskii
 from hystfmu.identify.methods.constraint_factor_mlp import (
     SHARE,
     Branch,
@@ -39,15 +38,18 @@ from hystfmu.identify.methods.constraint_factor_mlp import (
     literal_branch,
     stack_coordinates,
 )
+from hystfmu.identify.methods.weighted_sums import sum_of_plays
 from hystfmu.identify.network.readout import hidden_sweep
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model import Model, accuracy
 from hystfmu.report.plot import Line, Plot
 from papers import dbo_piezo, sums_of_plays
 from papers.magnetostrictive_plant import strain
-from papers.row import Row
+from papers.row import Row, Stated
 from papers.statements import shen_ma_2017 as statements
-from papers.table import Drawing, Report, nearest, scanned
+from papers.table import Report, nearest, report, scanned
+
+ROW = Stated(__name__)
 
 SAMPLES, RATE = 1916, 200.0  # number of samples, and sampling rate (Hz); there is one cycle per second
 INPUT, OUTPUT, NOISE = 0.4, 5.0, 1e-3
@@ -105,50 +107,29 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
     progress(0.65)
     less = [[100 * (1 - a / b) for a, b in zip(*of, strict=True)] for of in zip(network_mse, pi_mse, strict=True)]
     note = "the same records for both; PI fits a symmetric loop, which this actuator does not have"
-    rows.append(
-        Row.over_seeds(
-            "MSE of 2-5-1 below that of PI, %",
-            PAPER_LESS,
-            less,
-            target=PAPER_LESS,
-            at_least=True,
-            note=note,
-            place="sec. 3.3",
-            sense="least",
-        )
-    )
+    rows.append(ROW.over_seeds("less", less, printed=PAPER_LESS, target=PAPER_LESS, note=note))
     rows = [replace(r, scanned=counts.get(r.quantity)) for r in rows] + scan
     rows += [*sums_of_plays.fit_rows(), *sums_of_plays.step_rows()]
     progress(0.7)
     rows += _held_out(paper_record().with_train((0, SAMPLES // 2)), lambda f: progress(0.7 + 0.2 * f))
     if measured is not None:
         rows += _on_measured(measured)
-    notes = [
-        f"The record of tables 2 and 3 comes from a Jiles-Atherton actuator: {SAMPLES} samples, bias {bias:g}, decay "
-        f"{decay:g} per cycle, noise {100 * NOISE:g} % of half the stroke. The paper does not print the bias (scanned "
-        f"from {BIASES[0]:g} to {BIASES[-1]:g}) and the decay (scanned from {DECAYS[0]:g} to {DECAYS[-1]:g}). The "
-        "tables use the values for which the replica is closest to the printed figures.",
-        f"Figures are medians and ranges of {SEEDS} seeds. Each seed gives the noise of the record and the start "
-        "weights of the networks.",
-        f"The MSE is in the square of the unit of measure of y. The span of y is {np.ptp(second.y):.3g}, as for the "
-        "branch in table 1 of the paper.",
-        f"With our record, a_0 < 0 needs a sensor delay of at least 4 samples; the table uses {LATE} samples. Without "
-        "a delay, a_0 > 0.",
-        "The default roughness 1e-4 was tuned on held-out errors of a synthetic stack and of a measured stack.",
-        f"The tested numbers of hidden neurons are {', '.join(map(str, hidden))}.",
-        "Training with up to 100 hidden neurons takes about 12 minutes: hystfmu reproduce shen_ma_2017 --full. The "
-        "command for your own data is hystfmu fit --model constraint_factor_mlp --set sweep=100",
-    ]
-    return Report(
-        "shen_ma_2017",
-        "Shen & Ma 2017, constraint factor and neural network against PI",
+
+    return report(
+        ROW,
         tuple(rows),
-        tuple(notes),
         (*_drawings("fig. 1", "fig. 2", "network", second, models), *_drawings("fig. 3", "fig. 4", "PI", second, pi)),
+        bias=bias,
+        decay=decay,
+        percent=100 * NOISE,
+        biases_last=BIASES[-1],
+        decays_last=DECAYS[-1],
+        span=np.ptp(second.y),
+        numbers=", ".join(map(str, hidden)),
     )
 
 
-def _drawings(first: str, second: str, name: str, record: Dataset, models: Sequence[Model]) -> list[Drawing]:
+def _drawings(first: str, second: str, name: str, record: Dataset, models: Sequence[Model]) -> list[Plot]:
     """Return diagrams of output and absolute error of the literal model and of ours, on the second half of a record.
 
     `first` and `second` are the numbers of the two figures.
@@ -158,14 +139,8 @@ def _drawings(first: str, second: str, name: str, record: Dataset, models: Seque
     t, truth = record.t[rows], record.y[rows]
     named = list(zip(("literal", "ours"), y, strict=True))
     return [
-        Drawing(
-            first,
-            Plot(f"{first}: {name}", "t (s)", "y", [Line("data", t, truth), *(Line(n, t, v) for n, v in named)]),
-        ),
-        Drawing(
-            second,
-            Plot(f"{second}: absolute error, {name}", "t (s)", "y", [Line(n, t, np.abs(v - truth)) for n, v in named]),
-        ),
+        Plot(f"{first}: {name}", "t (s)", "y", [Line("data", t, truth), *(Line(n, t, v) for n, v in named)]),
+        Plot(f"{second}: absolute error, {name}", "t (s)", "y", [Line(n, t, np.abs(v - truth)) for n, v in named]),
     ]
 
 
@@ -282,34 +257,9 @@ def _branches(record: Dataset) -> list[Row]:
     printed = Branch(np.array(PAPER_A), a.d_max, np.nan)
     span = f"[0, {a.d_max:.2f}]"
     return [
-        Row(
-            f"a_0 = g'(0), sensor late by {LATE} of 200 samples",
-            PAPER_A[0],
-            a.a[0],
-            b.a[0],
-            0.0,
-            True,
-            "< 0: at first every branch falls; a_1 .. a_9 belong to data that are not published",
-            "table 1",
-            "least",
-        ),
-        Row(
-            f"falling part {span} of the branch, same, %",
-            None,
-            100 * a.falling,
-            100 * b.falling,
-            0.0,
-            place="eq. 1",
-        ),
-        Row(
-            f"falling part {span} of the branch with the printed coefficients, %",
-            0.0,
-            100 * printed.falling,
-            100 * b.falling,
-            note="literal: the printed a_0 .. a_9; ours as above",
-            place="table 1",
-            sense="equal",
-        ),
+        ROW("a_0", a.a[0], b.a[0], printed=PAPER_A[0]),
+        ROW("falling", 100 * a.falling, 100 * b.falling, span=span),
+        ROW("falling_printed", 100 * printed.falling, 100 * b.falling, span=span),
     ]
 
 
@@ -318,15 +268,7 @@ def _condition(record: Dataset) -> Row:
     u, y, rows = record.u, record.y, slice(0, SAMPLES // 2)
     literal = literal_branch(stack_coordinates(u, u[0], "last"), y, rows, M)
     ours = increasing_branch(stack_coordinates(u, u[0]), y[rows], np.ones((rows.stop, 1)), rows, M, ROUGHNESS)
-    return Row(
-        "condition of the least squares, m = 9",
-        None,
-        literal.condition,
-        ours.condition,
-        1e9,
-        note="literal: normal equations; ours: scaled columns, SVD",
-        place="eqs. 8-10",
-    )
+    return ROW("condition", literal.condition, ours.condition)
 
 
 # ---- networks and plays on the paper's split -------------------------------------------------------------------------
@@ -356,21 +298,8 @@ def _networks(
         Row.over_seeds(QUANTITIES[0], TABLE_2[0], five, target=TABLE_2[0], note=ANOTHER, place="table 2"),
         Row.over_seeds(QUANTITIES[1], TABLE_2[0], [[], actuator], note="the kind actuator", place="table 2"),
         Row.over_seeds("MSE, 6 hidden neurons, second half", TABLE_2[1], six, note=ANOTHER, place="table 2"),
-        Row.over_seeds(
-            "MSE, third best number of neurons, second half",
-            TABLE_2[2],
-            [[of[2] for of in tried], chosen],
-            note="the number is not legible; ours: chosen on a validation split of the first half",
-            place="table 2",
-        ),
-        Row.over_seeds(
-            "number of hidden neurons with the least MSE",
-            float(HIDDEN),
-            count,
-            note=f"the number depends on record and start: {ANOTHER}; literal: chosen on the second half itself",
-            place="table 2",
-            sense="equal",
-        ),
+        ROW.over_seeds("third", [[of[2] for of in tried], chosen], printed=TABLE_2[2]),
+        ROW.over_seeds("neurons", count, printed=float(HIDDEN)),
     ]
     models = [_network(HIDDEN, o)(halves[0], 0) for o in SETTINGS]
     return rows, five, models
@@ -416,16 +345,7 @@ def _many_plays(halves: Sequence[Dataset]) -> tuple[list[Row], list[list[float]]
     ours_still = _still(half, thresholds(half.u[half.train], PAPER_PI_N))
     rows += [
         Row("plays that never come back, %", None, still, ours_still, 0.0, note="no information", place="eq. 11"),
-        Row(
-            "PI fit, N = 4994, s",
-            PAPER_PI_SECONDS,
-            seconds,
-            models[1].fit["seconds"],
-            5.0,
-            note="printed: 20 h",
-            place="sec. 3.2",
-            group="speed",
-        ),
+        ROW("seconds", seconds, models[1].fit["seconds"], printed=PAPER_PI_SECONDS),
     ]
     return rows, mse, models
 
@@ -444,7 +364,7 @@ def paper_pi(data: Dataset, n: int) -> Model:
     r = _paper_thresholds(data, n)
     columns = plays(data.u, r, u0)[rows]
     w, (offset,) = nonnegative(columns, data.y[rows], np.ones((len(columns), 1)))
-    graph = prandtl_ishlinskii.graph(w[0], r[1:], w[1:], u0, offset, data)
+    graph = sum_of_plays(w[0], r[1:], w[1:], u0, offset, data)
     return Model("prandtl_ishlinskii", graph, data.h)
 
 
@@ -487,13 +407,7 @@ def _held_out(half: Dataset, progress: Progress) -> list[Row]:
     what = "held out, worst RMS, %FS:"
     return [
         Row(f"{what} constraint factor + 2-5-1", None, worst(literal), worst(network), 1.0, note=parameters(network)),
-        Row(
-            f"{what} the same from the sine's half",
-            None,
-            worst(sine[0]),
-            worst(sine[1]),
-            note="the second half of one sine does not show this",
-        ),
+        ROW("half_sine", worst(sine[0]), worst(sine[1]), what=what),
         Row(f"{what} PI", None, worst(printed_pi), worst(pi), note="literal: N = 4994; ours: N = 40"),
         Row(f"{what} actuator", None, None, worst(actuator), note=f"{parameters(actuator)}; {actuator.fit['parts']}"),
         Row(f"{what} fitted PI + 2-12-1", None, None, worst(fitted), note=parameters(fitted)),

@@ -23,7 +23,9 @@ from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import build
 from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.system import System
-from papers.row import Row
+from papers.row import Row, Stated
+
+ROW = Stated(__name__)
 
 STEPS, H, LAG, GAIN = 10_000, 1e-3, 0.1, 2.0
 REPEATS = 3
@@ -74,24 +76,12 @@ def _rows(folder: Path, n: int) -> list[Row]:
     what = f"{n} variations of a loop of {STEPS} steps"
     units = unpacked(build(Cases(folder / "loop").cases[0]), folder)
     hand = min(by_hand(units)[0] for _ in range(REPEATS)) * n
-    one = Row(
-        f"P6: {what}: loop by hand with fmpy / study, one core",
-        ours=hand / taken[1][1],
-        target=FASTER,
-        at_least=True,
-        note=f"by hand {hand:.0f} s, study {taken[1][1]:.2f} s of processor",
-        group="speed",
-    )
+    one = ROW("by_hand", ours=hand / taken[1][1], target=FASTER, what=what, hand=hand, study=taken[1][1])
     found = [one]
     if len(counts) > 1:
         load = os.getloadavg()[0]
-        two = Row(
-            f"P6: {what}: one core / two",
-            ours=taken[1][0] / taken[2][0],
-            target=TWO_CORES,
-            at_least=True,
-            note=f"wall clock; load {load:.1f} on {os.cpu_count()} cores",
-            group="speed",
+        two = ROW(
+            "two_cores", ours=taken[1][0] / taken[2][0], target=TWO_CORES, what=what, load=load, cores=os.cpu_count()
         )
         found.append(two)
     return found

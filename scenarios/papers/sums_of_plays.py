@@ -14,7 +14,9 @@ from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
 from hystfmu.identify.features.plays import plays, thresholds
-from papers.row import Row
+from papers.row import Row, Stated
+
+ROW = Stated(__name__)
 
 STEPS, REPEATS = 400_000, 5
 TIMED, RUNS = 20_000, 50  # number of steps and runs in a timing; the minimum of many short runs excludes other load
@@ -54,20 +56,14 @@ def step_rows() -> list[Row]:
     some, even, uneven = ([_graph(b, r, w) for b in BLOCKS] for r, w in _operators(rng))
     fast, plain = (graph.run(u) for graph in some)
     return [
-        Row(
-            "sum of 1000 plays, turning points | plain loop, 400000 steps, largest difference / largest output",
-            ours=float(np.abs(fast - plain).max() / np.abs(plain).max()),
-            target=2e-14,
-            note="uneven thresholds, signed weights",
-        ),
+        ROW("same", ours=float(np.abs(fast - plain).max() / np.abs(plain).max())),
         *(
-            Row(
-                f"sum of 5000 plays, {name} thresholds, ns per step",
-                literal=nanoseconds(graphs[1], u[: TIMED // 10], RUNS // 5),
-                ours=nanoseconds(graphs[0], u[:TIMED], RUNS),
+            ROW(
+                "step",
+                nanoseconds(graphs[1], u[: TIMED // 10], RUNS // 5),
+                nanoseconds(graphs[0], u[:TIMED], RUNS),
                 target=target,
-                note="literal: a state for every play",
-                group="speed",
+                name=name,
             )
             for name, graphs, target in (("even", even, 25.0), ("uneven", uneven, 100.0))
         ),

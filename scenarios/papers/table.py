@@ -8,6 +8,7 @@ effect on the exit status, because run times depend on the load of the computer.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -18,15 +19,7 @@ from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Plot
 from hystfmu.report.terminal import table
 from papers.bounded import bounded
-from papers.row import GROUPS, Row
-
-
-@dataclass(frozen=True)
-class Drawing:
-    """Diagram from our data that corresponds to a figure of the paper. `place` is the number of this figure."""
-
-    place: str
-    plot: Plot
+from papers.row import GROUPS, Row, Stated
 
 
 @dataclass(frozen=True)
@@ -40,7 +33,7 @@ class Report:
     source: str
     rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
-    drawings: tuple[Drawing, ...] = ()
+    drawings: tuple[Plot, ...] = ()
     omitted: Mapping[str, str] = field(default_factory=dict)
 
     def data(self) -> dict[str, Any]:
@@ -56,7 +49,7 @@ class Report:
             }
             for r in self.rows
         ]
-        drawn = {d.place: d.plot.title.partition(": ")[2] for d in self.drawings}
+        drawn = {figure(p): p.title.partition(": ")[2] for p in self.drawings}
         facts: dict[str, Any] = {"name": self.name, "source": self.source, "answer": self.answer(), "rows": rows}
         return facts | {"drawings": drawn, "omitted": dict(self.omitted), "notes": list(self.notes)}
 
@@ -99,7 +92,7 @@ class Report:
         """Return an HTML page with a summary, the ratios of results to bounds, the tables, and the diagrams."""
         body = [f"<h1>{escape(self.name)}</h1>", f'<p class="answer">{escape(self.answer())}</p>']
         body.append(f'<p class="lead">{escape(self.source)}</p>')
-        plots = [d.plot for d in self.drawings]
+        plots = self.drawings
         first: list[page.Diagram] = [*bounded(self.rows), *plots[:1]]
         body.append(f'<div class="plots hero">{"".join(map(page.figure, first))}</div>')
         body += [page.section(Section(title, tables=[Table(head, rows)])) for title, head, rows in self.tables()]
@@ -109,6 +102,20 @@ class Report:
             listed = "".join(f"<li>{escape(n)}</li>" for n in self.notes)
             body.append(f"<section><h2>Notes</h2><ul>{listed}</ul></section>")
         return page.page(f"{self.name}: the paper beside ours", body)
+
+
+def report(of: Stated, rows: tuple[Row, ...], drawings: tuple[Plot, ...] = (), **values: Any) -> Report:
+    """Return the report of the module of `of`, whose source, notes and omitted figures are in rows.toml.
+
+    `values` contains the values of the names in braces. The value `source` replaces the source in the table.
+    """
+    facts = of.texts("report", values) | values
+    return Report(of.module, facts["source"], rows, tuple(facts["notes"]), drawings, facts.get("omitted", {}))
+
+
+def figure(p: Plot) -> str:
+    """Return the figure of the paper that a diagram corresponds to: the title before a colon or a part such as (a)."""
+    return re.split("[:(]", p.title)[0]
 
 
 def verdict(r: Row) -> str:

@@ -28,12 +28,14 @@ from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.system.spec import shipped_scenarios
 from papers import dynamic_preisach
 from papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
-from papers.row import Row
+from papers.row import Row, Stated
 from papers.statements import yu_alici_2005_smc as statements
-from papers.table import Drawing, Report
+from papers.table import Report, report
 
 if TYPE_CHECKING:
     from hystfmu.scenario.outcome.trace import Trace
+
+ROW = Stated(__name__)
 
 NOISE = 1e-3  # RMS noise over half the stroke
 LITERAL: dict[str, Any] = {"memory": "none", "hidden": 12, "starts": 1}  # one start per seed
@@ -60,27 +62,10 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     progress(0.5)
     controlled, figs_10_11 = _control(lambda fraction: progress(0.5 + 0.5 * fraction))
     rows += [*identified, *controlled]
-    return Report(
-        "yu_alici_2005_smc",
-        "Yu, Alici, Shirinzadeh & Smith 2005, sliding mode control with a network for rate-dependent hysteresis",
+    return report(
+        ROW,
         tuple(rows),
-        (
-            "The paper prints formulas of two bounds, but no numbers. An error in %FS is the RMS error relative to the "
-            "span of the training output.",
-            f"Figures are medians and ranges of {SEEDS} seeds. Each seed gives the noise of the record and the start "
-            "weights of the network.",
-            f"The training record has a sample rate of {RATE:g} Hz and contains the signals of figures 6 to 8 one "
-            f"after the other, with a noise of {NOISE:g} of half the stroke.",
-            "The gains come from the studies scenarios/*/gains.study.toml. Ms is at most 6 dB, and all corners are "
-            "stable with one more step of delay.",
-            "The loops have a sample rate of 10 kHz and one known step of delay. Errors include the error between "
-            'samples. "20 % mismatch" is the corner with higher gain and 400 Hz.',
-        ),
         (*_drawings(), *dynamic_preisach.drawings(), fig_9, *figs_10_11),
-        {
-            "fig. 1": "scheme of hysteresis and G0(s); scenarios/papers/yu_alici_2005_smc_open_loop simulates it",
-            "fig. 2": "scheme of the measurement in open loop; the same scenario simulates it",
-        },
     )
 
 
@@ -111,7 +96,7 @@ def _figures() -> list[Row]:
     ]
 
 
-def _identification() -> tuple[list[Row], Drawing]:
+def _identification() -> tuple[list[Row], Plot]:
     """Return table rows with the errors of models, of eqs. 2 and 3, and of inverses, and a diagram like fig. 9."""
     u = np.concatenate([excitation(f) for f in FIGURES])
     records = [measured(u, seed) for seed in range(SEEDS)]
@@ -147,7 +132,7 @@ def _identification() -> tuple[list[Row], Drawing]:
     ], drawing
 
 
-def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Drawing]:
+def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Plot]:
     """Return a table row that compares the network inverses with the exact inverse, and a diagram like fig. 9.
 
     The inverses are tested in series with the actuator at 2 Hz. `model` is the model that is inverted exactly.
@@ -167,7 +152,7 @@ def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Drawing]:
     note = "literal: network on (y, dy/dt); ours without feed-forward of G0 and delay, whose lag remains"
     what = "inverse in front of the actuator, decaying sine of 2 Hz: max error, % of stroke"
     row = Row.over_seeds(what, None, of, note=note, place="fig. 9")
-    return row, Drawing("fig. 9", Plot("fig. 9: inverse models", "wanted y", "u", lines, points=2000))
+    return row, Plot("fig. 9: inverse models", "wanted y", "u", lines, points=2000)
 
 
 # ---- closed loops ------------------------------------------------------------------------------------------------
@@ -234,7 +219,7 @@ class _Loops:
             system = replace(system, parts=parts)
         return simulate(system, "native"), system.case.metrics
 
-    def drawings(self, case: str = "sine_10") -> tuple[Drawing, ...]:
+    def drawings(self, case: str = "sine_10") -> tuple[Plot, ...]:
         """Return diagrams like fig. 10 (actuator with inverse) and fig. 11 (tracking in open and closed loop).
 
         `case` is the case of the scenarios that is simulated.
@@ -272,7 +257,7 @@ class _Loops:
                 ],
             ),
         )
-        return tuple(Drawing(p.title.split(":")[0], p) for p in plots)
+        return tuple(plots)
 
 
 def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
@@ -283,18 +268,11 @@ def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
     """
     return [
         Row(f"{f} Hz, open loop: RMS, % of stroke", None, alone, place="fig. 11"),
-        Row.over_seeds(
-            f"{f} Hz, closed / open loop, RMS",
-            None,
-            [[e / alone for e in of] for of in closed],
-            target=1.0,
-            note="the paper shows only curves ('improved greatly'); the closed loop must be better than the open one",
-            place="fig. 11",
-        ),
+        ROW.over_seeds("closed_over_open", [[e / alone for e in of] for of in closed], f=f),
     ]
 
 
-def _drawings() -> tuple[Drawing, ...]:
+def _drawings() -> tuple[Plot, ...]:
     """Return diagrams like figs. 3 and 6 to 8, from the numpy actuator and the networks of the table."""
     plots = [
         Plot(
@@ -313,10 +291,10 @@ def _drawings() -> tuple[Drawing, ...]:
         models = {"network on (u, du/dt)": fit(d, "rate_mlp", **LITERAL), "ours": fit(d, "rate_mlp", starts=1)}
         lines = [Line("actuator", d.u, d.y), *(Line(n, d.u, m.predict(d.u, d.h)) for n, m in models.items())]
         plots.append(Plot(f"fig. {figure}: hysteresis and network", "u", "y", lines, points=2000))
-    return tuple(Drawing(p.title.split(":")[0], p) for p in plots)
+    return tuple(plots)
 
 
-def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Drawing, ...]]:
+def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Plot, ...]]:
     """Return the table rows of the closed loops, and diagrams like figs. 10 and 11."""
     loops = _Loops()
     progress(0.8)
@@ -336,20 +314,8 @@ def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Drawin
         printed = both(law, case)
         rows += [
             *_against_open(f, loops.run("open_loop", case)[0], printed),
-            Row.over_seeds(
-                f"{f} Hz, inverse alone: RMS, % of stroke",
-                None,
-                both(law, case, **off),
-                note="network on (r, dr/dt) | G0 feed-forward, exact inverse",
-                place="fig. 10",
-            ),
-            Row.over_seeds(
-                f"{f} Hz, sliding mode as printed: RMS, % of stroke",
-                None,
-                printed,
-                note="the same law, network | our inverse",
-                place="eq. 5",
-            ),
+            ROW.over_seeds("inverse_alone", both(law, case, **off), f=f),
+            ROW.over_seeds("as_printed", printed, f=f),
             *(
                 Row(f"{f} Hz, {name}", None, None, ours(scenario, case), nominal)
                 for scenario, name in (

@@ -27,15 +27,17 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import errors, fit
-from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid, kernels, ridge
+from hystfmu.identify.methods.weighted_sums import grid, kernels, ridge
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
 from hystfmu.report.plot import Line, Plot
 from papers import nested_loops
 from papers.nested_loops import STEP, Response, recorded
-from papers.row import Row
+from papers.row import Row, Stated
 from papers.statements import zhao_tan_2008 as statements
-from papers.table import Drawing, Report, nearest, scanned
+from papers.table import Report, nearest, report, scanned
+
+ROW = Stated(__name__)
 
 ROWS, CYCLE = 1200, 200
 VIRGIN = CYCLE // 4  # rows of the virgin curve, which are omitted because no later loop repeats them
@@ -107,33 +109,14 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
         rows += nested_loops.implicit_rows(name, kind, REVERSALS)
     drawings = (*_drawings(plant, record, kp_output), *shown)
     progress(1.0)
-    return Report(
-        "zhao_tan_2008",
-        "hysteretic operator and 2-12-1 network for a piezo actuator",
+    return report(
+        ROW,
         tuple(rows),
-        (
-            "The printed figures belong to a measured actuator, whose data are not published. Our figures belong to "
-            "ten backlash operators. Input and output are scaled to [-1, 1].",
-            "The printed MSE is treated as an RMS value, because it exceeds the square of the largest error.",
-            f"The literal replica uses the last extremum, 463 Powell-Beale iterations and one start. Figures are "
-            f"medians and ranges of {SEEDS} seeds.",
-            f"The paper does not print the decay (scanned from {DECAYS[0]:g} to {DECAYS[-1]:g} per cycle), the number "
-            f"of rows ({' or '.join(map(str, SPLITS))}) and the seed ({SEEDS} seeds). The table uses the decay "
-            f"{decay:g} and {size} rows, because with these values the largest error and the RMS error of the replica "
-            "are closest to the printed errors.",
-            "The validation rows are the second half of the rows. No model of this table is trained on them.",
-            f"The error on the virgin curve ({VIRGIN} rows) is included only for the held-out signals, not for the "
-            "decaying sine.",
-            f"For the held-out signals, the literal replica is trained on the decaying sine, and our model on "
-            f"{REVERSALS} random nested reversals.",
-            "The defaults of zhao_tan_mlp and play_bank_mlp were tuned on these signals, but on backlashes with other "
-            "thresholds.",
-        ),
         drawings,
-        {
-            "fig. 4": "photograph of the actuator; ten backlashes replace it",
-            "fig. 11": "scheme of the cascade; the scenario scenarios/papers/zhao_tan_2008 simulates it with FMUs",
-        },
+        decays_last=DECAYS[-1],
+        sizes=" or ".join(map(str, SPLITS)),
+        decay=decay,
+        size=size,
     )
 
 
@@ -285,30 +268,18 @@ def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
     for name, e in dominant.items():
         nested = name == "nested reversals"
         rows.append(
-            Row(
-                f"operator and network, {name}, RMS, % of span",
-                None,
+            ROW(
+                "held_out",
                 replica[name]["rms_percent"],
                 e["rms_percent"],
-                1.0 if nested else None,
+                target=1.0 if nested else None,
                 note="(x, h) does not determine the output, see theorem 1: floor about 0.9" if nested else "",
+                name=name,
             )
         )
     rows += [
-        Row(
-            "the same, asymmetric actuator, nested reversals, RMS, % of span",
-            ours=asymmetric["nested reversals"]["rms_percent"],
-            target=1.0,
-        ),
-        Row(
-            "last / dominant extremum, nested reversals, RMS",
-            None,
-            None,
-            last["nested reversals"]["rms_percent"] / dominant["nested reversals"]["rms_percent"],
-            10.0,
-            at_least=True,
-            note="same data and training",
-        ),
+        ROW("asymmetric", ours=asymmetric["nested reversals"]["rms_percent"]),
+        ROW("extremum", ours=last["nested reversals"]["rms_percent"] / dominant["nested reversals"]["rms_percent"]),
     ]
     rows += nested_loops.bank_rows("ten backlashes", plant, rich)
     progress(0.55)
@@ -316,7 +287,7 @@ def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
 
 
 # ---- inverse in cascade ----------------------------------------------------------------------------------------------
-def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], list[Row], list[Drawing]]:
+def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], list[Row], list[Plot]]:
     """Return table rows with the error of the inverse network in series with the actuator, without the virgin curve.
 
     The networks are trained on the first half of a decaying sine of `size` samples. The wanted output has another
@@ -348,14 +319,7 @@ def _cascade(size: int, progress: Callable[[float], None]) -> tuple[list[Row], l
             group="",
             scanned=scanned([*scan.values()]),
         ),
-        Row.over_seeds(
-            "wanted output at the largest error of the cascade, share of its maximum",
-            1.0,
-            at,
-            note="the paper: at the largest extremum",
-            place="sec. V.B",
-            sense="equal",
-        ),
+        ROW.over_seeds("where", at),
     ]
     middle = sorted(models[1], key=lambda m: _largest(m, r, plant))[SEEDS // 2]
     return rows, [*scan.values()], _compensated(r, plant(middle.predict(r)))
@@ -379,10 +343,12 @@ def _beside(decay: float, size: int) -> list[Row]:
             of = [[_largest(m, r, plant) for m in models] for models in networks]
             rows += [
                 Row.over_seeds(f"network inverse in cascade, {which}, {name}, max", None, of),
-                Row(
-                    f"exact inverse of fitted plays, {which}, {name}, max",
+                ROW(
+                    "plays",
                     ours=_largest(exact, r, plant),
                     note="no continuous inverse exists: least linear weight 0.01" if linear == 0.0 else "",
+                    which=which,
+                    name=name,
                 ),
             ]
     return rows
@@ -416,7 +382,7 @@ def _where(y: Array, wanted: Array) -> float:
 
 
 # ---- figures ---------------------------------------------------------------------------------------------------------
-def _drawings(plant: Response, record: Dataset, kp: Array) -> list[Drawing]:
+def _drawings(plant: Response, record: Dataset, kp: Array) -> list[Plot]:
     """Return diagrams from our data that correspond to figs. 1, 2 and 5 to 10 of the paper.
 
     `kp` is the output of our KP model for the record.
@@ -428,13 +394,8 @@ def _drawings(plant: Response, record: Dataset, kp: Array) -> list[Drawing]:
     backward = fit(swapped, "zhao_tan_mlp", operator="zhao_tan_inverse")
     predicted, inverted = model.predict(record.u), backward.predict(record.y)
     return [
-        Drawing(
-            "fig. 1",
-            Plot(
-                "fig. 1: operator and hysteresis", "x", "h, y", _lines(u, hysteresis=plant(u), operator=forward.run(u))
-            ),
-        ),
-        Drawing("fig. 2", Plot("fig. 2: inverse operator", "x", "h", _lines(u, operator=back.run(u)))),
+        Plot("fig. 1: operator and hysteresis", "x", "h, y", _lines(u, hysteresis=plant(u), operator=forward.run(u))),
+        Plot("fig. 2: inverse operator", "x", "h", _lines(u, operator=back.run(u))),
         *_validated("fig. 5", "fig. 6", "network", record.y, predicted, PRINTED[0]),
         *_validated("fig. 7", "fig. 8", "KP model", record.y, kp, PRINTED_KP[0]),
         *_validated("fig. 9", "fig. 10", "inverse network", record.u, inverted, None),
@@ -445,7 +406,7 @@ def _lines(x: Array, **of: Array) -> list[Line]:
     return [Line(name.replace("_", " "), x, y) for name, y in of.items()]
 
 
-def _validated(first: str, second: str, name: str, truth: Array, model: Array, printed: float | None) -> list[Drawing]:
+def _validated(first: str, second: str, name: str, truth: Array, model: Array, printed: float | None) -> list[Plot]:
     """Return diagrams of the output and the error of a model on the second half, with a line at the printed error.
 
     `first` and `second` are the numbers of the two figures. `truth` is the true output.
@@ -456,18 +417,15 @@ def _validated(first: str, second: str, name: str, truth: Array, model: Array, p
     if printed is not None:
         error += _lines(t, printed_max=np.full(len(t), printed))
     return [
-        Drawing(
-            first,
-            Plot(f"{first}: validation, {name}", "t (s)", "y", _lines(t, measured=truth[rows], model=model[rows])),
-        ),
-        Drawing(second, Plot(f"{second}: validation error, {name}", "t (s)", "error", error)),
+        Plot(f"{first}: validation, {name}", "t (s)", "y", _lines(t, measured=truth[rows], model=model[rows])),
+        Plot(f"{second}: validation error, {name}", "t (s)", "error", error),
     ]
 
 
-def _compensated(wanted: Array, y: Array) -> list[Drawing]:
+def _compensated(wanted: Array, y: Array) -> list[Plot]:
     t: Array = STEP * np.arange(len(wanted), dtype=np.float64)
     error = _lines(t, error=y - wanted, printed_max=np.full(len(t), PRINTED_CASCADE))
     return [
-        Drawing("fig. 12", Plot("fig. 12: inverse in cascade", "wanted", "y", _lines(wanted, output=y))),
-        Drawing("fig. 13", Plot("fig. 13: error of the cascade", "t (s)", "error", error)),
+        Plot("fig. 12: inverse in cascade", "wanted", "y", _lines(wanted, output=y)),
+        Plot("fig. 13: error of the cascade", "t (s)", "error", error),
     ]

@@ -1,12 +1,11 @@
 """Foreign FMUs have no network, write into their own folder only and read no files of the user."""
 
-from __future__ import annotations
-
 import os
 import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import pytest
 import tomli_w
 from bad_fmu import LOOP, bad_fmu
 from click.testing import CliRunner
+from users import User
 
 import hystfmu as hy
 from hystfmu.base import child
@@ -256,3 +256,112 @@ def test_what_a_worker_with_foreign_code_sends_is_not_believed(words: str, tmp_p
     outcome = hy.study(tmp_path / "bad.study.toml", tmp_path / "out", workers=1)
     assert not (home / "stolen").exists()
     assert [row["status"] for row in outcome.rows] == ["ok", "killed"]
+
+
+# ---- What foreign FMUs rightly do works in confinement: threads, files of their own, processes, a Python inside
+if unconfined():
+    pytest.skip(f"foreign FMUs may {unconfined()} here: needs Landlock and seccomp", allow_module_level=True)
+
+# each line that succeeds adds its number to y
+WORK = r"""
+#include <dlfcn.h>
+#include <pthread.h>
+#include <sched.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+static double did;
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static int sum, threads_set;
+static void *work(void *nothing) {
+  cpu_set_t all;
+  int set = !sched_getaffinity(0, sizeof all, &all) && !sched_setaffinity(0, sizeof all, &all);
+  pthread_mutex_lock(&lock);
+  for (int k = 0; k < 1000; k++) sum += k;
+  threads_set += set && !setpriority(PRIO_PROCESS, 0, 1) && !pthread_kill(pthread_self(), 0);
+  pthread_mutex_unlock(&lock);
+  return nothing;
+}
+static int threads(void) {
+  pthread_t made[4];
+  pthread_attr_t attr;
+  pthread_attr_init(&attr);
+  pthread_attr_setstacksize(&attr, 1 << 20);
+  for (int k = 0; k < 4; k++)
+    if (pthread_create(&made[k], &attr, work, 0)) return 0;
+  for (int k = 0; k < 4; k++) pthread_join(made[k], 0);
+  return sum == 4 * 499500 && threads_set == 4;
+}
+static int cancelled(void) {
+  pthread_t made;
+  void *result;
+  return !pthread_create(&made, 0, (void *(*)(void *))pause, 0) && !pthread_cancel(made) &&
+         !pthread_join(made, &result) && result == PTHREAD_CANCELED;
+}
+static int files(void) {
+  char path[4096], line[8] = "";
+  FILE *here = fopen("here.txt", "w+");
+  snprintf(path, sizeof path, "%s/XXXXXX", getenv("TMPDIR"));
+  int made = mkstemp(path);
+  if (!here || made < 0) return 0;
+  fputs("words", here);
+  rewind(here);
+  return fgets(line, sizeof line, here) && !strcmp(line, "words") && !rename("here.txt", "there.txt") && !unlink(path);
+}
+static int limits(void) {
+  struct rlimit files;
+  return !getrlimit(RLIMIT_NOFILE, &files) && !setrlimit(RLIMIT_NOFILE, &files) && nice(1) != -1;
+}
+static int processes(void) {
+  int status, child = fork();
+  if (!child)
+    for (;;) pause();
+  if (kill(child, SIGTERM) || waitpid(child, &status, 0) != child || !WIFSIGNALED(status)) return 0;
+  child = fork();
+  if (!child) abort();
+  return waitpid(child, &status, 0) == child && WTERMSIG(status) == SIGABRT && !system("sleep 60 & kill $!");
+}
+static int python(void) { /* as an FMU that is written in Python: it finds the interpreter in its process */
+  int (*ensure)(void), (*run)(const char *);
+  void (*release)(int);
+  *(void **)&ensure = dlsym(RTLD_DEFAULT, "PyGILState_Ensure");
+  *(void **)&run = dlsym(RTLD_DEFAULT, "PyRun_SimpleString");
+  *(void **)&release = dlsym(RTLD_DEFAULT, "PyGILState_Release");
+  if (!ensure || !run || !release) return 1; /* an interpreter without names */
+  int held = ensure();
+  int failed = run("import json, sqlite3, subprocess, sys, tempfile, threading\n"
+                   "t = threading.Thread(target=json.dumps, args=([1],))\n"
+                   "t.start(), t.join()\n"
+                   "tempfile.NamedTemporaryFile().write(b'x')\n"
+                   "assert subprocess.run([sys.executable, '-c', 'import hystfmu']).returncode == 0\n");
+  release(held);
+  return !failed;
+}
+static void all(void) {
+  did += 1 * threads();
+  did += 2 * cancelled();
+  did += 4 * files();
+  did += 8 * limits();
+  did += 16 * processes();
+  did += 32 * python();
+}
+"""
+
+
+@pytest.mark.parametrize("name", [pytest.param("root", marks=pytest.mark.stress), "user"])
+def test_an_fmu_works(name: str) -> None:
+    with closing(User(name)) as user:
+        works(user)
+
+
+def works(user: User) -> None:
+    defect = "{ static int n; if (!n++) all(); y = did; return fmi2OK; }"
+    bad_fmu(user.folder / "x.fmu", defect, -1.0, WORK, "-pthread", "-D_GNU_SOURCE")
+    user.give(user.folder)
+    words = ["simulate", "x.fmu", "--step", "1e-3", "--stop", "0.01", "-o", "out.csv"]
+    told = user.python("-c", "from hystfmu.cli import main; main()", *words, HYSTFMU_CACHE=str(user.folder / "cache"))
+    assert told.returncode == 0, told.stdout + told.stderr
+    lines = Path(user.folder / "out.csv").read_text().split()
+    assert float(lines[-1].split(",")[-1]) == 63

@@ -1,7 +1,5 @@
 """Confined code acts on no other process, has no capability and sees no secret of the environment."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Devices and pipes in place of files: every reader and writer refuses them in one line, reads no byte, never waits."""
 
-from __future__ import annotations
-
 import os
 import signal
 import stat

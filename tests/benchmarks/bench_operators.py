@@ -15,7 +15,7 @@ import numpy as np
 from hystfmu.data.synthetic import piezo
 from hystfmu.graph.blocks import BacklashSum, PrandtlIshlinskii, PrandtlIshlinskiiInverse
 from hystfmu.identify import fit
-from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid, ridge
+from hystfmu.identify.methods.weighted_sums import grid, ridge
 from hystfmu.inverse import inverse
 from hystfmu.report.terminal import table
 from papers.sums_of_plays import nanoseconds

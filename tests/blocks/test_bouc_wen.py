@@ -1,7 +1,5 @@
 """The Bouc-Wen operator against an integration of its equation in u, and for paths divided into more rows."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

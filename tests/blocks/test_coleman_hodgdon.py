@@ -1,7 +1,5 @@
 """The Coleman-Hodgdon operator against its differential equation, the Bouc-Wen operator, and its loops."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

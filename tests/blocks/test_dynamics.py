@@ -1,7 +1,5 @@
 """Transfer functions and delays against scipy.signal, 60 digits of mpmath, and closed forms."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mpmath as mp

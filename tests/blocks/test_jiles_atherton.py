@@ -1,7 +1,5 @@
 """The Jiles-Atherton operator against an integration of its susceptibility, its closed forms and its symmetries."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A Maxwell-slip sum is a `backlash_sum` with signed weights: an elasto-slide element is its input less a play."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

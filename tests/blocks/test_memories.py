@@ -1,7 +1,5 @@
 """Operators with return-point memory: each against the operator of the whole history, or a sum of relays."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Operator blocks against independent methods: numpy, scipy solvers, closed forms, official benchmark records."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

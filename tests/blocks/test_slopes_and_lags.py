@@ -1,7 +1,5 @@
 """Duhem operator, polynomial network of lags and differentiator: each against an independent definition."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """The elementary functions of the C core against mpmath, on every optimisation level bit for bit, and without libm."""
 
-from __future__ import annotations
-
 import ctypes
 import re
 import shutil

@@ -3,8 +3,6 @@
 A header counts as its .c file: whoever includes `run.h` stands above `run.c`.
 """
 
-from __future__ import annotations
-
 import functools
 import re
 from collections import Counter

@@ -3,8 +3,6 @@
 Against mpmath, scipy, zlib and numbers counted by hand; roots also by how often they evaluate their function.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import math
 import shutil

@@ -1,7 +1,5 @@
 """The turning-point machine against definitions without a stack: plain plays, memory from the whole history."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 
@@ -10,6 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from plants import plays
+from whole_history import of_distance
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph.blocks import PrandtlIshlinskii, PrandtlIshlinskiiInverse, ZhaoTan, ZhaoTanInverse
@@ -19,35 +19,6 @@ Branch = Callable[[Array], Array]
 
 
 # ---- the independent side -------------------------------------------------------------------------------------------
-def plays(u: Array, r: Array, z0: float = 0.0) -> Array:
-    """Play states, one row per input row: the definition, Krejci & Kuhnen 2001, eq. 3."""
-    z, rows = np.full(len(r), z0), np.empty((len(u), len(r)))
-    for row, x in zip(rows, u, strict=True):
-        np.maximum(x - r, z, out=z)
-        np.minimum(x + r, z, out=z)
-        row[:] = z
-    return rows
-
-
-def from_whole_history(u: Array, g: Branch, x0: float) -> Array:
-    """Return-point memory without a stack: for every row the alternating extrema of all rows so far, Masing's sum."""
-    h = np.empty(len(u))
-    for k in range(len(u)):
-        path = np.concatenate([[x0], u[: k + 1]])
-        far = np.abs(path - x0)
-        i = len(path) - 1 - int(np.argmax(far[::-1]))  # the last row that is farthest from the origin
-        total = np.sign(path[i] - x0) * g(2 * far[i]) / 2
-        down = path[i] > x0
-        while i < len(path) - 1:
-            rest = path[i + 1 :]
-            best = rest.min() if down else rest.max()
-            total += np.sign(best - path[i]) * g(np.abs(best - path[i]))
-            i += len(rest) - int(np.argmax(rest[::-1] == best))
-            down = not down
-        h[k] = total
-    return h
-
-
 def zhao_tan_branch(d: Array) -> Array:
     return -np.expm1(-d) * d
 
@@ -87,7 +58,7 @@ every_signal = pytest.mark.parametrize("signal", SIGNALS)
 @pytest.mark.parametrize("x0", [0.0, 0.4, -2.0])
 def test_zhao_tan_is_the_operator_of_the_whole_history(signal: str, x0: float) -> None:
     u = SIGNALS[signal]
-    h = from_whole_history(u, zhao_tan_branch, x0)
+    h = of_distance(u, x0, 0.0, zhao_tan_branch)
     assert np.abs(ZhaoTan(x0=x0)(u) - h).max() <= 2e-14 * max(1.0, np.abs(h).max())
 
 

@@ -1,7 +1,5 @@
 """Block files that the writer does not write: damaged, with refused values, with ports in another order."""
 
-from __future__ import annotations
-
 import itertools
 import struct
 import zlib

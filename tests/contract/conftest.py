@@ -1,7 +1,5 @@
 """Report of `make contract`: the rule that each block breaks and the file to write."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

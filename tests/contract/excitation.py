@@ -1,7 +1,5 @@
 """Inputs and parameter sets that excite every block, used by all contract tests."""
 
-from __future__ import annotations
-
 import itertools
 from typing import Any
 

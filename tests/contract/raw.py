@@ -1,7 +1,5 @@
 """Direct calls of a block's C functions on guarded arrays, a reference for graph and executor."""
 
-from __future__ import annotations
-
 import ctypes as C
 from typing import Any
 
@@ -20,7 +18,7 @@ def _guarded(n: int) -> tuple[Array, Array]:
     return whole, whole[GUARD : GUARD + n]
 
 
-def _pointer(a: Array) -> C._Pointer[C.c_double]:
+def _pointer(a: Array) -> "C._Pointer[C.c_double]":
     return a.ctypes.data_as(C.POINTER(C.c_double))
 
 

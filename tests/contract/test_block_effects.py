@@ -1,7 +1,5 @@
 """Effects of every block: defaults that move, rate independence, derivatives that match updates, no idle parameter."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every block refuses values and sizes out of range, with one form of sentence."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from excitation import default, every_block

@@ -1,7 +1,5 @@
 """State of every block: pure outputs, true feed-through, bit-exact saved states and files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

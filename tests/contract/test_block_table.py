@@ -1,7 +1,5 @@
 """Table of every block: legal unique names, complete rows in order, a registry without gaps."""
 
-from __future__ import annotations
-
 import keyword
 import re
 import tomllib

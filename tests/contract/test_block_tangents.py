@@ -1,7 +1,5 @@
 """Tangent of every block against one-sided differences, at kinks too; sensitivities against those of whole runs."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from excitation import STEP, every_block, node, perturbed, plain, rows, some

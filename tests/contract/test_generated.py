@@ -1,12 +1,12 @@
 """What follows from the C tables is up to date: page of the blocks, signatures for editors, Modelica base classes."""
 
-from __future__ import annotations
-
+import re
 from pathlib import Path
 
 import pytest
 
 import generator
+from generator.base_class import base_classes
 from hystfmu.graph import listing
 
 ROOT = Path(__file__).parents[2]
@@ -23,3 +23,19 @@ def test_texts_follow_from_the_tables(file, text):
 
 def test_modelica_follows_from_the_tables():
     assert list(generator.stale(ROOT / "modelica" / "HystFMU")) == []
+
+
+# ---- Every block has a class in the Modelica library: the file with its equations, beside a generated base class
+BASES = {b.equations: b for b in base_classes()}
+
+
+def test_its_equations_are_there() -> None:
+    missing = generator.missing(ROOT / "modelica" / "HystFMU")
+    assert not missing, "\n".join(missing)
+
+
+@pytest.mark.parametrize("name", BASES)
+def test_its_equations_extend_the_generated_base_class(name: str) -> None:
+    base = BASES[name]
+    extends = re.search(rf"^  extends BaseClasses\.{base.name}\b", (ROOT / base.wanted).read_text("utf-8"), re.M)
+    assert extends, f"{base.wanted}: write 'extends BaseClasses.{base.name}'"

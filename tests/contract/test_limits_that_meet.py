@@ -1,14 +1,18 @@
 """Pairs of parameters that may be equal, and what the block says where they have passed each other."""
 
-from __future__ import annotations
-
+import itertools
+import math
 from typing import Any
 
 import numpy as np
 import pytest
+from excitation import default, every_block
+from raw import Raw
 
 from hystfmu.base.errors import InputError
+from hystfmu.core.library import BlockType, block_types
 from hystfmu.graph import Graph, Node
+from hystfmu.graph.listing import group
 
 CLAMPED = "u_min must not be greater than u_max"
 MAY_MEET = [  # the lower one, the upper one, the refusal
@@ -64,3 +68,177 @@ def test_every_signal_has_its_own_limits(element: int) -> None:
         changed[element] = lo[element] - 0.1
         with pytest.raises(InputError, match="the limits need lo <= hi"):
             build("in_range", {"lo": lo.tolist(), "hi": changed.tolist()})
+
+
+# ---- Limits of the rows of every block: round numbers, taken themselves, and the next number beyond is refused
+EXACT = (2.2250738585072014e-308, 2.0**31 - 1)  # "greater than 0"; the largest number of 32 bits
+
+DIVISORS = {  # what is derived and divided by: 1 before it is derived
+    ("amplifier", "omega"),
+    ("amplifier", "most"),
+    ("creep_inverse", "gain"),
+    ("sliding_mode", "layer"),
+    ("super_twisting", "layer"),
+    ("transfer_function", "sigma"),
+}
+
+
+@every_block
+def test_limits_are_taken_and_the_next_number_beyond_is_refused(name: str) -> None:
+    block, graph = block_types()[name], default(name)
+    executor = graph.executor()
+    for v in (*block.parameters, *block.of("input")):
+        port = graph.port(v.name)
+        for limit, beyond in ((v.lo, -np.inf), (v.hi, np.inf)):
+            if np.isinf(limit):
+                continue
+            for k in range(port.size):
+                executor.set(port.reference + k, limit)
+                assert executor.get(port.reference + k) == limit
+                with pytest.raises(InputError, match=rf"^The '{v.name}'"):
+                    executor.set(
+                        port.reference + k, np.nextafter(limit, beyond) if v.type == "real" else limit + np.sign(beyond)
+                    )
+                assert executor.get(port.reference + k) == limit
+
+
+@every_block
+def test_limits_are_round_numbers(name: str) -> None:
+    """The page of the blocks writes them with ten digits: one that needs more would not be what it says."""
+    for v in block_types()[name].vars:
+        for limit in (v.lo, v.hi):
+            assert np.isinf(limit) or limit in EXACT or float(f"{limit:.2g}") == limit, (v.name, limit)
+
+
+@every_block
+def test_derived_values_are_zero_before_they_are_derived(name: str) -> None:
+    for v in block_types()[name].of("derived"):
+        assert v.start == ((name, v.name) in DIVISORS), v
+
+
+# ---- Sizes of every block: smallest, default, largest.  A model of today must open in every later release as it is
+SIZES = {
+    "adaptive_inverse": {"n": (1, 10, 500), "delay": (0, 1, 1000)},
+    "backlash_sum": {"n": (1, 10, 100000)},
+    "constraint_factor": {"m": (1, 1, 20), "depth": (4, 256, 100000)},
+    "constraint_factor_inverse": {"m": (1, 1, 20), "depth": (4, 256, 100000)},
+    "creep": {"n": (1, 1, 100000)},
+    "creep_inverse": {"n": (1, 1, 100000)},
+    "dead_zones": {"n": (1, 6, 100000)},
+    "delay": {"n": (1, 1, 1000000)},
+    "disturbance_observer": {"n": (1, 1, 100000)},
+    "duhem": {"m": (0, 0, 20), "q": (1, 1, 20)},
+    "duhem_oscillator": {"n": (2, 5, 1000)},
+    "in_range": {"n": (1, 1, 100000)},
+    "iterative_learning": {"n": (1, 20, 1000000)},
+    "jiles_atherton": {"steps": (1, 4, 1000)},
+    "krasnoselskii_pokrovskii": {"n": (1, 4, 1000), "depth": (4, 256, 100000)},
+    "lead_lag": {"n": (1, 1, 1000)},
+    "mlp": {"n_in": (1, 1, 10000), "n_hidden": (1, 12, 10000), "n_out": (1, 1, 10000)},
+    "modes": {"n": (1, 1, 1000)},
+    "narx_network": {"n_u": (1, 2, 1000), "n_y": (0, 1, 1000), "n_hidden": (1, 4, 10000)},
+    "play_bank": {"n": (1, 10, 100000)},
+    "polynomial_narx": {
+        "n_u": (1, 1, 1000),
+        "n_f": (0, 1, 1000),
+        "n_y": (0, 1, 1000),
+        "q": (1, 2, 10),
+        "n_k": (0, 1, 1),
+    },
+    "prandtl_ishlinskii": {"n": (1, 10, 100000), "depth": (4, 256, 100000)},
+    "prandtl_ishlinskii_inverse": {"n": (1, 10, 100000), "depth": (4, 256, 100000)},
+    "preisach": {"n": (1, 2, 1000), "depth": (4, 256, 100000)},
+    "product": {"n": (1, 2, 1000), "m": (0, 1, 1000)},
+    "recursive_least_squares": {"n": (1, 2, 1000)},
+    "reference": {"m": (1, 10, 100000)},
+    "repetitive": {"n": (2, 20, 1000000), "n_q": (0, 1, 10000), "n_l": (0, 1, 10000)},
+    "scaling": {"n": (1, 1, 100000)},
+    "sum": {"n": (1, 2, 100000)},
+    "transfer_function": {"na": (1, 1, 32), "nb": (0, 0, 32)},
+    "zhao_tan": {"depth": (4, 256, 100000)},
+    "zhao_tan_inverse": {"depth": (4, 256, 100000)},
+    "zhao_tan_inverse_reconstructed": {"depth": (4, 256, 100000)},
+}
+
+
+def test_sizes_are_as_they_have_been() -> None:
+    found = {name: {d.name: (d.lo, d.start, d.hi) for d in b.dims} for name, b in block_types().items()}
+    assert {name: found.get(name) for name in SIZES} == SIZES
+
+
+# ---- Groups of parameters: what a dialog shows together follows from the rows of the table
+EXPECTED = {  # by hand, from the equations
+    "pid": {"Gains": "Kp Ki Kd", "Filters": "tau", "Limits": "u_min u_max"},
+    "prandtl_ishlinskii": {"Weights": "w0 w", "Thresholds": "r", "Start": "u0"},
+    "mlp": {"Weights": "W1 b1 W2 b2", "Network": "activation"},
+    "creep": {"Weights": "w w0", "Dynamics": "T", "Start": "start"},
+    "sliding_mode": {
+        "Controller": "lam epsilon switching",
+        "Gains": "eta rho k_i",
+        "Filters": "tau",
+        "Limits": "u_min u_max",
+    },
+    "zhao_tan": {"Memory": "memory", "Start": "x0"},
+}
+
+
+def found(block: BlockType) -> dict[str, str]:
+    groups: dict[str, list[str]] = {}
+    for v in block.parameters:
+        groups.setdefault(group(block, v), []).append(v.name)
+    return {k: " ".join(names) for k, names in groups.items()}
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_parameters_stand_with_their_like(name: str) -> None:
+    assert found(block_types()[name]) == EXPECTED[name]
+
+
+@every_block
+def test_a_long_dialog_is_divided(name: str) -> None:
+    """No group of more than eight, but for a signal generator, whose parameters have one subject."""
+    block = block_types()[name]
+    assert all(len(names.split()) <= 8 for g, names in found(block).items() if g != "Signal")
+    if len(block.parameters) > 8 and block.family != "sources":
+        assert len(found(block)) > 2
+
+
+# ---- The polynomial network by its definition: every monomial of every lag, in the order of theta, at every size
+def defined(z: list[float], q: int, theta: np.ndarray) -> float:
+    """theta' phi: z_i, z_i z_j with i <= j, ..., at last the constant."""
+    some = (c for d in range(1, q + 1) for c in itertools.combinations_with_replacement(z, d))
+    return float(theta @ [*(math.prod(c) for c in some), 1.0])
+
+
+@pytest.mark.parametrize("n_k", [0, 1])
+@pytest.mark.parametrize(
+    ("n_u", "n_f", "n_y", "q"),
+    [(1, 0, 0, 1), (1, 1, 1, 3), (2, 0, 3, 2), (5, 0, 0, 2), (4, 1, 0, 2), (3, 2, 4, 2), (2, 5, 1, 2), (1, 0, 6, 1),
+     (9, 0, 0, 1), (2, 2, 2, 4), (1, 3, 2, 5), (7, 1, 7, 2), (1, 0, 0, 10), (1, 1, 0, 10), (2, 0, 1, 9), (1, 0, 1, 10)],
+)  # fmt: skip
+def test_a_network_is_the_sum_of_its_monomials(n_u: int, n_f: int, n_y: int, q: int, n_k: int) -> None:
+    rng = np.random.default_rng(q + 10 * n_u)
+    n = math.comb(n_u + n_f + n_y + q, q)
+    theta = rng.normal(size=n) / n
+    dims = {"n_u": n_u, "n_f": n_f, "n_y": n_y, "q": q, "n_k": n_k}
+    raw = Raw(Node("b", "polynomial_narx", dims, {"theta": theta, "y0": 0.5}))
+    inputs = rng.uniform(-1.2, 1.2, (12, 2))
+    found = raw.run(inputs, 0.1)[:, 0]
+    u, f = ([c[0]] * 20 + c.tolist() for c in inputs.T)
+    y = [0.5] * 20
+    for k in range(12):
+        at = 20 + k - n_k
+        z = [u[at - i] for i in range(n_u)] + [f[at - i] for i in range(n_f)] + [y[-1 - i] for i in range(n_y)]
+        y.append(defined(z, q, theta))
+        assert found[k] == pytest.approx(y[-1], rel=1e-12, abs=1e-14), k
+    if n_k == 0:
+        z0 = [u[31 - i] for i in range(n_u)] + [f[31 - i] for i in range(n_f)] + [y[-2 - i] for i in range(n_y)]
+        for seed in ((1.0, 0.0), (0.0, 1.0), (-2.0, 0.5)):
+            slope = 0.0
+            for place, s in ((0, seed[0]), *([(n_u, seed[1])] if n_f else [])):
+                up, down = list(z0), list(z0)
+                up[place], down[place] = z0[place] + 1e-6, z0[place] - 1e-6
+                slope += s * (defined(up, q, theta) - defined(down, q, theta)) / 2e-6
+            assert raw.tangent(np.array(seed), np.zeros(0))[0] == pytest.approx([slope], abs=1e-8)
+    else:
+        assert raw.tangent(np.ones(2), np.zeros(0))[0].tolist() == [0.0]

@@ -10,8 +10,6 @@ One file per block, a list of [[case]]:
     tolerance  largest absolute difference
 """
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The kinds of file that labs write, each made by the library or the program's format that writes it."""
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Callable, Sequence

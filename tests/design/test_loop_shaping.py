@@ -1,7 +1,5 @@
 """Robust controllers of shaped plants against closed forms and against the norm that they are to keep."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Limits of the linearised loop in a scenario file: verdicts, exit codes, refusals; margins in the result of a run."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -174,17 +174,6 @@ def test_bad_options_of_fit(fitted, tmp_path):
     assert not out.exists()
 
 
-def test_the_kinds_of_model_are_listed_with_their_options():
-    lines = hystfmu("fit", "--models").stdout.splitlines()
-    line = "bouc_wen: Bouc-Wen operator as a grey box, nonlinear least squares"
-    assert line in lines
-    head, _, first = lines[lines.index(line) + 1 : lines.index(line) + 4]
-    assert head.split()[-1] == "meaning"
-    assert first.split()[:6] == ["starts", "6", "an", "int", "in", "[1,"]
-    assert first.endswith("start values of the search")
-    assert any(line.startswith("auto: ") for line in lines)
-
-
 def test_bad_model_files(fitted, tmp_path):
     folder, _ = fitted
     text = (folder / "m.model.toml").read_text()

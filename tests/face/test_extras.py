@@ -1,7 +1,5 @@
 """Optional packages that are missing: one line with the extra that brings them, in Python and on the command line."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The face: its names, the methods of a model, what a person sees of it."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import xml.etree.ElementTree as ET

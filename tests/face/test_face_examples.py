@@ -1,7 +1,5 @@
 """The examples in the docstrings of the face run and print what they say; every name of the face has one."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 import sys

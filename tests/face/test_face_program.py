@@ -1,7 +1,5 @@
 """One program from a measurement to a study: the nouns and verbs of the face, with a model chosen from the data."""
 
-from __future__ import annotations
-
 import shutil
 import tomllib
 from pathlib import Path

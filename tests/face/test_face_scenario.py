@@ -1,7 +1,5 @@
 """Scenarios built in Python: the same bits as from TOML, defaults, errors that name the unit and the key."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

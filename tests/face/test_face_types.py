@@ -1,7 +1,5 @@
 """A user's program that uses every name of the face passes `mypy --strict`, and mistakes in it are found."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

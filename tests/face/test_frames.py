@@ -1,7 +1,5 @@
 """Results as data frames, studies from Python, a scenario in a notebook."""
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Names in files steer no terminal, break no XML and bring no markup into a page: every command and kind of file."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os

@@ -1,7 +1,5 @@
 """What a notebook shows: HTML that stands alone, is small and escapes everything; figures, by matplotlib or not."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """What the pages show runs: programs of the README, its commands, and every command and option that a page names."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Wrong calls of the face: one line that names the argument, its rule and what was given; never a raw exception."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """A small foreign FMU of FMI 2.0, compiled in a test, that does what an FMU must not do."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import zipfile

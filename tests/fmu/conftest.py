@@ -1,7 +1,5 @@
 """Fixtures of the FMU tests: one unpacked FMU per version and graph, a fresh instance per test."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path

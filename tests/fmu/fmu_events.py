@@ -1,7 +1,5 @@
 """A master for the interfaces with Event Mode: Model Exchange with simple solvers, Co-Simulation with events."""
 
-from __future__ import annotations
-
 import ctypes as C
 from collections.abc import Callable
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Shared parts of the FMU tests: graphs, unpacked FMUs, and a master that returns every status (ctypes)."""
 
-from __future__ import annotations
-
 import copy
 import ctypes as C
 import zipfile
@@ -173,7 +171,7 @@ class Master:
         listed = None if references is None else (C.c_uint * n)(*references)
         return C.c_void_p(make(name, token, location, *flags, listed, C.c_size_t(n), None, self._log, update))
 
-    def another(self, **given: Any) -> Master:
+    def another(self, **given: Any) -> "Master":
         """Make another instance of the same binary, as `instantiate` does, with messages of its own."""
         made = copy.copy(self)
         made.messages, made.names = [], []

@@ -1,7 +1,5 @@
 """Directional and adjoint derivatives in every mode, against differences; untrusted block files, forged phases."""
 
-from __future__ import annotations
-
 import os
 import struct
 import sys

@@ -1,7 +1,5 @@
 """Event Mode: trials have no effect, an update takes effect once, and no output is delayed by a step."""
 
-from __future__ import annotations
-
 import ctypes as C
 
 import numpy as np

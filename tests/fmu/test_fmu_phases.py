@@ -5,8 +5,6 @@ stepCanceled cannot occur, stepFailed is Step Mode: a discarded step leaves the 
 sections 2.3 (common states), 3.2 and 4.2 (without Configuration Mode; Intermediate Update: test_fmu_ahead.py).
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import subprocess
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The sample time of a model is a contract: a step of n sample times has the bits of n steps, any other is refused."""
 
-from __future__ import annotations
-
 import ctypes as C
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Source FMUs: one file that compiles without a warning and gives the same bits."""
 
-from __future__ import annotations
-
 import ctypes
 import re
 import shutil

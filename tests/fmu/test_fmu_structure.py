@@ -1,7 +1,5 @@
 """What a description says: dependencies are complete, ranges and units of measure of a fit, bits as in Python."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,8 +1,6 @@
 """FMUs that learn, in fmpy, saved and restored mid-way: recursive least squares on the IPMC record, within 1.2 of batch
 least squares; an adaptive inverse while it follows a sudden change of its plant."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

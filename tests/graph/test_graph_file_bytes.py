@@ -3,8 +3,6 @@
 The files are written field by field as `fmu_build/README.md` describes them, not by the writer of the package.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import struct
 import zlib

@@ -145,3 +145,21 @@ def test_modules_of_tests_have_names_of_their_own():
     """Their folders are no packages: of two modules with one name pytest takes one."""
     names = [p.name for p in TRACKED if p.parts[0] == "tests" and p.name.startswith("test_") and p.suffix == ".py"]
     assert {n for n in names if names.count(n) > 1} == set()
+
+
+# ---- Text leaves the package through one place: what prints or escapes beside it forgets what the place knows
+PACKAGE = Path(__file__).parents[2] / "python" / "hystfmu"
+PLACES = {  # spelling: the files that may use it
+    "click.echo(": {"report/terminal.py"},
+    "click.secho(": set(),
+    "html.escape(": {"base/printable.py"},
+    "from html import": set(),
+    "saxutils": set(),
+    "ET.tostring(": {"fmu/archive.py"},
+}
+
+
+@pytest.mark.parametrize("spelling", PLACES)
+def test_text_leaves_through_one_place(spelling):
+    found = {p.relative_to(PACKAGE).as_posix() for p in PACKAGE.rglob("*.py") if spelling in p.read_text("utf-8")}
+    assert found == PLACES[spelling]

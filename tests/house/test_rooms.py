@@ -1,7 +1,5 @@
 """Rooms of the package: imports form no circle, and folders stay small."""
 
-from __future__ import annotations
-
 import ast
 from collections import defaultdict
 from pathlib import Path

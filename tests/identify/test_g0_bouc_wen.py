@@ -1,7 +1,5 @@
 """Bouc-Wen hysteresis before G0 with delay, on a plant of another integrator: Runge-Kutta in z, then an ODE for G0."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from foreign.solvers import FINER, bouc_wen, fine, late, mode

@@ -1,5 +1,7 @@
 """Guards of every fit: a model that runs away is an error; what the record does not show of it is a warning."""
 
+from dataclasses import replace
+
 import numpy as np
 import plants
 import pytest
@@ -8,7 +10,7 @@ from hystfmu import Dataset, InputError, fit
 from hystfmu.data.signals import training
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.estimate.dynamics import Dynamics
-from hystfmu.identify.methods import prandtl_ishlinskii
+from hystfmu.identify.methods.weighted_sums import KINDS
 from hystfmu.model import guards
 
 
@@ -24,11 +26,16 @@ def gain(k):
     return lambda *arguments: (made, 2)
 
 
+def built(monkeypatch, build):
+    """Replace the fit of the kind prandtl_ishlinskii."""
+    monkeypatch.setitem(KINDS, "prandtl_ishlinskii", replace(KINDS["prandtl_ishlinskii"], build=build))
+
+
 @pytest.mark.parametrize(
     ("k", "words"), [(9.0, r"Got an error of \d+ % of the span"), (1e200, "Got a run that diverges")]
 )
 def test_a_model_that_runs_away_is_refused(k, words, monkeypatch):
-    monkeypatch.setattr(prandtl_ishlinskii, "build", gain(k))
+    built(monkeypatch, gain(k))
     with pytest.raises(InputError, match=f"run: A model of the kind prandtl_ishlinskii must follow the data. {words}"):
         fit(data(), "prandtl_ishlinskii")
 
@@ -50,7 +57,7 @@ def quick():
 
 def test_a_model_that_grows_on_another_signal_is_refused(monkeypatch):
     """A pole at +60 1/s starts at 1e-10 of the input: it stays small over the record."""
-    monkeypatch.setattr(prandtl_ishlinskii, "build", with_memory(b=[6e-9], a=[1.0, -60.0]))
+    built(monkeypatch, with_memory(b=[6e-9], a=[1.0, -60.0]))
     with pytest.raises(
         InputError, match=r"quick: A model of the kind .* must be stable on other signals .* spans of y"
     ):
@@ -59,7 +66,7 @@ def test_a_model_that_grows_on_another_signal_is_refused(monkeypatch):
 
 def test_a_model_that_leaves_the_range_on_another_signal_is_warned_of(monkeypatch):
     """A lag of 0.2 s and weight 20 passes 1 % of a cycle of 20 ms, and 40 % of a step of 100 ms."""
-    monkeypatch.setattr(prandtl_ishlinskii, "build", with_memory(T=0.2, w=20.0))
+    built(monkeypatch, with_memory(T=0.2, w=20.0))
     (warned,) = fit(quick(), "prandtl_ishlinskii").fit["warnings"][:1]
     assert "on other signals within the trained range of u the output leaves the range of y by" in warned
 

@@ -1,7 +1,5 @@
 """A fit that would take more than half of the memory is refused before it starts; long records take little more."""
 
-from __future__ import annotations
-
 import os
 import tracemalloc
 

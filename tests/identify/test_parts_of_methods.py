@@ -1,15 +1,13 @@
 """Parts of the kinds of model against their equations: regressions of duhem and polynomial_narx."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np
 import pytest
 
-from hystfmu import Dataset, InputError
+from hystfmu import Dataset
 from hystfmu.identify.methods import duhem, polynomial_narx
-from hystfmu.identify.solvers.ridge import least_squares, recursive
+from hystfmu.identify.solvers.ridge import least_squares
 
 RNG = np.random.default_rng(8)
 
@@ -153,13 +151,3 @@ def test_lags_and_their_gains():
     late = np.column_stack([s.x[data.counted], np.r_[s.x[0], s.x[:-1]][data.counted], np.ones(len(s.x[data.counted]))])
     left = s.y[data.counted] - late[:, 1:] @ np.linalg.lstsq(late[:, 1:], s.y[data.counted], rcond=None)[0]
     assert wrong == pytest.approx(s.half * np.sqrt(np.mean(left**2)), rel=1e-6)
-
-
-def test_one_pass_over_the_rows_is_the_batch_solution_or_is_refused():
-    rng = np.random.default_rng(8)
-    phi = rng.normal(size=(300, 4))
-    y = phi @ [1.0, -2.0, 0.5, 0.0] + 0.1 * rng.normal(size=300)
-    assert recursive(phi, y, 0.01) == pytest.approx(least_squares(phi, y, 0.01)[0], rel=1e-9)
-    assert recursive(phi, y, 0.01, 1e3).tolist() == [0.0] * 4  # no error is larger
-    with pytest.raises(InputError, match=r"must converge. It diverged at sample \d+: the dead zone 1e-09 is below"):
-        recursive(np.tile(phi, (5, 1)), np.tile(y, 5), 1e-3, 1e-9)

@@ -1,7 +1,5 @@
 """Dynamics, covariates, excitation, drift and splits of a record: each rule on a case worked out by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.polynomial import legendre

@@ -1,7 +1,5 @@
 """Solvers against closed forms and scipy: what they minimise, under which constraints, in how many steps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear

@@ -1,7 +1,5 @@
 """The Modelica library as text and as pymoca sees it: classes, their parameters and ports, values of expressions."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import os

@@ -1,7 +1,5 @@
 """OpenModelica in place of rumoca, where there is one: $HYSTFMU_OMC, else `omc` on the path."""
 
-from __future__ import annotations
-
 import csv
 import os
 import re

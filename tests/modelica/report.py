@@ -1,9 +1,7 @@
 """`make modelica`: every class of the library, every kind of exported model; exit status 1 if one is not as it should.
 
-report.py [--record]    --record writes the references of the models without a numpy form anew
+report.py [--record]    --record writes the references of Examples and of the models that have one anew
 """
-
-from __future__ import annotations
 
 import sys
 import tempfile
@@ -30,9 +28,9 @@ def main(arguments: list[str]) -> int:
     with tempfile.TemporaryDirectory() as folder:
         print(outcome.HEADING)
         for name in compare.models():
-            found[name] = compare.compare(name, Path(folder) / "result.npz")
+            found[name] = compare.compare(name)
             print(outcome.line(found[name]), flush=True)
-        print(f"\n{'class':58} {'loads':9} {'simulates in':40} {'C core':>8}  {'numpy':>8} {'events':>6} {'s':>6}")
+        print(f"\n{'class':58} {'loads':9} {'simulates in':40} {'C core':>8} {'events':>6} {'s':>6}")
         for name in sorted(library.classes()):
             print(row(name, complaints, found))
         print(f"\n{'exported model':58} {'values':>6} {'rows':>5} {'predict':>9}  {'s':>5}")
@@ -42,7 +40,7 @@ def main(arguments: list[str]) -> int:
             exports += exported.compare_realisations(exported.small(key), key, Path(folder))
         print(*map(exported.line, exports[len(exported.KEYS) :]), sep="\n")
         print(f"\n{cost.HEADING}")
-        smooth, events = (cost.measure(kind, Path(folder)) for kind in ("Smooth", "Events"))
+        smooth, events = (cost.measure(kind) for kind in ("Smooth", "Events"))
         print(cost.line(smooth, smooth), cost.line(events, smooth), sep="\n")
     bad = [f"{name}: does not load: {complaint}" for name, complaint in complaints.items() if complaint]
     bad += [message for o in found.values() for message in o.bad]
@@ -63,11 +61,9 @@ def row(name: str, complaints: Mapping[str, str], found: Mapping[str, Outcome]) 
     outcomes = [found[m] for m in models]
     if not outcomes:
         return f"{name:58} {loads}"
-    errors = (max(getattr(o, f"error_{of}") for o in outcomes) for of in ("c", "numpy"))
     where = ", ".join("itself" if m == name else m.split(".", 2)[2] for m in models)
-    figures = "  ".join(f"{e:8.1e}" for e in errors)
     events, seconds = sum(o.events for o in outcomes), sum(o.seconds for o in outcomes)
-    return f"{name:58} {loads:9} {where:40} {figures} {events:6} {seconds:6.1f}"
+    return f"{name:58} {loads:9} {where:40} {max(o.error_c for o in outcomes):8.1e} {events:6} {seconds:6.1f}"
 
 
 if __name__ == "__main__":

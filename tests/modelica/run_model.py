@@ -17,7 +17,7 @@ import rumoca
 
 
 def serve() -> None:
-    """Answer requests, one a line: a JSON list of "simulate" or "render" and its arguments.
+    """Simulate a model for each line of input: a JSON list of the arguments of `simulate`.
 
     An answer is a line too: the complaint, and whether the process ends, as it does after a panic of the compiler.
     Shared are the imports and, for the models of the library, the session: reading the library takes longer than most
@@ -26,10 +26,9 @@ def serve() -> None:
     answers = os.fdopen(os.dup(1), "w", buffering=1)
     os.dup2(2, 1)  # what the compiler prints is no answer
     for line in sys.stdin:
-        action, *arguments = json.loads(line)
         complaint, ends = "", False
         try:
-            {"simulate": simulate, "render": render}[action](*arguments)
+            simulate(*json.loads(line))
         except BaseException as e:
             complaint, ends = in_one_line(e), not isinstance(e, Exception)
         print(json.dumps([complaint, ends]), file=answers)
@@ -40,12 +39,6 @@ def serve() -> None:
 @functools.cache
 def session(library: str) -> rumoca.Session:
     return rumoca.Session(roots=[library])
-
-
-def render(library: str, name: str, out: str) -> None:
-    """A class as embedded C."""
-    file = Path(library).joinpath(*name.split(".")[1:]).with_suffix(".mo")
-    session(library).load(str(file), model=name).codegen("embedded-c-galec").save_all(out)
 
 
 def simulate(

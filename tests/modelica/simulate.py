@@ -3,8 +3,6 @@
 Another process with a time limit, because a panic of the compiler is a BaseException and a solver may hang.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
@@ -107,12 +105,34 @@ def rumoca(*arguments: str | Path, packages: Sequence[Path] = (library.ROOT,)) -
 
     Arguments: FILE MODEL STOP STEP TOLERANCE OUT.npz [START [SOLVER]].
     """
-    return COMPILER.ask("simulate", os.pathsep.join(map(str, packages)), *arguments)
+    return COMPILER.ask(os.pathsep.join(map(str, packages)), *arguments)
 
 
-def render(name: str, folder: Path, root: Path) -> str:
-    """Render a class of the library at `root` as embedded C into a folder; what rumoca complains about, or ""."""
-    return COMPILER.ask("render", root, name, folder)
+def solve(file: Path, name: str, *settings: float | str, packages: Sequence[Path] = (library.ROOT,)) -> Trajectory:
+    """Simulate the class `name` of a file, which must succeed; settings: STOP STEP TOLERANCE [START [SOLVER]]."""
+    began = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "result.npz"
+        stop, step, tolerance, *more = (s if isinstance(s, str) else repr(float(s)) for s in settings)
+        complaint = rumoca(file, name, stop, step, tolerance, out, *more, packages=packages)
+        assert not complaint, f"{name}: rumoca says: {complaint}"
+        with np.load(out) as stored:
+            return Trajectory({k: stored[k] for k in stored.files}, time.perf_counter() - began)
+
+
+def solve_text(text: str, *settings: float | str, packages: Sequence[Path] = (library.ROOT,)) -> Trajectory:
+    """Simulate the last class of a text, as `solve` does."""
+    name = text.rstrip().rpartition("end ")[2].rstrip(";")
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"{name}.mo"
+        file.write_text(text)
+        return solve(file, name, *settings, packages=packages)
+
+
+def as_stated(file: Path, name: str, packages: Sequence[Path] = (library.ROOT,), of: Path | None = None) -> Trajectory:
+    """Simulate over the experiment that the file states, or another one."""
+    e = library.experiment_of((of or file).read_text())
+    return solve(file, name, *(e[k] for k in ("StopTime", "Interval", "Tolerance")), packages=packages)
 
 
 def load(names: list[str]) -> dict[str, str]:
@@ -142,18 +162,11 @@ def _process(*arguments: str, limit: float, root: Path = library.ROOT) -> subpro
 _EXAMPLES: dict[str, Trajectory] = {}  # two tests look at each: simulated once
 
 
-def run(name: str, out: Path) -> Trajectory:
+def run(name: str) -> Trajectory:
     """Simulate the class `name` of the library over its own experiment."""
     if name in _EXAMPLES:
         return _EXAMPLES[name]
-    c = library.classes()[name]
-    e = library.experiment(c)
-    began = time.perf_counter()
-    complaint = rumoca(c.file, name, *(repr(e[k]) for k in ("StopTime", "Interval", "Tolerance")), out)
-    seconds = time.perf_counter() - began
-    assert not complaint, f"{name}: rumoca says: {complaint}"
-    with np.load(out) as file:
-        found = Trajectory({k: file[k] for k in file.files}, seconds)
+    found = as_stated(library.classes()[name].file, name)
     if name.startswith("HystFMU.Examples."):
         _EXAMPLES[name] = found
     return found

@@ -1,7 +1,5 @@
 """Form of the library: two parsers read it, folders and names fit, documentation is there, and the lint is quiet."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree
@@ -10,9 +8,10 @@ import compare
 import form
 import library
 import lint
-import pymoca.parser
+import numpy as np
 import pytest
 import simulate
+from syntax_tree import references
 
 CLASSES = library.classes()
 FOLDERS = [d for d in [library.ROOT, *sorted(library.ROOT.rglob("*"))] if d.is_dir() and "Resources" not in d.parts]
@@ -34,50 +33,6 @@ def test_file_stands_where_its_class_says(file: Path) -> None:
 @pytest.mark.parametrize("name", sorted(CLASSES))
 def test_lint_is_quiet(name: str) -> None:
     assert list(lint.complaints(CLASSES[name])) == []
-
-
-@pytest.mark.parametrize(
-    ("rule", "body"),
-    [
-        ("undocumented", 'block Bad "b" end Bad;'),
-        ("missing_each", 'block Bad "b" parameter Real r[3](min = 0) = {1, 2, 3}; end Bad;'),
-        ("missing_each", 'block Bad "b" parameter Real r[3] = 0; end Bad;'),
-        ("outside_when", 'block Bad "b" discrete Real z; equation z = time; end Bad;'),
-        (
-            "outside_when",
-            'block Bad "b" Real z; equation when sample(0, 1) then z = time; end when; z = time; end Bad;',
-        ),
-        ("assigned_input", 'block Bad "b" Interfaces.RealInput u; equation u = time; end Bad;'),
-        (
-            "protected_access",
-            'block Bad "b" Operators.Sampled.ZhaoTan a; Real y; equation y = a.extrema[1]; end Bad;',
-        ),
-        ("protected_access", 'block Bad "b" Operators.Sampled.ZhaoTan a; Real y; equation y = a.nothing; end Bad;'),
-        ("equal_reals", 'block Bad "b" parameter Real r = 1; Real y; equation y = if r == 1 then 2 else 3; end Bad;'),
-        ("equal_reals", 'block Bad "b" parameter Real r[2] = {1, 2}; Real y = if r[1] <> 1 then 2 else 3; end Bad;'),
-        (
-            "connected_twice",
-            'block Bad "b" Dynamics.Sum a, b; equation connect(a.y, b.u[1]); connect(b.u[1], a.y); end Bad;',
-        ),
-        ("below_min", 'block Bad "b" parameter Real r(min = 0) = -1; end Bad;'),
-        (
-            "lost_elements",
-            'function Bad "b" input Real u[2]; output Real y; protected Real w[2]; '
-            "algorithm if u[1] > 0 then for i in 1:2 loop w[i] := u[i]; end for; end if; y := w[1]; end Bad;",
-        ),
-        ("redeclared_function", 'model Bad "b" A a(redeclare function f = g); end Bad;'),
-        ("redeclared_function", 'model Bad "b" extends A(redeclare function f = g); end Bad;'),
-        (
-            "unlike_units",
-            'block Bad "b" Control.Feedforward a; Control.SlidingMode s; equation connect(s.s, a.ddr); end Bad;',
-        ),
-    ],
-)
-def test_lint_finds(rule: str, body: str, tmp_path: Path) -> None:
-    file = tmp_path / "Bad.mo"
-    file.write_text(f"within HystFMU.Operators;\n{body}\n")
-    tree = pymoca.parser.parse(file.read_text()).classes["HystFMU"].classes["Operators"].classes["Bad"]
-    assert rule in {m.split(":")[0] for m in lint.complaints(library.Class("HystFMU.Operators.Bad", file, tree))}
 
 
 @pytest.mark.stress
@@ -120,6 +75,29 @@ def test_every_function_is_used() -> None:
         if c.tree.type == "function" and not name.startswith("HystFMU.Icons"):
             calls = re.findall(rf"(?<!function )\b{c.short_name}\(", used)
             assert calls, f"no block and no function calls {name}"
+
+
+def test_only_sources_and_the_clock_of_samples_know_the_time() -> None:
+    """The trajectory of any other class is shifted with the start of a simulation, together with its inputs."""
+    users = set()
+    for name, c in CLASSES.items():
+        values = [e for s in c.tree.symbols.values() for e in library.modifiers(s.class_modification).values()]
+        tree = c.tree.equations, c.tree.initial_equations, c.tree.statements, c.tree.initial_statements, values
+        if "time" in references(tree) and not name.startswith(("HystFMU.Sources.", "HystFMU.Validation.")):
+            users.add(name)
+    assert users == {"HystFMU.Interfaces.Sampled"}
+
+
+@pytest.mark.parametrize("start", [1.0, -2.5])
+def test_samples_begin_with_the_simulation(start: float) -> None:
+    """A controller under a constant error integrates from the start time on, whatever that is."""
+    text = "model M HystFMU.Control.Pid a(Ki = 2, Ts = 0.1); equation a.y_d = 1; a.y = 0; a.u_ff = 0; end M;"
+    found = []
+    for t in (0.0, start):
+        v = simulate.solve_text(text, t + 1, 0.1, 1e-6, t).values
+        found.append(simulate.Trajectory({**v, "time": v["time"] - t}).at(0.1)["a.u"])
+    assert np.ptp(found[0]) > 1
+    assert found[1] == pytest.approx(found[0], abs=1e-12)
 
 
 def test_examples_with_physical_ports_come_first() -> None:

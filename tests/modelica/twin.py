@@ -1,7 +1,5 @@
 """The C block that is compared with a class of the library: its node for a Validation model, its ports as columns."""
 
-from __future__ import annotations
-
 import library
 import numpy as np
 import simulate
@@ -34,17 +32,6 @@ def tested(model: library.Class) -> tuple[str, Node, float]:
     if block in SHAPES:
         values["shape"] = SHAPES[block]
     return block, Node("tested", kind.name, dims, values), float(step)
-
-
-def values_of(node: Node) -> dict[str, object]:
-    """Every parameter of a node in plain numbers, defaults included; a choice is its word."""
-    found: dict[str, object] = dict(node.dims)
-    for v in node.block.parameters:
-        value = node.value(v.name)
-        found[v.name] = (
-            v.choices[int(value[0])] if v.choices else np.asarray(value) if v.size != "1" else float(value[0])
-        )
-    return found
 
 
 def columns(values: dict[str, Array], node: Node, role: str) -> Array:

@@ -4,8 +4,6 @@ Texts, comments, directives and `static_assert` stay.  A token has no type: `dou
 no compiler takes; such mutants are invalid and do not count.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Which tests call which function of a C library: an instrumented build, and the reading of what it wrote."""
 
-from __future__ import annotations
-
 import mmap
 import os
 import re

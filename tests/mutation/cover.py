@@ -3,8 +3,6 @@
 A line run by a fixture of a module or session belongs to every test that uses the fixture.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Mutants that no test can kill: listed by hand with a reason, and found again by file and change."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """One mutant in one fork: what the fork answers, and what happens to a fork that crashes or does not end."""
 
-from __future__ import annotations
-
 import json
 import os
 import resource

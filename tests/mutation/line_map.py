@@ -1,7 +1,5 @@
 """Maps from lines to tests, kept between runs: only modules of tests that are new or have changed run again."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """One small change of one source file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -3,8 +3,6 @@
 Texts, checks, annotations and imports stay: a message is a matter of taste, and the rest is checked by mypy.
 """
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from types import CodeType

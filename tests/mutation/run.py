@@ -9,8 +9,6 @@ of C are invalid; mull needs its own clang.  A fork that has loaded the librarie
 second, a new process with the tests of a room a minute.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import fcntl

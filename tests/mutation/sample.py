@@ -1,7 +1,5 @@
 """Which mutants are tried: a seeded sample of each room, in proportion to the mutants of its files."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Mapping
 

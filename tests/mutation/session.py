@@ -1,7 +1,5 @@
 """Tests that are collected once: a fork for every mutant runs some of them."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator, Sequence
 
@@ -38,7 +36,7 @@ class Watch:
 class Warm(Watch):
     """A plugin that calls `work` instead of running the collected tests."""
 
-    def __init__(self, work: Callable[[Warm], None]) -> None:
+    def __init__(self, work: Callable[["Warm"], None]) -> None:
         super().__init__()
         self.work = work
         self.items: dict[str, pytest.Item] = {}

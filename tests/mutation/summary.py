@@ -1,7 +1,5 @@
 """The score of a journal: killed of decided, per room, and the survivors."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A mutant in a process that has loaded the original: new code for its functions, the new library for the old one."""
 
-from __future__ import annotations
-
 import ctypes
 import gc
 import inspect

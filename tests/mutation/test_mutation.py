@@ -1,7 +1,5 @@
 """The tools of `make mutants`: what they change, draw, run and count."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """A copy of the repository in which one file at a time is changed; the core is built there."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Return-point memory by its definition, without a stack: every row reads the whole history; inputs to test it."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """A loop of a user: plays, a light mode, a delay, an integral; and its mode behind a held command, by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 from click.testing import CliRunner, Result
 

@@ -1,7 +1,5 @@
 """The container binary of other platforms: what it needs; a loop with a foreign FMU has the bits of this machine."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from pathlib import Path

@@ -3,8 +3,6 @@
 The core of Windows runs under wine, that of arm64 Linux under qemu-user; those of macOS are inspected, not run.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import importlib.util

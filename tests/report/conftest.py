@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from kinds_of_pages import KINDS
+from opened_page import KINDS
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

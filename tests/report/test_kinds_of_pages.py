@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from kinds_of_pages import KINDS
-from opened_page import opened
+from opened_page import KINDS, opened
 
 import hystfmu as hy
 from hystfmu import demo

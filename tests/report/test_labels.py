@@ -10,9 +10,13 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 from opened_page import opened
 
+from hystfmu import report
+from hystfmu.report.axis import axis, thin, tick
+from hystfmu.report.page import figure_of, percent
 from hystfmu.report.plot import Line, Plot
 
 if TYPE_CHECKING:
@@ -140,3 +144,72 @@ def test_labels_of_the_pictures_of_the_docs_lie_apart(browser: Browser, tmp_path
             found[f"{file.name} at {width}"] = wrong + [f"letters of {least:.1f} px"] * (least < LEAST[width])
     page.close()
     assert found == {name: [] for name in found}
+
+
+# ---- Figures of a page: three digits, and no error below the floor is a figure
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(5.58e-17, "< 0.001"), (0.0, "< 0.001"), (0.00099, "< 0.001"), (0.001, "0.001"), (12.345, "12.3"), (-2.0, "-2")],
+)
+def test_percent(value: float, text: str) -> None:
+    assert percent(value) == text
+
+
+def test_the_floor_is_that_of_percents() -> None:
+    assert figure_of(1e-6, "rms_percent") == "< 0.001"
+    assert figure_of(1e-6, "rms") == "1e-06"
+
+
+# ---- Numbers beside an axis: short, exact, the same in a page as in Python
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+COMMON = (Path(report.__file__).parent / "script" / "common.js").read_text()
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"), (0.1 + 0.2, "0.3"), (-0.005, "-0.005"), (115000.0, "115000"), (120000.0, "1.2e5"), (1e6, "1e6"),
+        (2e-8, "2e-8"), (-5e299, "-5e299"), (100000.0005, "100000.0005"), (5e-301, "5e-301"),
+    ],
+)  # fmt: skip
+def test_a_number_beside_an_axis(value: float, text: str) -> None:
+    assert tick(value) == text
+
+
+def test_ticks_are_round_inside_the_range_and_told_apart() -> None:
+    rng = np.random.default_rng()
+    for _ in range(200):
+        lo = rng.normal() * 10.0 ** rng.integers(-12, 12)
+        values = lo + np.array([0.0, abs(lo) * 10.0 ** rng.uniform(-6, 3) + 1e-12])
+        (first, last), at = axis(values)
+        assert first < values[0] < values[1] < last
+        assert all(first <= v <= last for v in at)
+        assert 2 <= len(at) <= 7
+        assert len({tick(v) for v in at}) == len(at)
+        assert [float(tick(v)) for v in at] == pytest.approx(at, rel=1e-11, abs=1e-9 * (last - first))
+
+
+def test_a_page_writes_the_same_numbers(browser: Browser) -> None:
+    rng = np.random.default_rng()
+    spans = [sorted((rng.normal(size=2) * 10.0 ** rng.integers(-9, 9)).tolist()) for _ in range(100)]
+    values = [float(f"{v:.12g}") for s in spans for v in axis(np.array(s))[1]]
+    values += [5e299, -1e-300, 100000.0005, 115000.0, 1e6, 1e21, 2e-8, 0.0]
+    page = browser.new_page()
+    program = "([code, values]) => new Function(code + 'return a => a.map(tick);')()(values)"
+    found = page.evaluate(program, [COMMON, values])
+    page.close()
+    assert found == [tick(v) for v in values]
+
+
+def test_a_thinned_curve_keeps_its_ends_or_its_extremes() -> None:
+    x = np.arange(10_000.0)
+    y = np.zeros(10_000)
+    y[[1234, 7890]] = 1.0, -2.0
+    few = thin(x, y, 100)
+    assert (len(few[0]), few[0][0], few[0][-1]) == (100, 0.0, 9999.0)
+    kept = thin(x, y, 100, envelope=True)
+    assert {(1234.0, 1.0), (7890.0, -2.0)} <= set(zip(*(v.tolist() for v in kept), strict=True))
+    assert np.all(np.diff(kept[0]) >= 0)
+    assert thin(x[:50], y[:50], 100)[0].tolist() == x[:50].tolist()

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from kinds_of_pages import SCENARIOS, data
-from opened_page import dragged, opened
+from opened_page import SCENARIOS, data, dragged, opened
 
 import hystfmu as hy
 from hystfmu.scenario import Cases

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import importlib.util
+import os
 import re
+import shutil
+import subprocess
+import sys
+import tarfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from kinds_of_pages import KINDS
+from opened_page import KINDS, dragged, opened
 
+import hystfmu as hy
+from hystfmu.base import PACKAGE
 from hystfmu.report.page import page
 from hystfmu.report.plot import Line, Plot
 
@@ -78,3 +86,83 @@ def test_a_page_runs_nothing_that_it_was_not_written_with(browser: Browser, tmp_
     for rule in ("script-src", "inline event handler", "style-src", "Loading the image", "Framing", "form-action"):
         assert any(rule in line for line in told), rule
     shown.close()
+
+
+# ---- The explorer in the four ways in: the demo, the docs, a wheel, the source archive; a pointer drags in each page
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+ROOT = Path(__file__).parents[2]
+BUILD = (
+    "import sys, scikit_build_core.build as b; print(getattr(b, sys.argv[1])(sys.argv[2], {'wheel.cmake': 'false'}))"
+)
+USE = """
+import sys
+sys.meta_path[:] = [f for f in sys.meta_path if "scikit" not in type(f).__name__.lower()]  # of an editable installation
+import hystfmu as hy
+assert hy.__file__.startswith(sys.argv[1]), hy.__file__
+data = hy.synthetic.piezo(20, 1000.0)
+hy.fit(data, "prandtl_ishlinskii", N=10).report(data, "fit.html")
+"""
+
+
+def moves(browser: Browser, page: Path) -> dict[str, np.ndarray]:
+    """The path of a drag, which the models of the page follow."""
+    with opened(browser, page) as p:
+        found = dragged(p)
+    outputs = [v for k, v in found.items() if k not in ("t", "u", "wanted")]
+    assert len(found["u"]) > 200
+    assert all(np.isfinite(v).all() and np.ptp(v) > 0 for v in outputs)
+    assert outputs
+    return found
+
+
+def test_in_the_demo(browser: Browser, made: Callable[[str], Path]) -> None:
+    page = made("demonstration")
+    found = moves(browser, page)
+    model = hy.Model.load(page.parent / "models" / "actuator.model.toml")
+    assert found["actuator"].tolist() == model.predict(found["u"]).tolist()  # bit for bit
+
+
+def test_in_the_docs(browser: Browser, tmp_path: Path) -> None:
+    docs = ROOT / "python" / "docs"
+    spec = importlib.util.spec_from_file_location("docs_build", docs / "build.py")
+    assert spec is not None
+    assert spec.loader is not None
+    build = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(build)
+    (tmp_path / "explorer_alone.html").write_text(build.explored())
+    moves(browser, tmp_path / "explorer_alone.html")
+
+
+def test_in_a_wheel_that_is_built_from_the_source_archive(browser: Browser, tmp_path: Path) -> None:
+    """The files of the wheel are those of the archive; compiled libraries come from this installation."""
+    pytest.importorskip("scikit_build_core")
+    copy = tmp_path / "copy"
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    for name in filter(None, listed.split("\0")):
+        if name.startswith(("python/", "fmu_build/")) or "/" not in name:
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, copy / name)
+    dist = tmp_path / "dist"
+    sdist = made_by("build_sdist", dist, copy)
+    with tarfile.open(sdist) as archive:
+        archive.extractall(tmp_path / "archive", filter="data")
+    (source,) = (tmp_path / "archive").iterdir()
+    wheel = made_by("build_wheel", dist, source)
+    site = tmp_path / "site"
+    shutil.unpack_archive(wheel, site, "zip")
+    for name in ("_core.*", "_fmu.*", "LICENSE"):
+        for library in PACKAGE.glob(name):
+            shutil.copy(library, site / "hystfmu")
+    environment = os.environ | {"PYTHONPATH": str(site)}
+    subprocess.run([sys.executable, "-c", USE, site], cwd=tmp_path, env=environment, check=True)
+    moves(browser, tmp_path / "fit.html")
+
+
+def made_by(what: str, dist: Path, where: Path) -> Path:
+    """The file that the backend of pyproject.toml makes of a source tree."""
+    words = [sys.executable, "-c", BUILD, what, dist]
+    done = subprocess.run(words, cwd=where, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    return dist / done.stdout.split()[-1]

@@ -1,7 +1,5 @@
 """One small closed loop for the tests of this folder: plays -> G0 under a PID, written as a scenario file."""
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Run a scenario by every engine, and a container; their results must have the same bits."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A run in chunks of rows has the same bits however it is divided; every metric against its definition."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import subprocess

@@ -3,8 +3,6 @@
 An engine refuses unsupported features in one line that names the unit; nothing is omitted silently.
 """
 
-from __future__ import annotations
-
 import random
 import re
 from dataclasses import replace

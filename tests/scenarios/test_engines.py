@@ -1,7 +1,5 @@
 """Every engine and one graph give the same bits; a closed loop and couplings against numpy."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 from typing import Any

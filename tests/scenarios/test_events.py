@@ -1,7 +1,5 @@
 """Events between two steps are located: closed forms and loops in numpy, the same bits in every engine."""
 
-from __future__ import annotations
-
 import zipfile
 from itertools import pairwise
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`extends`: what a scenario takes from another file, and one line that names file and key where that fails."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Algebraic loops by Newton's method from directional derivatives: closed forms, few sweeps, equal bits everywhere."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any, Literal

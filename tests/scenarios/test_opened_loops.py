@@ -1,7 +1,5 @@
 """An opened loop made by hand: response, poles, margins and noise against closed forms; its rows in a table."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

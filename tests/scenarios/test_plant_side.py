@@ -1,7 +1,5 @@
 """The side of the plant in a loop, counted by hand: its units, how late they are, what they are at rest."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

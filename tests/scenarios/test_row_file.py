@@ -1,7 +1,5 @@
 """`hystfmu run -o`: all rows of one case; an option that would have no effect is refused."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Scenario files: keys, limits of numbers, defaults, delays, paths; what is refused before anything runs."""
 
-from __future__ import annotations
-
 import dataclasses
 import importlib
 import math

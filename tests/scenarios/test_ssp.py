@@ -1,7 +1,5 @@
 """A closed loop as an SSP archive: the same trajectory here, in libcosim, and in a container FMU."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

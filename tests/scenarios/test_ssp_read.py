@@ -1,7 +1,5 @@
 """Archives of a system written by hand: every element that is read, and the sentence for each that is not."""
 
-from __future__ import annotations
-
 import re
 import zipfile
 from pathlib import Path

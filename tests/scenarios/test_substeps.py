@@ -1,7 +1,5 @@
 """Substeps and first-order hold, compared with closed forms, the same bits in every engine; delays; missed events."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The devices that judge `start`: closed forms of their parts, the controller of a scenario, loops that oscillate."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

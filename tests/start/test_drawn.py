@@ -1,7 +1,5 @@
 """Start with drawn devices: a held command, a light stage, the next record, creep in parallel."""
 
-from __future__ import annotations
-
 import secrets
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """What is asked of a loop: a stage with a light mode that its record shows, and what no loop of it reaches."""
 
-from __future__ import annotations
-
 import json
 from itertools import pairwise
 from pathlib import Path

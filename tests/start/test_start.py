@@ -1,7 +1,5 @@
 """From one record to a loop: every file is there, the loop holds what is asked, a poor record says what to measure."""
 
-from __future__ import annotations
-
 import json
 import shlex
 import tomllib

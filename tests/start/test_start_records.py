@@ -1,7 +1,5 @@
 """`start` as it comes, with the kind of model that it chooses: the demo's record, a measured one, a poor one."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

@@ -4,8 +4,6 @@ The files hold every block in every configuration of the contract tests, and gra
 inverse.
 """
 
-from __future__ import annotations
-
 import functools
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """MC/DC of C files from llvm-cov: each condition is shown to affect its decision independently."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """Compilers and processors available on this machine: how to build and run a C program for each."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import shutil

@@ -1,7 +1,5 @@
 """libFuzzer with AddressSanitizer and UBSan: random block files, and random sequences of FMI 2.0 and 3.0 calls."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """Untrusted files: every reader accepts a mutated file or raises a one-line InputError, in bounded time and memory."""
 
-from __future__ import annotations
-
 import gzip
 import io
 import os

@@ -4,8 +4,6 @@ Both are compiled with counters.  Python uses a copy of the package with these l
 get the counters from a `cc` script that comes first on the path.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The score of the last `make mutants`: how many small faults the tests find."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

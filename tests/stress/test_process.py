@@ -4,8 +4,6 @@ A step makes no allocation and no system call and is not refused for rounding of
 floating-point environment and the locale stay unchanged.  Threads, instances and FMUs share nothing.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -3,8 +3,6 @@
 Each block has one hash over its outputs, tangents and memory, for every target that this machine can build and run.
 """
 
-from __future__ import annotations
-
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The wheel, which `make` does not need: built from a copy of the tree, used in a fresh environment, elsewhere."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """A small study of a first-order system whose response is known in closed form."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

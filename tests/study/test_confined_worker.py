@@ -1,7 +1,5 @@
 """A worker of a study with a foreign FMU has nothing of the process that started it, and can do nothing to it."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Studies with Dask: workers, and the page of a cluster."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

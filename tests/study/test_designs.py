@@ -1,7 +1,5 @@
 """Studies that design controllers, and the study of a stage."""
 
-from __future__ import annotations
-
 import importlib.util
 import tomllib
 from dataclasses import replace
@@ -24,7 +22,7 @@ from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.studies.sampling import Asked, sampler
-from hystfmu.studies.spec import Study, behind_memory, in_parallel
+from hystfmu.studies.spec import Study, in_parallel
 
 LOOPS = tuned.SCENARIOS / "loops" / "gains.toml"
 PID = """extends = "gains.toml"
@@ -49,17 +47,17 @@ def write(folder: Path, *changes: tuple[str, str]) -> Path:
     return path
 
 
-def test_the_loop_behind_a_memory_is_that_of_the_scenario_without_it() -> None:
-    z = np.exp(1j * np.geomspace(1e-3, 3.0, 40))
+def test_the_response_to_a_memory_is_that_of_the_scenario_without_it() -> None:
+    angles = np.geomspace(1e-3, 3.0, 40)
     opened = {
         name: open_loop(build(next(c for c in Cases(tuned.SCENARIOS / name).cases if c.name == "up_400_10")), (1, 1))
         for name in ("internal_model", "repetitive")
     }
     for slope in (0.7, 1.4):
-        behind = behind_memory(opened["repetitive"], slope)(z)
-        assert behind == pytest.approx(opened["internal_model"].open_loop(slope, 0.0)(z), rel=1e-6)
+        L = opened["internal_model"].open_loop(slope, 0.0)(np.exp(1j * angles))
+        assert opened["repetitive"].learnt(angles, slope) == pytest.approx(L / (1 + L), rel=1e-6)
     with pytest.raises(InputError, match="must have a memory of a period"):
-        behind_memory(opened["internal_model"], 1.0)
+        opened["internal_model"].learnt(angles, 1.0)
 
 
 @pytest.mark.parametrize("sizes", [[7], [3, 4], [4, 3], [2, 5]])

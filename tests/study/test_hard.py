@@ -1,7 +1,5 @@
 """Ranges of damping, second mode and gain that the records state: devices inside, drawn now, and devices beyond."""
 
-from __future__ import annotations
-
 import importlib.util
 import math
 import secrets

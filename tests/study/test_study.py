@@ -1,7 +1,5 @@
 """Studies: closed-form results, sampling, invalid studies, and one table for all engines and numbers of workers."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Figures, page and answer of a study by numbers: shares, ratios to limits, spreads, Sobol indices."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The numbers of a study file: defaults, limits, maps to values; limits of loops; the rules of a scenario hold."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The table on disk: lines with sums, two copies, parts; damaged and full, it resumes to the same table."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """The yield of a study, and two studies side by side."""
 
-from __future__ import annotations
-
 import json
 import math
 import shlex

@@ -11,39 +11,25 @@ inserts a fault and checks that the lint reports it.</p>
 <tr><td>2.3</td><td>keyword</td><td>No name is a word of the language.</td></tr>
 <tr><td>3.5</td><td>equal_reals</td><td>No == and &lt;&gt; between Reals outside functions.</td></tr>
 <tr><td>3.6.1</td><td>string_sum</td><td>Only a text is added to a text.</td></tr>
-<tr><td>3.7.4</td><td>der_of_discrete</td><td>Only a continuous Real is differentiated.</td></tr>
-<tr><td>3.7.4</td><td>deprecated</td><td>No cardinality().</td></tr>
-<tr><td>3.7.5</td><td>pre_of_continuous</td><td>pre, edge and change are of discrete variables.</td></tr>
 <tr><td>3.8</td><td>higher_variability</td><td>A constant follows from constants; a parameter, a size and an attribute from parameters.</td></tr>
 <tr><td>4.1</td><td>protected_access</td><td>Nothing reads what another class protects, or what it has not.</td></tr>
 <tr><td>4.1</td><td>protected_modified</td><td>A protected element is modified by a derived class only.</td></tr>
 <tr><td>4.2</td><td>twice</td><td>No component has the name of an inherited one.</td></tr>
 <tr><td>4.2</td><td>declared_twice</td><td>Two elements of a class have two names.</td></tr>
-<tr><td>4.4.2</td><td>partial_component</td><td>No component is of a partial class, unless it is replaceable.</td></tr>
 <tr><td>4.4.2.2</td><td>assigned_input</td><td>No equation assigns an input.</td></tr>
-<tr><td>4.4.3</td><td>circular_parameter</td><td>No parameter depends on itself.</td></tr>
 <tr><td>4.4.4</td><td>outside_when</td><td>A discrete variable is assigned in a when-equation, and once.</td></tr>
 <tr><td>4.6</td><td>block_connector</td><td>A public connector of a block is an input or an output.</td></tr>
-<tr><td>4.7</td><td>unbalanced</td><td>A block or model has as many equations as unknowns, counted for its defaults.</td></tr>
 <tr><td>4.8.1</td><td>below_min</td><td>A default lies within min and max.</td></tr>
 <tr><td>4.8.5</td><td>other_choice</td><td>A word belongs to the enumeration of the parameter.</td></tr>
-<tr><td>5.4</td><td>missing_inner</td><td>An outer element has an inner one in some class.</td></tr>
-<tr><td>6.5</td><td>not_compatible</td><td>A redeclared class is plug-compatible: it has all public elements of its constraining class.</td></tr>
 <tr><td>6.7</td><td>real_as_integer</td><td>A size, an Integer and the range of a loop have no Real value.</td></tr>
 <tr><td>7.1.3</td><td>kind_of_base</td><td>A block extends no model, a function no block.</td></tr>
 <tr><td>7.2.4</td><td>repeated_annotation</td><td>A declaration or class has one annotation, with each key once.</td></tr>
 <tr><td>7.2.5</td><td>missing_each</td><td>A modifier of an array has one value for each element, or 'each'.</td></tr>
-<tr><td>7.2.6</td><td>final_modified</td><td>Nothing that is final is modified.</td></tr>
-<tr><td>7.3.3</td><td>not_replaceable</td><td>Only what is replaceable is redeclared.</td></tr>
-<tr><td>8.3.4</td><td>if_branches</td><td>An if that switches in a run has as many equations in each branch.</td></tr>
-<tr><td>8.3.5.2</td><td>misplaced_when</td><td>No when in a when, in an initial section or in a function.</td></tr>
-<tr><td>8.3.5.3</td><td>when_branches</td><td>Each branch of a when, and of an if in it, defines the same variables.</td></tr>
 <tr><td>8.4</td><td>own_value</td><td>In a when-equation the old value of a variable is pre of it.</td></tr>
 <tr><td>8.6</td><td>without_start</td><td>What pre reads at the first event has a start value that is fixed.</td></tr>
 <tr><td>8.6</td><td>without_value</td><td>A parameter of a class that is not partial has a value.</td></tr>
 <tr><td>8.6</td><td>reinit_at_start</td><td>No reinit at initial(): a start is an initial equation or an assignment.</td></tr>
 <tr><td>8.6</td><td>open_start</td><td>What a sample assigns has a start value that is fixed.</td></tr>
-<tr><td>9.3</td><td>misplaced_connect</td><td>A connection stands in no when, and in no if that switches in a run.</td></tr>
 <tr><td>9.3.1</td><td>flow_balance</td><td>A connector has as many flow variables as potentials.</td></tr>
 <tr><td>12.2</td><td>equation_in_function</td><td>A function has no equation.</td></tr>
 <tr><td>12.2</td><td>assigned_argument</td><td>The inputs of a function are not assigned.</td></tr>

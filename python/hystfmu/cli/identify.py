@@ -190,10 +190,10 @@ def fit(
     import hystfmu as hy
     from hystfmu.face.interval import free_run, interval_text, known, parts, table_of, with_interval
     from hystfmu.face.page import evidence_lines, free_table
-    from hystfmu.identify.catalogue import method
+    from hystfmu.identify.catalogue import description
     from hystfmu.report.terminal import progress, table
 
-    method(key)  # report a misspelt kind before a missing file
+    description(key)  # report a misspelt kind before a missing file
     if graph is not None:
         if key != "auto":
             raise InputError(f"--graph and --model exclude each other. Got {graph} and {key}.")

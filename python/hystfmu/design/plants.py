@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
-from hystfmu.design.delays import StateSpace
 
 Complex = NDArray[np.complex128]
 UNSEEN_ZETA = 0.01  # damping ratio of a resonance that the record did not excite
@@ -68,34 +67,6 @@ class Plant:
                 new, old = np.expm1(p * (1 - part) * h) / p, np.exp(p * (1 - part) * h) * np.expm1(p * part * h) / p
                 found = found + k * c * late * (new + old / z) / (z - np.exp(p * h))
         return np.asarray(found)
-
-    def state_space(self, h: float) -> StateSpace:
-        """Return A, B, C, D of the sampled plant. There are two states for each mode, then the delayed commands."""
-        # imported here, so that a process for a foreign FMU does not wait for the import
-        from scipy.linalg import expm
-
-        m, part = _steps(self.delay, h)
-        past = m + 1 + (part > 0)  # a sample may depend on the commands u(k - 1) ... u(k - past)
-        n = 2 * len(self.f_n)
-        A, B, C = np.zeros((n + past, n + past)), np.zeros((n + past, 1)), np.zeros((1, n + past))
-        B[n, 0] = 1.0
-        A[n + 1 :, n:-1] = np.eye(past - 1)
-        C[0, n + m] = self.rest
-        for i, (f, zeta, k) in enumerate(zip(self.f_n, self.zeta, self.share, strict=True)):
-            w, at = 2 * np.pi * f, slice(2 * i, 2 * i + 2)
-            over = np.zeros((3, 3))
-            over[:2] = [[0, w, 0], [-w, -2 * zeta * w, w]]
-            whole, first, second = (expm(over * h * x) for x in (1.0, part, 1 - part))
-            A[at, at] = whole[:2, :2]
-            new, old = second[:2, 2], second[:2, :2] @ first[:2, 2]
-            if m:
-                A[at, n + m - 1] = new
-            else:
-                B[at, 0] = new
-            if part > 0:
-                A[at, n + m] = old
-            C[0, 2 * i] = k
-        return A, B, C, np.zeros((1, 1))
 
 
 def _steps(delay: float, h: float) -> tuple[int, float]:

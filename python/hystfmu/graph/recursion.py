@@ -69,6 +69,11 @@ class Recursion:
         return np.convolve(np.array(impulse), bottom)[: len(bottom)], bottom
 
 
+def lag(h: float, T: float) -> Recursion:
+    """Return the filter of one first-order lag with the time constant T (s) for the step h (s), from steady state."""
+    return parallel_lags(-np.expm1(-h / np.array([T])), np.ones(1), 0.0)
+
+
 def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursion:
     """Return the filter with the output d x + sum_j w_j q_j of first-order lags q_j in parallel.
 

@@ -1,4 +1,4 @@
-"""Identification of models from measured data. The folder `methods` contains one module for each kind of model."""
+"""Identification of models from measured data. The folder `methods` contains the kinds of model."""
 
 from __future__ import annotations
 

@@ -42,9 +42,8 @@ from hystfmu.identify.catalogue import (
     LATE,
     OPENS,
     Candidate,
-    Option,
     candidates,
-    takes_covariates,
+    method,
     too_large,
 )
 from hystfmu.identify.cuts import shortened
@@ -55,8 +54,6 @@ from hystfmu.identify.race import EXACT, LOSER, Race, Trial
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
 
-TEXT = "selection by minor loops, rate dependence and validation blocks between reversals of the training rows"
-OPTIONS: tuple[Option, ...] = ()
 # the data show rate dependence if the error of the best other kind exceeds CLEARLY times the error of the best
 # rate-dependent kind, and exceeds FINE % of the span
 CLEARLY, FINE = 1.2, 0.1
@@ -175,7 +172,7 @@ def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Cand
     found = candidates()
     reasons = left_out({n: c for n, (_, c) in found.items()}, seen)
     if data.covariates:
-        reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not takes_covariates(key)}
+        reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not method(key).covariates}
     reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(len(data.t), key, c.options))}
     return {n: kc for n, kc in found.items() if n not in reasons}, reasons
 

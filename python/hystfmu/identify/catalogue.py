@@ -1,25 +1,25 @@
 """Kinds of model: description, options, memory use, and candidates for ``auto``.
 
-The kinds are the modules in the folder `methods`, and ``auto``. A module is imported when it is first used. A fit may
-use at most half of the memory of the computer. The memory that a fit needs is estimated from the number of rows and a
-measured number of bytes per row.
+Each kind is a row of a table `KINDS` in a module of the folder `methods`, and ``auto`` is one more kind. A module is
+imported when it is first used. A fit may use at most half of the memory of the computer. The memory that a fit needs is
+estimated from the number of rows and a measured number of bytes per row.
 """
 
 from __future__ import annotations
 
 import importlib
 import os
-import pkgutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+from hystfmu.base.arrays import Progress
 from hystfmu.base.errors import InputError, meant
+from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.identify import methods
 
@@ -27,12 +27,15 @@ Options = Mapping[str, Any]
 """Valid values of the options of a kind, by name."""
 Built = tuple[Graph, int, dict[str, Any]]
 """Fitted graph, number of fitted parameters, and further results such as ``warnings`` and ``bounded``."""
+Build = Callable[[Dataset, Options, int, Progress], Built | tuple[Graph, int]]
+"""Function that fits a model to data with given options and a seed. It also gets a function that reports progress."""
 CLOSES, OPENS, LAGS, LATE, ANY = "return-point", "open", "rate", "open, then rate", ""
 SHARE = 0.5  # share of the memory that a fit may use; the system and other programs use the rest
 LEAST = 400.0  # minimum memory of any fit (bytes per row)
 EXPENSIVE = 3.0  # cost (s) above which a kind without quick options is first fitted to a part of the rows
 AUTO = "auto"
-METHODS: tuple[str, ...] = (*(module.name for module in pkgutil.iter_modules(methods.__path__)), AUTO)
+AUTO_TEXT = "selection by minor loops, rate dependence and validation blocks between reversals of the training rows"
+METHODS: tuple[str, ...] = (*sorted(methods.MODULES), AUTO)
 REMOVED = {  # kinds of older versions, each with the kinds that replace it
     "prandtl_ishlinskii_asym": "actuator or preisach",
     "prandtl_ishlinskii_rate": "actuator or preisach",
@@ -159,8 +162,6 @@ class Candidate:
 class Memory:
     """Memory that a fit of a kind of model needs, from measurements.
 
-    A kind whose module has no ``MEMORY`` is assumed to need `LEAST` bytes per row.
-
     `per_row` is the peak memory of a fit with the default options, in bytes per row of a long record. The peak is
     proportional to the value of the option `option`, raised to the power `power`. If `option` is empty, the peak
     depends on no option.
@@ -176,41 +177,66 @@ class Memory:
         return float(self.per_row * (size / default) ** self.power)
 
 
-def method(key: str) -> ModuleType:
-    """Import and return the module of a kind of model. An unknown key raises an InputError."""
+@dataclass(frozen=True)
+class Kind:
+    """A kind of model.
+
+    Parameters
+    ----------
+    text : str
+        Description in one line.
+    build : function
+        Function that fits a model (see `Build`).
+    options : tuple of Option
+        Options of the fit.
+    candidates : tuple of Candidate
+        Candidates of ``auto``. Without candidates, ``auto`` does not try the kind.
+    memory : Memory
+        Memory that a fit needs.
+    records : bool
+        Whether the kind can be fitted to several records, each simulated from the initial state.
+    covariates : bool
+        Whether models of the kind accept covariates.
+    own_memory : bool
+        Whether the fit itself estimates the initial memory of the device.
+    """
+
+    text: str
+    build: Build
+    options: tuple[Option, ...]
+    candidates: tuple[Candidate, ...] = ()
+    memory: Memory = Memory(LEAST)
+    records: bool = False
+    covariates: bool = False
+    own_memory: bool = False
+
+
+def method(key: str) -> Kind:
+    """Import the module of a kind of model, except ``auto``, and return the kind.
+
+    An unknown key raises an InputError.
+    """
     if key in REMOVED:
         raise InputError(f"The model must be {REMOVED[key]}, which replace {key}. Got {key!r} instead.")
-    if key not in METHODS:
+    if key not in methods.MODULES:
         raise InputError(f"The model must be one of {', '.join(METHODS)}. Got {key!r} instead.{meant(key, METHODS)}")
-    return importlib.import_module("hystfmu.identify.auto" if key == AUTO else f"{methods.__name__}.{key}")
+    found: Kind = importlib.import_module(f"{methods.__name__}.{methods.MODULES[key]}").KINDS[key]
+    return found
 
 
 def candidates() -> dict[str, tuple[str, Candidate]]:
     """Return all candidates: a dict from name (for example ``zhao_tan_mlp memory=last``) to kind and candidate."""
-    kinds = ((key, getattr(method(key), "CANDIDATES", ())) for key in METHODS if key != AUTO)
-    return {candidate.named(key): (key, candidate) for key, table in kinds for candidate in table}
-
-
-def takes_records(key: str) -> bool:
-    """Return whether the kind `key` can be fitted to several records, each simulated from the initial state."""
-    return bool(getattr(method(key), "RECORDS", False))
-
-
-def takes_covariates(key: str) -> bool:
-    """Return whether models of the kind `key` accept covariates."""
-    return bool(getattr(method(key), "COVARIATES", False))
+    return {row.named(key): (key, row) for key in sorted(methods.MODULES) for row in method(key).candidates}
 
 
 def description(key: str) -> str:
-    """Return the description of the kind `key` in one line."""
-    line: str = method(key).TEXT
-    return line
+    """Return the description of the kind `key`, or of ``auto``, in one line."""
+    return AUTO_TEXT if key == AUTO else method(key).text
 
 
 def options(key: str) -> tuple[Option, ...]:
-    """Return the options of the kind `key`."""
-    table: tuple[Option, ...] = method(key).OPTIONS
-    return table
+    """Return the options of the kind `key`; ``auto`` has no options."""
+    return () if key == AUTO else method(key).options
 
 
 def too_large(rows: int, key: str, given: Options) -> str:
@@ -222,7 +248,7 @@ def too_large(rows: int, key: str, given: Options) -> str:
     have = _memory()
     if have is None:
         return ""
-    taken = Memory(LEAST) if key == AUTO else getattr(method(key), "MEMORY", Memory(LEAST))
+    taken = Memory(LEAST) if key == AUTO else method(key).memory
     default = next((float(o.default or 1.0) for o in options(key) if o.name == taken.option), 1.0)
     need = rows * max(taken.grown(given, default), LEAST)
     if need <= SHARE * have:

@@ -1,8 +1,7 @@
 """Fit of a given kind of model: the steps that all kinds have in common.
 
 These steps are the check of the data, the correction for a dead band, the call of ``build``, the simulation of the
-fitted model, its errors and warnings, and the provenance. A kind of model is a module of `hystfmu.identify.methods`
-with a description ``TEXT``, a table ``OPTIONS`` and a function ``build(data, options, seed, progress)``. `build`
+fitted model, its errors and warnings, and the provenance. `hystfmu.identify.catalogue.Kind` describes a kind. `build`
 returns the graph and the number of fitted parameters. It can also return a dict with identified physical quantities,
 ``warnings``, and the searched parameters ``bounded`` (see `hystfmu.model.guards`).
 """
@@ -21,7 +20,7 @@ from hystfmu.base.arrays import Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
-from hystfmu.identify.catalogue import AUTO, METHODS, Built, method, resolve, takes_covariates, takes_records
+from hystfmu.identify.catalogue import AUTO, METHODS, Built, method, resolve
 from hystfmu.identify.cuts import one_run
 from hystfmu.identify.features.plays import DEAD_BAND, behind_dead_band, dead_band, with_dead_band
 from hystfmu.model import Model, guards, run_along
@@ -39,11 +38,11 @@ _LEAST = 2  # a column heading with fewer letters is not used as a description
 
 def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[str, Any]) -> Model:
     """Fit a model of the kind `key`. Parameters, result and errors are those of `hystfmu.identify.fit`."""
-    module = method(key)
-    chosen = resolve(key, module.OPTIONS, given)
+    kind = method(key)
+    chosen = resolve(key, kind.options, given)
     check(data)
-    if data.covariates and not takes_covariates(key):
-        kinds = ", ".join(k for k in METHODS if k != AUTO and takes_covariates(k))
+    if data.covariates and not kind.covariates:
+        kinds = ", ".join(k for k in METHODS if k != AUTO and method(k).covariates)
         raise InputError(
             f"{data.path or data.name}: The data of {key} must have no covariates. Got "
             f"{', '.join(data.covariates.names)}, which {kinds} take."
@@ -52,13 +51,13 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     if chosen.get(DEAD_BAND.name, 0.0) is None:
         chosen[DEAD_BAND.name] = dead_band(data.u[: data.train.stop])
     band = chosen.get(DEAD_BAND.name, 0.0)
-    run = data if len(data.starts) == 1 or takes_records(key) else one_run(data)
+    run = data if len(data.starts) == 1 or kind.records else one_run(data)
     # for small matrices, several threads wait for each other: on a busy computer a fit takes up to twenty times longer
     with threadpool_limits(1):
-        graph, parameters, *more = module.build(behind_dead_band(run, band) if band else run, chosen, seed, progress)
+        graph, parameters, *more = kind.build(behind_dead_band(run, band) if band else run, chosen, seed, progress)
     built = with_dead_band(graph, band), parameters, dict(more[0]) if more else {}
     given = {k: v for k, v in chosen.items() if v is not None}
-    return finished(data, key, module.TEXT, built, time.perf_counter() - started, given, seed)
+    return finished(data, key, kind.text, built, time.perf_counter() - started, given, seed)
 
 
 def finished(

@@ -42,11 +42,6 @@ class Tried:
     jumps: bool = False  # whether the reference jumps. The loop shapes a reference with jumps.
     strength: float = 1.0  # RMS value relative to a sine with this amplitude
 
-    @property
-    def periodic(self) -> bool:
-        """True if the reference is periodic."""
-        return self.shape in ("sine", "triangle")
-
     def powers(self, f: Array) -> Array:
         """Return the power of the reference at the frequencies f (Hz), shape (k,).
 

@@ -21,11 +21,11 @@ from pydantic import Field
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check, load_toml
-from hystfmu.design import loop_shaping, repetitive_filters
 from hystfmu.design.linear import python_control
+from hystfmu.design.repetitive import filter_angles, learning_filters
+from hystfmu.design.structures import loop_shaping
 from hystfmu.graph.tables import STRICT, Name
 from hystfmu.scenario import Cases, build
-from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.case import Case, split_end
 from hystfmu.scenario.system.spec import MOST_BYTES, MOST_FILES, inside
@@ -54,7 +54,7 @@ class RepetitiveDesign(pydantic.BaseModel):
     method: Literal["repetitive_filters"]
     unit: Name = Field(description="unit of the block `repetitive`, whose taps are set")
     loops: list[LearntLoops] = Field(min_length=1, max_length=50)
-    _opened: list[Any] = pydantic.PrivateAttr([])  # the loops do not depend on the varied values
+    _learnt: list[Any] = pydantic.PrivateAttr([])  # responses of the loops, which do not depend on the varied values
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -68,30 +68,14 @@ class RepetitiveDesign(pydantic.BaseModel):
 
     def settings(self, cases: Mapping[str, Case], values: Mapping[str, float]) -> dict[str, Any]:
         """Design the filters for `values` of the parameters, and return their taps as the key `set` of a case."""
-        for spec in self.loops if not self._opened else ():
+        for spec in self.loops if not self._learnt else ():
             case = cases[spec.case]
             opened = open_loop(build(replace(case, overrides={**case.overrides, **spec.set})), (1.0, 1.0))
-            self._opened += [behind_memory(opened, slope) for slope in spec.slopes]
-        dims = cases[self.loops[0].case].units[self.unit].dims
+            self._learnt += [opened.learnt(filter_angles(), slope) for slope in spec.slopes]
+        dims, h = cases[self.loops[0].case].units[self.unit].dims, cases[self.loops[0].case].step
         cutoff, gain = (values[k] for k in self.reads)
-        found = repetitive_filters(self._opened, cutoff, gain, dims["n_q"], dims["n_l"])
+        found = learning_filters(np.array(self._learnt), h, cutoff, gain, dims["n_q"], dims["n_l"])
         return {f"{self.unit}.q": found.q.tolist(), f"{self.unit}.l": found.l.tolist()}
-
-
-def behind_memory(opened: OpenedLoop, slope: float) -> Any:
-    """Return the open loop without its period memory, for the incremental gain `slope`.
-
-    The complementary sensitivity of the returned loop is the response to the corrections of the memory. An InputError
-    is raised if the loop has no such memory.
-    """
-    if not opened.memories:
-        raise InputError(f"{opened.system.case.title}: The loop must have a memory of a period. Got none.")
-    control = python_control()
-    A, B, C, D = opened.controller
-    last = [-1, 0]  # the memory precedes the plant
-    K = control.ss(A, B[:, last], C[last], D[np.ix_(last, last)], opened.h)
-    T = -K.lft(slope * control.ss(*opened.held(0.0), opened.h))
-    return control.feedback(T, 1, sign=1)
 
 
 class Weight(pydantic.BaseModel):

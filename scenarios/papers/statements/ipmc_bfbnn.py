@@ -12,10 +12,12 @@ from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify import fit
 from hystfmu.identify.methods.polynomial_narx import basis, lagged
-from papers.row import Row
+from papers.row import Row, Stated
 from papers.statements import relay_sum
 from papers.statements.branches import crossings
 from papers.statements.printed import auxiliary
+
+ROW = Stated(__name__)
 
 N, Q = 9, 2  # numbers of lags n_u = n_f and order that the paper uses
 CYCLES = 20
@@ -40,59 +42,12 @@ def rows() -> list[Row]:
     return [
         relay_sum.block_row(),
         relay_sum.increment_row(),
-        Row(
-            f"f after {CYCLES} cycles of amplitude 1",
-            None,
-            float(printed[-1]),
-            abs(float(kept[-1])),
-            1.0,
-            note="as printed, f increases on every branch; with the sign of u - u_ex, f is a function of the state",
-            place="eq. 3",
-        ),
-        Row(
-            "theorem: difference of outputs at the same (u, f), % of span",
-            0.0,
-            both[0],
-            both[1],
-            note=f"false: {of[1].others} crossings of f on {REVERSALS} nested reversals; literal: last extremum",
-            place="eqs. 4-7",
-            sense="equal",
-        ),
-        Row(
-            "appendix, case 1: crossings of branches of f inside the range, each at two outputs",
-            0.0,
-            float(of[0].others),
-            float(of[1].others),
-            note="no function f of this structure separates all branches",
-            place="fig. 6",
-            sense="equal",
-        ),
-        Row(
-            f"appendix, case 2: change of f at one extremum over {CYCLES} equal cycles",
-            None,
-            float(np.ptp(printed[top][1:])),
-            float(np.ptp(kept[top][1:])),
-            ROUNDING,
-            note="as printed, f grows while the output returns; with the sign of u - u_ex, f returns, too",
-            place="fig. 7",
-        ),
-        Row(
-            "network of n lags in numpy less the block polynomial_narx, largest difference, of span",
-            None,
-            None,
-            _free_run(),
-            ROUNDING,
-            place="eqs. 8-9",
-        ),
-        Row(
-            f"number of monomials, n_u = n_f = {N}, q = {Q}",
-            190.0,
-            None,
-            float(basis(np.zeros(2 * N), Q).shape[-1]),
-            note="n_1 + 1 = (18 + 2)!/(18! 2!)",
-            place="eqs. 10-12",
-            sense="equal",
-        ),
+        ROW("growth", float(printed[-1]), abs(float(kept[-1]))),
+        ROW("theorem", both[0], both[1], others=of[1].others),
+        ROW("case_1", float(of[0].others), float(of[1].others)),
+        ROW("case_2", float(np.ptp(printed[top][1:])), float(np.ptp(kept[top][1:])), target=ROUNDING),
+        ROW("network", ours=_free_run(), target=ROUNDING),
+        ROW("monomials", ours=float(basis(np.zeros(2 * N), Q).shape[-1])),
     ]
 
 

@@ -11,7 +11,9 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node, Value
-from papers.row import Row
+from papers.row import Row, Stated
+
+ROW = Stated(__name__)
 
 STEPS, SEED = 10, 0  # number of intervals of the grid over [-1, 1], which contains the inputs; seed of the density
 ROUNDING = 1e-12
@@ -72,12 +74,4 @@ def increment_row() -> Row:
     rows = round(0.8 / step) + 1
     gained = [(y := relay_sum(v, mu)[-rows:]) - y[0] for v in u]
     other, same = (50 * float(np.abs(gained[0] - g).max()) / mu.sum() for g in (gained[2], gained[1]))
-    return Row(
-        "difference of increments from an extremum, % of span",
-        0.0,
-        other,
-        same,
-        note="ours: the same extremum u_p, another history; literal: another u_p, the increment a function of u - u_p",
-        place="eq. 2",
-        sense="equal",
-    )
+    return ROW("increments", other, same)

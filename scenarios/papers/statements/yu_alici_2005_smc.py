@@ -12,8 +12,10 @@ from hystfmu.data import signals
 from hystfmu.graph import Graph, Input, Node, Output
 from papers import sliding_bound
 from papers.rate_plant import RATE, actuator
-from papers.row import Row
+from papers.row import Row, Stated
 from papers.statements import relay_sum
+
+ROW = Stated(__name__)
 
 SMC = {"eta": 5.0, "rho": 1.0, "eps": 0.01, "D": 1.0}  # for normalised signals; the printed bound requires eta > 1
 SLOW = 1e-3  # change of the input per row, that is, 10 1/s
@@ -27,42 +29,10 @@ def rows() -> list[Row]:
     low, high, small = _width(2, 1.0), _width(100, 1.0), _width(2, 0.5)
     return [
         relay_sum.block_row(),
-        Row(
-            "width of the loop at 100 Hz over that at 2 Hz",
-            1.0,
-            None,
-            high / low,
-            note="the paper: the width increases with the frequency",
-            place="fig. 3",
-            sense="least",
-        ),
-        Row(
-            "width of the loop at amplitude 1 over that at 0.5",
-            1.0,
-            None,
-            low / small,
-            note="the paper: the width increases with the amplitude",
-            place="sec. II",
-            sense="least",
-        ),
-        Row(
-            "difference of outputs at the same (u, du/dt), % of span",
-            0.0,
-            None,
-            100 * abs(y[0] - y[1]) / 2,
-            note="the mapping is not one-to-one: two slow rises through the same input after other extrema",
-            place="sec. III",
-            sense="equal",
-        ),
-        Row(
-            "block sliding_mode against eqs. 4 and 5 in numpy, largest difference of u",
-            None,
-            None,
-            _law(),
-            ROUNDING,
-            note="de/dt: backward difference",
-            place="eqs. 4-5",
-        ),
+        ROW("rate_width", ours=high / low),
+        ROW("amplitude_width", ours=low / small),
+        ROW("one_to_one", ours=100 * abs(y[0] - y[1]) / 2),
+        ROW("law", ours=_law(), target=ROUNDING),
         *_bounds(),
     ]
 
@@ -104,30 +74,14 @@ def _bounds() -> list[Row]:
     note = "the printed eps/(eta - 1) does not follow from eq. 5; literal: simulated law; ours: exact formula"
     other = f"eps/(lambda (eta - 1)), lambda {sliding_bound.LAM:g} 1/s: false as the bound of |s| is"
     return [
-        Row(
-            f"ultimate bound of |s|, {given}",
-            sliding_bound.printed(eta, eps),
-            simulated[0],
-            exact,
-            note=note,
-            place="sec. IV",
-            sense="equal",
-        ),
-        Row(
-            f"ultimate bound of |e|, {given}",
-            sliding_bound.printed_error(eta, eps),
+        ROW("bound_s", simulated[0], exact, printed=sliding_bound.printed(eta, eps), note=note, given=given),
+        ROW(
+            "bound_e",
             simulated[1],
             exact / sliding_bound.LAM,
+            printed=sliding_bound.printed_error(eta, eps),
             note=other,
-            place="sec. IV",
-            sense="equal",
+            given=given,
         ),
-        Row(
-            "relative difference of simulation and exact bound of |s|",
-            None,
-            None,
-            abs(simulated[0] / exact - 1),
-            1e-3,
-            place="sec. IV",
-        ),
+        ROW("simulated", ours=abs(simulated[0] / exact - 1)),
     ]

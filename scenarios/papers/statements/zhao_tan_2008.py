@@ -13,9 +13,11 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from papers.nested_loops import Response
-from papers.row import Row
+from papers.row import Row, Stated
 from papers.statements.branches import area, crossings, least_slope
 from papers.statements.printed import auxiliary
+
+ROW = Stated(__name__)
 
 REVERSALS, SEED, FINE = 40, 1, 1e-3  # number, seed and step of the nested reversals on which branches are compared
 # both histories end at the same input and operator value
@@ -39,80 +41,29 @@ def rows(plant: Response, invertible: Response) -> list[Row]:
     x = signals.held_out()["nested reversals"]
     h = _run("zhao_tan", x)
     return [
-        Row(
-            "block zhao_tan against eq. 1 in a plain loop, largest difference",
-            None,
-            None,
-            float(np.abs(last - auxiliary(u)).max()),
-            ROUNDING,
-            note="last extremum",
-            place="eq. 1",
-        ),
-        Row(
-            "lemma 1: crossings of a rising and a falling branch that share an extremum",
-            0.0,
-            float(forward[0].neighbours),
-            float(forward[1].neighbours),
-            note=f"{about}; holds",
-            place="eqs. 2-4",
-            sense="equal",
-        ),
+        ROW("operator", ours=float(np.abs(last - auxiliary(u)).max()), target=ROUNDING),
+        ROW("lemma_1", float(forward[0].neighbours), float(forward[1].neighbours), about=about),
         *_one_loop(plant),
-        Row(
-            "lemma 2: least slope of a branch of the operator",
-            0.0,
+        ROW(
+            "lemma_2",
             least_slope(u, last, FROM_EXTREMUM),
             least_slope(u, dominant, FROM_EXTREMUM),
-            note=f"slope at points more than {FROM_EXTREMUM:g} from the extremum; "
-            "it is positive, so the inverse is continuous",
-            place="eqs. 5-8",
-            sense="least",
         ),
-        Row(
-            "continuity: largest output steps for input steps of 1e-4, relative to those for 1e-3",
-            None,
-            None,
-            _step(plant, 1e-4) / _step(plant, 1e-3),
-            0.11,
-            note="a tenth: continuous along a branch",
-            place="eqs. 9-10",
-        ),
-        Row(
-            "branches that share no extremum: crossings inside the range",
-            0.0,
-            float(forward[0].others),
-            float(forward[1].others),
-            note=f"false on {about}: one (x, h) lies on two branches",
-            place="remarks 2-3",
-            sense="equal",
-        ),
-        Row(
-            "difference of outputs at these crossings, % of span",
-            0.0,
-            50 * forward[0].difference,
-            50 * forward[1].difference,
-            note="(x, h) does not determine the output",
-            place="remarks 2-3",
-            sense="equal",
-        ),
+        ROW("continuity", ours=_step(plant, 0.0001) / _step(plant, 0.001)),
+        ROW("crossings", float(forward[0].others), float(forward[1].others), about=about),
+        ROW("at_crossings", 50 * forward[0].difference, 50 * forward[1].difference),
         _counterexample(plant),
-        Row(
-            "inverse: difference of inputs at the same (y, operator value), % of span",
-            0.0,
+        ROW(
+            "theorem_2",
             50 * backward[0].difference,
             50 * backward[1].difference,
-            note=f"false for the same reason: {backward[1].others} crossings of the inverse operator on {about}",
-            place="theorem 2",
-            sense="equal",
+            others=backward[1].others,
+            about=about,
         ),
-        Row(
-            "exact inverse operator after the operator, max",
-            None,
+        ROW(
+            "exact_inverse",
             float(np.abs(_run("zhao_tan_inverse_reconstructed", h) - x).max()),
             float(np.abs(_run("zhao_tan_inverse", h) - x).max()),
-            2e-14,
-            note="eq. 11 is not legible in the text; literal: reconstructed from its remarks; ours: inverse of eq. 1",
-            place="eq. 11",
         ),
     ]
 
@@ -132,42 +83,16 @@ def _one_loop(plant: Response) -> list[Row]:
     of = {name: area(u[closed], h[closed]) for name, h in found.items()}
     odd = [float(np.abs(h + _run(name, -u)).max()) for name, h in found.items()]
     return [
-        Row(
-            "change of the output after a cycle between two extrema, of span",
-            None,
-            None,
-            float(abs(y[2 * cycle] - y[cycle]) / np.ptp(y)),
-            ROUNDING,
-            note="the ten backlashes form closed loops",
-            place="assumption 1",
-        ),
-        Row(
-            "sense of rotation of the operator relative to the hysteresis, 1: the same",
-            1.0,
-            None,
-            float(np.sign(of["zhao_tan"] * turned)),
-            note=f"loop area over its box: hysteresis {turned:.3g}, operator {of['zhao_tan']:.3g}",
-            place="remark 1",
-            sense="equal",
-        ),
-        Row(
-            "sense of rotation of the inverse operator relative to the operator, -1: opposite",
-            -1.0,
+        ROW("closed", ours=float(abs(y[2 * cycle] - y[cycle]) / np.ptp(y)), target=ROUNDING),
+        ROW("remark_1", ours=float(np.sign(of["zhao_tan"] * turned)), turned=turned, operator=of["zhao_tan"]),
+        ROW(
+            "remark_4",
             float(np.sign(of["zhao_tan_inverse_reconstructed"] * of["zhao_tan"])),
             float(np.sign(of["zhao_tan_inverse"] * of["zhao_tan"])),
-            note=f"loop area over its box: {of['zhao_tan_inverse_reconstructed']:.3g}, {of['zhao_tan_inverse']:.3g}",
-            place="remark 4",
-            sense="equal",
+            printed_area=of["zhao_tan_inverse_reconstructed"],
+            area=of["zhao_tan_inverse"],
         ),
-        Row(
-            "operator of -x plus that of x, max: branches are antisymmetric",
-            0.0,
-            max(odd[0], odd[2]),
-            max(odd[:2]),
-            note="holds",
-            place="remark 5",
-            sense="equal",
-        ),
+        ROW("remark_5", max(odd[0], odd[2]), max(odd[:2])),
     ]
 
 
@@ -179,15 +104,7 @@ def _counterexample(plant: Response) -> Row:
     paths = [signals.ramps(list(p), FINE) for p in PATHS]
     h = [_run("zhao_tan", p)[-1] for p in paths]
     y = [plant(p)[-1] for p in paths]
-    return Row(
-        "difference of outputs at the same (x, h), % of span",
-        0.0,
-        None,
-        100 * abs(y[0] - y[1]) / 2,
-        note=f"the theorem is false: two histories with the same (x, h); h differs by {abs(h[0] - h[1]):.0e}",
-        place="theorem 1",
-        sense="equal",
-    )
+    return ROW("theorem_1", ours=100 * abs(y[0] - y[1]) / 2, off=abs(h[0] - h[1]))
 
 
 def _step(plant: Response, step: float) -> float:

@@ -1,7 +1,5 @@
 """Instances: initialisation, reset, what they log, where their block file is, and that they leave no trace behind."""
 
-from __future__ import annotations
-
 import ctypes as C
 import gc
 import itertools

@@ -1,7 +1,5 @@
 """Saved states are bit-exact; what a call may not leave behind; forged, freed and damaged states are refused."""
 
-from __future__ import annotations
-
 import ctypes as C
 import math
 import struct

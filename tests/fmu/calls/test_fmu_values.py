@@ -1,7 +1,5 @@
 """Values: types, ranges, references, NULL pointers; a refused call changes nothing."""
 
-from __future__ import annotations
-
 import ctypes as C
 import math
 from typing import Any

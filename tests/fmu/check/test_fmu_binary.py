@@ -1,7 +1,5 @@
 """The binary: symbols, the FMI layer under AddressSanitizer and UBSan, and faulty foreign binaries."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

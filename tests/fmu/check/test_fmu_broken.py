@@ -1,10 +1,8 @@
 """`hystfmu validate` finds every defect of a table of broken FMUs and names it; a correct FMU passes.
 
 broken.c is compiled once: the guid selects the defect.  Defects of an archive are made from the correct FMU.
-FMUs of others that obey the standard are in test_reference_fmus.py.
+FMUs of others that obey the standard are in test_trials.py.
 """
-
-from __future__ import annotations
 
 import io
 import shutil

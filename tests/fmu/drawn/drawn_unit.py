@@ -1,7 +1,5 @@
 """Foreign FMUs with drawn variables of all types: the one binary of a version of FMI reads them from its token."""
 
-from __future__ import annotations
-
 import math
 import random
 import re

@@ -1,7 +1,5 @@
 """Contents of an FMU: names, texts, documentation, icon, terminals, reference experiment, licence."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 import struct

@@ -1,11 +1,14 @@
 """Run a graph by fmpy, libcosim, a container FMU and the Python unit, which must agree to the last bit."""
 
-from __future__ import annotations
-
+import csv
+import importlib.util
+import io
 import json
 import shutil
 import subprocess
 import sys
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +17,7 @@ from fmu_master import Array
 from fmu_slave import Slave
 
 from hystfmu.graph import Graph
+from hystfmu.scenario.ssp.write import REFERENCE
 from hystfmu.unit import Unit
 
 
@@ -101,3 +105,121 @@ def exchange_by_fmpy(path: Path, graph: Graph, u: Array, solver: str, h: float) 
         relative_tolerance=1e-9,
     )
     return np.array([list(row)[1:] for row in done.tolist()])
+
+
+# ---- Run an SSP archive by fmpy, libcosim and ecos: rows of the signals that its reference has
+Reader = Callable[[Path, list[str], float, int], Array]
+
+
+def reference(archive: Path) -> tuple[list[str], Array]:
+    """Return the names of the signals of the reference, and its rows with the time in front."""
+    rows = list(csv.reader(io.StringIO(zipfile.ZipFile(archive).read(REFERENCE).decode())))
+    return rows[0][1:], np.array(rows[1:], dtype=float)
+
+
+def by_fmpy(archive: Path, names: list[str], h: float, n: int) -> Array:
+    """Return the rows 1 to n of fmpy.ssp, which has no row of the initialisation."""
+    from fmpy.ssp.simulation import simulate_ssp
+
+    result = simulate_ssp(str(archive), stop_time=(n - 0.5) * h, step_size=h)
+    return np.column_stack([result[name] for name in names])
+
+
+def by_libcosim(file: Path, names: list[str], h: float, n: int) -> Array:
+    """Return the rows 1 to n of libcosim, which takes the step of an archive from its own annotation in it."""
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    if file.suffix == ".fmu":
+        execution = CosimExecution.from_step_size(round(h * 1e9))
+        execution.add_local_slave(CosimLocalSlave(fmu_path=str(file), instance_name="m"))
+        names = [f"m.{name}" for name in names]
+    else:
+        folder = file.with_suffix(".unpacked")
+        zipfile.ZipFile(file).extractall(folder)
+        execution = CosimExecution.from_ssp_file(str(folder / "SystemStructure.ssd"))
+    observer = CosimObserver.create_last_value()
+    execution.add_observer(observer)
+    units = {s.name.decode(): s.index for s in execution.slave_infos()}
+    places = []
+    for name in names:
+        unit, variable = name.split(".", 1)
+        references = {v.name.decode(): v.reference for v in execution.slave_variables(units[unit])}
+        places.append((units[unit], [references[variable]]))
+    rows = []
+    for _ in range(n):
+        assert execution.step()
+        rows.append([observer.last_real_values(*place)[0] for place in places])
+    return np.array(rows)
+
+
+class Failure(Exception):
+    """What an importer said instead of a result."""
+
+
+_ECOS = """
+import ctypes, json, sys
+from pathlib import Path
+tbb = Path(sys.prefix, "lib", "libtbb.so.12")  # where the package `tbb` puts it, which no loader searches
+if tbb.exists():
+    ctypes.CDLL(str(tbb), mode=ctypes.RTLD_GLOBAL)
+from ecospy import EcosSimulation, EcosSimulationStructure
+file, inputs, outputs, h, rows = json.loads(sys.stdin.read())
+given = {"ssp_path": file}
+if file.endswith(".fmu"):
+    given = {"structure": EcosSimulationStructure()}
+    given["structure"].add_model("m", file)
+with EcosSimulation(step_size=h, **given) as simulation:
+    simulation.init()
+    got = []
+    for row in rows:
+        for name, value in zip(inputs, row):
+            simulation.set_real("m::" + name, value)
+        simulation.step()
+        got.append([simulation.get_real(name) for name in outputs] or [simulation.get_time()])
+Path(sys.argv[1]).write_text(json.dumps(got))
+"""
+
+
+def in_ecos(file: Path, inputs: list[str], outputs: list[str], h: float, u: Array) -> Array:
+    """Rows of outputs after each step, or of its clock; in a process of its own, because some FMUs crash ecos.
+
+    Raises
+    ------
+    Failure
+        It ended without rows.
+    """
+    out = Path(f"{file}.json")
+    ends = [f"m::{n}" if file.suffix == ".fmu" else n.replace(".", "::") for n in outputs]
+    task = json.dumps([str(file), inputs, ends, h, u.tolist()])
+    words = [sys.executable, "-c", _ECOS, str(out)]
+    done = subprocess.run(words, input=task, capture_output=True, text=True, timeout=120)
+    if done.returncode or not out.exists():
+        raise Failure("crashes" if done.returncode < 0 else done.stderr.strip().splitlines()[-1][:80])
+    return np.array(json.loads(out.read_text()))
+
+
+def by_ecos(file: Path, names: list[str], h: float, n: int) -> Array:
+    """Return the rows 1 to n of ecos."""
+    return in_ecos(file, [], names, h, np.zeros((n, 0)))
+
+
+READERS: dict[str, Reader] = {"fmpy": by_fmpy, "libcosim": by_libcosim, "ecos": by_ecos}
+PACKAGES = {"fmpy": "fmpy", "libcosim": "libcosimpy", "ecos": "ecospy"}
+
+
+def absent(reader: str) -> bool:
+    """Whether the package of a reader is not installed."""
+    return importlib.util.find_spec(PACKAGES[reader]) is None
+
+
+def error(archive: Path, reader: str, h: float, most: int = 2000) -> float:
+    """Return the largest difference to the reference, as a share of the span of its signal."""
+    names, rows = reference(archive)
+    n = min(len(rows) - 1, most)
+    want = rows[1 : n + 1, 1:]
+    span = np.ptp(rows[:, 1:], axis=0)
+    span = np.where(span > 0, span, np.maximum(np.abs(rows[:, 1:]).max(axis=0), 1.0))
+    gap = np.abs(READERS[reader](archive, names, h, n) - want) / span
+    return float(gap.max())

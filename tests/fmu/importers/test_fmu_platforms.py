@@ -1,7 +1,5 @@
 """FMUs for all platforms: cross-compiled binaries, folders, sizes."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import struct

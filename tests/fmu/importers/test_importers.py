@@ -1,26 +1,39 @@
 """Every key of METHODS and each of its inverses, as FMI 2.0 and FMI 3.0 FMU, in every importer available."""
 
-from __future__ import annotations
-
 import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
+import tomli_w
 from fmpy import simulate_fmu
-from fmu_events import Events, Solver, adaptive, euler
 from fmu_master import Array, loop, rows, single
-from runners import clock, exchange_by_fmpy, run_by_fmpy, run_by_libcosim, run_by_unit, run_in_container
-from test_keys import LEARNED, REFUSED, H, fitted_model, ramps, signal_for
+from reference_fmus import reference_fmu
+from runners import (
+    READERS,
+    absent,
+    clock,
+    error,
+    run_by_fmpy,
+    run_by_libcosim,
+    run_by_unit,
+    run_in_container,
+)
+from test_keys import LEARNED, REFUSED, H, fitted_model, signal_for
 
 import hystfmu as hy
 from hystfmu import Model
+from hystfmu.base.errors import InputError
 from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
+from hystfmu.graph import Graph, Node
 from hystfmu.identify import METHODS
 from hystfmu.inverse import METHODS as WAYS
 from hystfmu.inverse import inverse
+from hystfmu.scenario import Cases
+from hystfmu.scenario.ssp.write import write_ssp
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema"
 FILES = {
@@ -40,7 +53,6 @@ SLICE = [
 ]
 CASES = [(key, way, fmi) for key in METHODS for way in ("", *WAYS) for fmi in (2, 3)]
 LONG = [pytest.param(*c, marks=pytest.mark.stress) for c in CASES if c not in SLICE]
-FREE = 2e-2  # of the range: a solver against Newmark's method with steps of a period / 50
 
 
 def model_of(key: str, way: str, fitted: dict[str, Model]) -> Model:
@@ -78,39 +90,10 @@ def co_simulation(model: Model, fmu: Path, fmi: int, folder: Path) -> None:
         assert got.tobytes() == run_by_unit(model.graph, u, times=clock(len(u))).tobytes()
 
 
-def model_exchange(model: Model, fmu: Path, fmi: int, folder: Path) -> None:
-    """Require the bits of Co-Simulation without continuous states, else the order of Euler and the adaptive result."""
-    graph, u = model.graph, signal(model, 100)
-    want = graph.executor().run(u, graph.n_outputs, H)
-    moves = np.ptp(want)
-    unit = Events(graph, folder / "me", fmi, interface="me")
-
-    def run(solver: Solver, u: Array) -> Array:
-        assert unit.call("Reset") == 0
-        return unit.integrate(u, H, solver, "ramp" if ramps(graph) else "end")
-
-    if not graph.continuous_states:
-        for got in (run(euler(1), u), exchange_by_fmpy(fmu, graph, u, "Euler", H)):
-            assert got.tobytes() == want.tobytes()
-        unit.free()
-        return
-    assert np.abs(run(adaptive, u) - want).max() <= (FREE if ramps(graph) else 1e-9) * moves
-    exact = run(adaptive, u[:10])
-    coarse, fine = (np.abs(run(euler(n), u[:10]) - exact).max() for n in (256, 512))
-    assert np.log2(coarse / fine) == pytest.approx(1, abs=0.2), (coarse, fine)
-    unit.free()
-    held = np.full_like(u, u.max())  # fmpy changes inputs only between the steps of CVode
-    got = exchange_by_fmpy(fmu, graph, held, "CVode", H)
-    want = graph.executor().run(held, graph.n_outputs, H)
-    settles = np.ptp(want) if np.ptp(want) > 1e-9 * moves else moves  # a model in equilibrium moves by rounding
-    assert np.abs(got - want).max() <= (FREE if ramps(graph) else 1e-5) * settles
-
-
 def every_importer(model: Model, fmi: int, folder: Path) -> None:
     fmu = export_fmu(model, folder / "m.fmu", fmi, "m", source=True)  # type: ignore[arg-type]
     valid(fmu, fmi)
     co_simulation(model, fmu, fmi, folder)
-    model_exchange(model, fmu, fmi, folder)
 
 
 @pytest.mark.parametrize(("key", "way", "fmi"), [*SLICE, *LONG])
@@ -172,3 +155,102 @@ def test_same_bits_in_libcosim(name: str, tmp_path: Path) -> None:
     want = run_by_unit(graph, u, times=clock(len(u)))
     assert np.ptp(want, axis=0).max() > 1e-3
     assert got.tobytes() == want.tobytes()
+
+
+# ---- Other readers of SSP archives meet the reference inside: shipped scenarios, papers' loops, a foreign FMU
+SCENARIOS = Path(__file__).parents[3] / "scenarios"
+SHIPPED = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.rglob("scenario.toml"))
+FEW = ("pid", "adaptive", "papers/zhao_tan_2008", "papers/yu_alici_2005_smc", "example_tube")
+BOUND = 1e-9  # of the span
+NO_ARCHIVE = {
+    "example_hold": "has substeps or a hold",
+    "example_substeps": "has substeps or a hold",
+    "papers/ipmc_bfbnn_learning": "runs once in several steps",
+}
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in FEW else pytest.mark.stress, id=n) for n in SHIPPED])
+def test_a_shipped_scenario(name: str, tmp_path: Path) -> None:
+    case = Cases(SCENARIOS / name).cases[0]
+    if name in NO_ARCHIVE:
+        with pytest.raises(InputError, match=NO_ARCHIVE[name]):
+            write_ssp(case, tmp_path / "loop.ssp")
+        return
+    archive = write_ssp(case, tmp_path / "loop.ssp").path
+    for reader in READERS:
+        if not absent(reader):
+            assert error(archive, reader, case.step, 1200) < BOUND, reader
+
+
+def loop_with(fmu: Path, connections: dict[str, str], folder: Path) -> Path:
+    """A scenario with a foreign FMU: reference, PID, FMU, lag."""
+    units = {
+        "reference": {"block": "reference", "values": {"shape": "sine", "amplitude": 1.0, "frequency": 5.0}},
+        "pid": {"block": "pid", "values": {"Kp": 0.5, "Ki": 20.0}, "inputs": {"u_ff": 0.0}},
+        "fmu": {"fmu": fmu.name},
+        "lag": {"block": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": {"b": [1.0], "a": [1e-2, 1.0]}},
+    }
+    data = {
+        "name": "foreign_loop",
+        "step": 1e-3,
+        "stop": 0.5,
+        "order": ["reference", "pid", "fmu", "lag"],
+        "units": units,
+        "connections": {"pid.y": "lag.y", **connections},
+        "record": ["reference.r", "lag.y"],
+        "metrics": {"worst": {"kind": "max_percent", "signal": "lag.y", "against": "reference.r", "limit": 100.0}},
+    }
+    (folder / "scenario.toml").write_text(tomli_w.dumps(data))
+    return folder
+
+
+# a plant for fmpy, a reference for the others: neither libcosim nor ecos loads the FMI 2.0 Feedthrough, and fmpy hands
+# a 0 to every input of the first step, so that all initial values must be 0
+FEEDTHROUGH = {
+    "pid.y_d": "reference.r",
+    "fmu.Float64_continuous_input": "pid.u",
+    "lag.u": "fmu.Float64_continuous_output",
+}
+FMUS = {
+    "Feedthrough": (["fmpy"], FEEDTHROUGH),
+    "Dahlquist": (["libcosim", "ecos"], {"pid.y_d": "fmu.x", "lag.u": "pid.u"}),
+}
+
+
+def installed(readers: Iterable[str]) -> list[str]:
+    """Those of the readers that are installed; without one the test is skipped."""
+    found = [reader for reader in readers if not absent(reader)]
+    if not found:
+        pytest.skip(f"{', '.join(readers)}: not installed")
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "separate"),
+    [
+        ("Feedthrough", False),
+        ("Dahlquist", True),
+        *(pytest.param(*c, marks=pytest.mark.stress) for c in (("Feedthrough", True), ("Dahlquist", False))),
+    ],
+)
+def test_a_loop_with_a_reference_fmu(name: str, separate: bool, tmp_path: Path) -> None:
+    readers, connections = FMUS[name]
+    found, original = installed(readers), reference_fmu(f"fmi2/{name}")
+    (tmp_path / original.name).write_bytes(original.read_bytes())
+    case = Cases(loop_with(original, connections, tmp_path)).cases[0]
+    written = write_ssp(case, tmp_path / "loop.ssp", separate=separate)
+    assert written.components == (4 if separate else 3)
+    assert 0.1 < max(written.differences.values()) < 50  # steps of delay in the loop
+    for reader in found:
+        assert error(written.path, reader, case.step) < BOUND, reader
+
+
+def test_a_loop_with_a_foreign_fmu(tmp_path: Path) -> None:
+    plays = Node("plays", "backlash_sum", {}, {"w0": 0.3, "r": [0.1, 0.2, 0.3], "w": [0.3, 0.2, 0.1]})
+    fmu = export_fmu(Graph.single(plays), tmp_path / "plays.fmu")
+    connections = {"pid.y_d": "reference.r", "fmu.u": "pid.u", "lag.u": "fmu.y"}
+    case = Cases(loop_with(fmu, connections, tmp_path)).cases[0]
+    written = write_ssp(case, tmp_path / "loop.ssp")
+    assert written.components == 3
+    for reader in installed(READERS):
+        assert error(written.path, reader, case.step) < BOUND, reader

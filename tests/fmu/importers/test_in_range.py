@@ -1,7 +1,5 @@
 """Measured data to FMUs by protocol P1; output `in_range`: whether the input lies in that of the training rows."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

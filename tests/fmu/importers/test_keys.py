@@ -4,8 +4,6 @@ The native run of the saved model, the Python unit, and the FMI 2.0 and 3.0 FMUs
 Modelica packages of models and of their inverses are written here, and simulated in tests/modelica/export.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Fixtures of the choice between candidates: a race without noise."""
 
-from __future__ import annotations
-
 import pytest
 from trials import DATA
 

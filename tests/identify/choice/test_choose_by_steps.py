@@ -1,7 +1,5 @@
 """The choice step by step: who enters in which order, what each costs, when the race ends, what is told of it."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np
@@ -50,7 +48,7 @@ def chosen(monkeypatch):
         monkeypatch.setattr(auto, "candidates", lambda: found)
         monkeypatch.setattr(auto, "examine", lambda data: seen)
         monkeypatch.setattr(auto, "too_large", lambda rows, key, given: "")
-        monkeypatch.setattr(auto, "takes_covariates", lambda key: key == "key takes")
+        monkeypatch.setattr(auto, "method", lambda key: SimpleNamespace(covariates=key == "key takes"))
         monkeypatch.setattr(race.Race, "leaves", lambda self, trial: False)
         monkeypatch.setattr(auto, "fit_one", fit_one)
         return auto.choose(data, 0, told.append, **more), asked, told

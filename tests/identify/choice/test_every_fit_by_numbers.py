@@ -1,6 +1,6 @@
 """What every fit checks and reports, by numbers: limits of the data, free run, other signals."""
 
-from __future__ import annotations
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from hystfmu.data.signals import nested_reversals
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify import one
 from hystfmu.identify.excitation.minor_loops import Excitation
+from hystfmu.identify.methods import weighted_sums
 from hystfmu.model import Model, guards
 
 H = 1e-3
@@ -77,12 +78,11 @@ def test_the_mean_is_the_worst_model(monkeypatch, rms, good):
 
 @pytest.mark.parametrize(("parameters", "warned"), [(299, False), (300, True)])
 def test_a_fit_states_its_numbers(monkeypatch, parameters, warned):
-    from hystfmu.identify.methods import prandtl_ishlinskii
-
     def build(data, options, seed, progress):
         return gain(2.0), parameters, {"f_n": 3.0, "warnings": ["first"], "bounded": {"p": (0.0, 0.0, 1.0)}}
 
-    monkeypatch.setattr(prandtl_ishlinskii, "build", build)
+    kinds = weighted_sums.KINDS
+    monkeypatch.setitem(kinds, "prandtl_ishlinskii", replace(kinds["prandtl_ishlinskii"], build=build))
     data = Dataset.from_signal(U, 2 * U + np.where(np.arange(400) % 2, 0.1, -0.1), H, "x", slice(0, 300))
     model = one.fit_one(data, "prandtl_ishlinskii", 3, lambda f: None, {"N": 7})
     assert (model.fit["parameters"], model.fit["f_n"], model.step) == (parameters, 3.0, H)

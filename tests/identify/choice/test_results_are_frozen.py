@@ -1,7 +1,5 @@
 """Results of fits and studies are immutable: their classes are frozen."""
 
-from __future__ import annotations
-
 import dataclasses
 import importlib
 import pkgutil

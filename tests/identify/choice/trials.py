@@ -1,7 +1,5 @@
 """A record and trials of candidates whose errors are given as numbers."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

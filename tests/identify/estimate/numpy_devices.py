@@ -1,7 +1,5 @@
 """Devices written from their equations in numpy, and the graphs that are fitted to them."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

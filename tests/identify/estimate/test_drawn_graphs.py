@@ -1,7 +1,5 @@
 """Fits of graphs with free parameters find those of drawn devices, within a few of the standard errors stated."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy_devices import H, bouc_wen, chain, g0, multisine, noisy, plays, second_order, within

@@ -1,7 +1,5 @@
 """Free parameters: names, bounds, ties, records, covariates, start states; what is refused, and what is warned of."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy_devices import H, chain, multisine, noisy, plays

@@ -1,7 +1,5 @@
 """Graphs with free parameters from TOML files: in Python and on the command line."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

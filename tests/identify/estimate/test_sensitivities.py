@@ -1,7 +1,5 @@
 """Sensitivities of runs: plays by definition, Bouc-Wen by a tight integrator, others by extrapolated differences."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy_devices import chain, multisine

@@ -1,7 +1,5 @@
 """Lag, feedback, drift and dead time of a record against the formulas of their modules, written out again in numpy."""
 
-from __future__ import annotations
-
 import numpy as np
 import plants
 import pytest

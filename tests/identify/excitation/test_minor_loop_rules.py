@@ -1,7 +1,5 @@
 """Minor loops row by row, and the class of memory at each limit that `minor_loops` states."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from types import SimpleNamespace
 

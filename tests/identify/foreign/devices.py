@@ -1,7 +1,5 @@
 """Devices of the literature with random parameters: y of rows of u in [-1, 1], from rest at 0."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

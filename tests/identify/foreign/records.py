@@ -1,7 +1,5 @@
 """Records of foreign devices, and the signals that judge a model: all start from rest at 0 and stay in the band."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from foreign import truth

@@ -1,7 +1,5 @@
 """Solvers of the foreign devices: Runge-Kutta, exact linear filters, relays, on a grid finer than the rows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 

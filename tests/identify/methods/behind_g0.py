@@ -1,7 +1,5 @@
 """Known dynamics G0(s) behind a static part: options, scaled inputs, the linear part by its definition."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.identify.estimate.dynamics import Dynamics

@@ -1,13 +1,11 @@
 """Fixtures of the searches behind G0(s): a record, and a search that finds the true dynamics."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from behind_g0 import TRAIN, G, H
 
 from hystfmu import Dataset
-from hystfmu.identify.methods import g0_prandtl_ishlinskii
+from hystfmu.identify.methods import weighted_sums
 
 
 @pytest.fixture
@@ -29,5 +27,5 @@ def search(monkeypatch):
         asked.append((residuals, near))
         return G
 
-    monkeypatch.setattr(g0_prandtl_ishlinskii, "search", found)
+    monkeypatch.setattr(weighted_sums, "search", found)
     return asked

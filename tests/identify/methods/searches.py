@@ -1,7 +1,5 @@
 """A stand-in for `scipy.optimize.least_squares` that notes what it is asked and answers as told."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """Bouc-Wen grey box: the shape in closed form, limits of the search, what the training rows decide."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

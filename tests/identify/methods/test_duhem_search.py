@@ -1,7 +1,5 @@
 """Duhem fit: scaling, starts from the increments, refinement of the free run, limits of the searches."""
 
-from __future__ import annotations
-
 from itertools import repeat
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Bouc-Wen and G0(s): what is eliminated, which delay is kept, the graph at rest."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from behind_g0 import TRAIN, G, H, projected

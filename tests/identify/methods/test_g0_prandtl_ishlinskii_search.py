@@ -1,7 +1,5 @@
 """Plays and G0(s): what is eliminated, which thresholds are kept, the least weight of the input."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from behind_g0 import PI, TRAIN, G, H, scaled
@@ -9,7 +7,8 @@ from behind_g0 import PI, TRAIN, G, H, scaled
 from hystfmu import Dataset
 from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.identify.features.plays import plays, thresholds
-from hystfmu.identify.methods import g0_prandtl_ishlinskii
+from hystfmu.identify.methods import weighted_sums
+from hystfmu.identify.methods.weighted_sums import g0_prandtl_ishlinskii
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 
@@ -17,10 +16,8 @@ from hystfmu.identify.solvers.nonnegative import nonnegative
 @pytest.mark.parametrize("u0", [None, 18.0])
 def test_plays_of_finer_thresholds_in_two_rounds(monkeypatch, search, data, least, u0):
     told = []
-    monkeypatch.setattr(
-        g0_prandtl_ishlinskii, "uncertainty", lambda residuals, *more: np.array([np.ptp(residuals(G)), 0, 0])
-    )
-    graph, parameters, found = g0_prandtl_ishlinskii.build(data, {**PI, "w0_min": least, "u0": u0}, 0, told.append)
+    monkeypatch.setattr(weighted_sums, "uncertainty", lambda residuals, *more: np.array([np.ptp(residuals(G)), 0, 0]))
+    graph, parameters, found = g0_prandtl_ishlinskii(data, {**PI, "w0_min": least, "u0": u0}, 0, told.append)
     x, half = scaled(data.u, TRAIN), np.ptp(data.u[TRAIN]) / 2
     x0 = x[0] if u0 is None else (2 * u0 - data.u[TRAIN].max() - data.u[TRAIN].min()) / np.ptp(data.u[TRAIN])
 
@@ -58,8 +55,7 @@ def test_plays_of_finer_thresholds_in_two_rounds(monkeypatch, search, data, leas
 
 def test_more_than_5000_rows_are_thinned(search):
     u = 3 * np.sin(np.arange(5001) / 30)
-    for kind, options in ((g0_prandtl_ishlinskii, PI),):
-        for n, rows in ((5000, 5000), (5001, 2501)):
-            search.clear()
-            kind.build(Dataset.from_signal(u[:n], 2 * u[:n] + 1, H, "long"), options, 0, lambda f: None)
-            assert len(search[0][0](G)) == rows
+    for n, rows in ((5000, 5000), (5001, 2501)):
+        search.clear()
+        g0_prandtl_ishlinskii(Dataset.from_signal(u[:n], 2 * u[:n] + 1, H, "long"), PI, 0, lambda f: None)
+        assert len(search[0][0](G)) == rows

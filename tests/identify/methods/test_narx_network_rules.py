@@ -1,7 +1,5 @@
 """NARX network: regression one step ahead, free run and its derivatives, starts, limits, order of the lags."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,29 +1,20 @@
 """Kinds made of an operator and a linear fit or a network: which operator, on which rows, with which readout."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from hystfmu import Dataset, InputError
 from hystfmu.graph import Graph, Input, Output
+from hystfmu.identify.catalogue import options as options_of
 from hystfmu.identify.features.plays import plays, thresholds
-from hystfmu.identify.methods import (
-    constraint_factor_mlp,
-    fitted_operator_mlp,
-    krasnoselskii_pokrovskii,
-    play_bank_mlp,
-    prandtl_ishlinskii,
-    rate_mlp,
-    zhao_tan_mlp,
-)
+from hystfmu.identify.features.straightened import straightened
+from hystfmu.identify.methods import constraint_factor_mlp, operator_networks, weighted_sums
 from hystfmu.identify.methods.constraint_factor_mlp import increasing_branch, literal_branch, stack_coordinates
-from hystfmu.identify.methods.fitted_operator_mlp import straightened
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 H = 1e-3
 TRAIN = slice(30, 260)
-KINDS = (constraint_factor_mlp, fitted_operator_mlp, play_bank_mlp, rate_mlp, zhao_tan_mlp)
+MODULES = (constraint_factor_mlp, operator_networks)
 
 
 def record(covariate=False):
@@ -45,13 +36,13 @@ def readouts(monkeypatch):
         graph = Graph(front.nodes, front.wires, [Input("u", front.to)], [Output("y", front.outputs[0])])
         return graph, 100, abs(chosen["iterations"] + 0.1 * len(asked) - 40.2)
 
-    for kind in KINDS:
-        monkeypatch.setattr(kind, "fit_readout", fit_readout)
+    for module in MODULES:
+        monkeypatch.setattr(module, "fit_readout", fit_readout)
     return asked
 
 
-def defaults(kind, **given):
-    return {o.name: o.default for o in kind.OPTIONS} | given
+def defaults(key, **given):
+    return {o.name: o.default for o in options_of(key)} | given
 
 
 def scaled(u, rows, span):
@@ -64,8 +55,8 @@ def scaled(u, rows, span):
 def test_a_sum_of_plays_is_the_non_negative_least_squares(least, u0):
     data, told = record(), []
     data = data.with_output(-data.y)
-    options = defaults(prandtl_ishlinskii, N=5, w0_min=least, u0=u0)
-    graph, count = prandtl_ishlinskii.build(data, options, 0, told.append)
+    options = defaults("prandtl_ishlinskii", N=5, w0_min=least, u0=u0)
+    graph, count = weighted_sums.prandtl_ishlinskii(data, options, 0, told.append)
     first = data.u[0] if u0 is None else u0
     a = np.column_stack([data.u, plays(data.u, thresholds(data.u[TRAIN], 5), first)])
     w, (offset,) = nonnegative(a[TRAIN], data.y[TRAIN] - least * data.u[TRAIN], np.ones((230, 1)))
@@ -78,22 +69,22 @@ def test_a_sum_of_plays_is_the_non_negative_least_squares(least, u0):
 
 
 def test_kernels_between_two_ramps():
-    a, p1, p2 = krasnoselskii_pokrovskii.grid(-1.0, 3.0, 4)
+    a, p1, p2 = weighted_sums.grid(-1.0, 3.0, 4)
     assert a == 1.0
     pairs = [(i, j) for j in range(4) for i in range(j + 1)]
     assert p1.tolist() == [-1.0 + i for i, _ in pairs]
     assert p2.tolist() == [-1.0 + j for _, j in pairs]
     x = np.array([-0.5, 0.0, 0.25, 1.0, 2.0])
-    assert krasnoselskii_pokrovskii.ridge(x / 2, 0.5).tolist() == [-1.0, -1.0, -0.5, 1.0, 1.0]
+    assert weighted_sums.ridge(x / 2, 0.5).tolist() == [-1.0, -1.0, -0.5, 1.0, 1.0]
     u = np.array([0.0, 2.0, 0.5, -1.0])
-    k = krasnoselskii_pokrovskii.kernels(u, 1.0, np.array([-1.0]), np.array([1.0]), np.array([0.3]))
+    k = weighted_sums.kernels(u, 1.0, np.array([-1.0]), np.array([1.0]), np.array([0.3]))
     assert k[:, 0].tolist() == [0.3, 1.0, 1.0, -1.0]  # held between -1 and 1 + 1
     data, told = record().with_output(-record().y), []
-    graph, count = krasnoselskii_pokrovskii.build(data, {"levels": 5, "u0": None}, 0, told.append)
+    graph, count = weighted_sums.krasnoselskii_pokrovskii(data, {"levels": 5, "u0": None}, 0, told.append)
     lo, hi = data.u[TRAIN].min(), data.u[TRAIN].max()
-    a, p1, p2 = krasnoselskii_pokrovskii.grid(lo, hi, 5)
+    a, p1, p2 = weighted_sums.grid(lo, hi, 5)
     start = np.clip(2 * (data.u[0] - (p1 + p2) / 2) / a - 1, -1, 1)
-    columns = krasnoselskii_pokrovskii.kernels(data.u, a, p1, p2, start)
+    columns = weighted_sums.kernels(data.u, a, p1, p2, start)
     w, (offset,) = nonnegative(columns[TRAIN], data.y[TRAIN], np.ones((230, 1)))
     assert graph.run(data.u, H).reshape(-1) == pytest.approx(columns @ w + offset)
     assert count == 16
@@ -103,7 +94,7 @@ def test_kernels_between_two_ramps():
 # ---- networks -------------------------------------------------------------------------------------------------------
 def test_a_fitted_sum_of_plays_beside_the_input(readouts):
     data, told = record(), []
-    _, count = fitted_operator_mlp.build(data, defaults(fitted_operator_mlp, N=5), 3, told.append)
+    _, count = operator_networks.fitted_operator_mlp(data, defaults("fitted_operator_mlp", N=5), 3, told.append)
     front, _, seed, more = readouts[0]
     a = np.column_stack([data.u, plays(data.u, thresholds(data.u[TRAIN], 5), data.u[0])])
     v, free = straightened(data.u[TRAIN], data.y[TRAIN], 5, np.zeros((230, 0)))
@@ -115,7 +106,7 @@ def test_a_fitted_sum_of_plays_beside_the_input(readouts):
 
 def test_a_bank_of_plays_with_a_linear_readout(readouts):
     data = record()
-    _, count = play_bank_mlp.build(data, defaults(play_bank_mlp, N=5), 3, lambda f: None)
+    _, count = operator_networks.play_bank_mlp(data, defaults("play_bank_mlp", N=5), 3, lambda f: None)
     front, _, _, more = readouts[0]
     assert front.values == pytest.approx(
         np.column_stack([data.u, plays(data.u, thresholds(data.u[TRAIN], 5), data.u[0])])
@@ -137,8 +128,8 @@ def differentiated(v, tau):
 @pytest.mark.parametrize("tau", [None, 0.0])
 def test_rates_of_the_input_and_of_a_fit(readouts, tau):
     data = record(covariate=True).with_output(-record().y)
-    rate_mlp.build(data, defaults(rate_mlp, N=2, tau=tau), 0, lambda f: None)
-    rate_mlp.build(data, defaults(rate_mlp, memory="none", tau=tau), 0, lambda f: None)
+    operator_networks.rate_mlp(data, defaults("rate_mlp", N=2, tau=tau), 0, lambda f: None)
+    operator_networks.rate_mlp(data, defaults("rate_mlp", memory="none", tau=tau), 0, lambda f: None)
     (front, _, _, more), (bare, _, _, literal) = readouts
     nodes = {n.name: n for n in front.nodes}
     for name in ("rate", "first", "second"):
@@ -163,7 +154,7 @@ def test_rates_of_the_input_and_of_a_fit(readouts, tau):
 @pytest.mark.parametrize("operator", ["zhao_tan", "zhao_tan_inverse"])
 def test_the_range_of_the_operator_with_the_least_error(readouts, operator):
     data, told = record(), []
-    _, count = zhao_tan_mlp.build(data, defaults(zhao_tan_mlp, operator=operator), 3, told.append)
+    _, count = operator_networks.zhao_tan_mlp(data, defaults("zhao_tan_mlp", operator=operator), 3, told.append)
     spans = [np.ptp(front.values[TRAIN, 0]) for front, *_ in readouts]
     assert spans == pytest.approx([0.5, 1.0, 2.0, 1.0])  # the second had the least error
     for front, chosen, seed, more in readouts[:3]:
@@ -179,7 +170,7 @@ def test_the_range_of_the_operator_with_the_least_error(readouts, operator):
     assert told == pytest.approx([0.1, 0.2, 0.3, 0.65])
     assert count == 100
     with pytest.raises(InputError, match="'memory' option with the operator 'zhao_tan_inverse' must be 'dominant'"):
-        zhao_tan_mlp.features(data, 1.0, "last", 0.0, "zhao_tan_inverse")
+        operator_networks.with_zhao_tan(data, 1.0, "last", 0.0, "zhao_tan_inverse")
 
 
 @pytest.mark.parametrize("span", [1.0, 3.0])
@@ -187,7 +178,7 @@ def test_the_range_of_the_operator_with_the_least_error(readouts, operator):
 def test_the_constraint_factor_operator_of_a_branch(readouts, span, branch):
     data, told = record(covariate=True), []
     data = data.with_output(-data.y) if branch == "literal" else data  # it does not turn an output that falls
-    options = defaults(constraint_factor_mlp, m=3, range=span, branch=branch)
+    options = defaults("constraint_factor_mlp", m=3, range=span, branch=branch)
     _, count = constraint_factor_mlp.build(data, options, 3, told.append)
     front = readouts[0][0]
     x = scaled(data.u, TRAIN, span)
@@ -218,7 +209,7 @@ def test_the_sweep_keeps_the_size_with_the_least_error(readouts, monkeypatch):
         return {1: 3.0, 2: 1.0, 3: 2.0}
 
     monkeypatch.setattr(constraint_factor_mlp, "hidden_sweep", hidden_sweep)
-    constraint_factor_mlp.build(data, defaults(constraint_factor_mlp, m=3, sweep=3), 4, told.append)
+    constraint_factor_mlp.build(data, defaults("constraint_factor_mlp", m=3, sweep=3), 4, told.append)
     assert asked == [(300, slice(30, 191), slice(191, 260), [1, 2, 3], 4)]  # 70 % and 30 %
     assert readouts[0][1]["hidden"] == 2
     assert told == pytest.approx([0.475, 0.975])

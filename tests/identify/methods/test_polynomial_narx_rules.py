@@ -1,6 +1,4 @@
-"""Polynomial NARX: choice of the range, recursive training, covariates, refusals; the graph runs the equation."""
-
-from __future__ import annotations
+"""Polynomial NARX: choice of the range, covariates, refusals; the graph runs the equation."""
 
 import numpy as np
 import pytest
@@ -11,7 +9,7 @@ from hystfmu.identify.methods.polynomial_narx import basis, lagged
 
 H = 1e-3
 OPTIONS = {
-    "n_u": 2, "n_f": 1, "n_y": 0, "n_k": 1, "q": 2, "training": "batch", "dead_zone": None, "ridge": 1e-3,
+    "n_u": 2, "n_f": 1, "n_y": 0, "n_k": 1, "q": 2, "ridge": 1e-3,
     "memory": "dominant", "range": 2.0, "u0": None, "margin": 0.1,
 }  # fmt: skip
 TRAIN = slice(20, 280)
@@ -75,35 +73,6 @@ def test_the_range_with_the_least_training_error(monkeypatch, n_f):
     assert told == [0.2, 0.4]
 
 
-def recursion(phi, y, ridge, zone=None):
-    """Weighted least squares row by row, in covariances: P(0) = 1 / (rows ridge^2)."""
-    theta, P = np.zeros(phi.shape[1]), np.eye(phi.shape[1]) / (len(y) * ridge**2)
-    for h, value in zip(phi, y, strict=True):
-        e = value - h @ theta
-        if zone is not None and abs(e) <= zone:
-            continue
-        c = 1.0 if zone is None else (e**2 - zone**2) / (h @ P @ h * zone**2)
-        K = c * P @ h / (1 + c * h @ P @ h)
-        theta, P = theta + K * e, P - np.outer(K, h @ P)
-    return theta
-
-
-@pytest.mark.parametrize(("training", "zone"), [("recursive", None), ("dead_zone", 0.8), ("dead_zone", None)])
-def test_training_row_by_row(training, zone):
-    data, told = record(2600, train=slice(20, 1120)), []
-    rows = data.train
-    options = {**OPTIONS, "training": training, "dead_zone": zone, "ridge": 0.03}
-    graph, _ = kind.build(data, options, 0, told.append)
-    phi, s = polynomial(data)
-    y = s.y[rows]
-    if training == "dead_zone":
-        left = np.abs(y - phi[rows] @ batch(phi[rows], y, 0.03)).max()
-        zone = 1.2 * left if zone is None else zone / s.half
-    want = phi @ recursion(phi[rows], y, 0.03, zone) * s.half + s.middle
-    assert graph.run(data.u, H).reshape(-1)[3:] == pytest.approx(want[3:], rel=1e-5)
-    assert told == [0.4]
-
-
 def test_a_covariate_scales_a_network_of_its_own():
     data = record(covariate=True)
     graph, parameters = kind.build(data, OPTIONS, 0, lambda f: None)
@@ -129,7 +98,6 @@ def test_a_covariate_scales_a_network_of_its_own():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"training": "recursive", "dead_zone": 0.5}, "must come with training = 'dead_zone'. Got 'recursive'"),
         ({"n_u": 20, "n_f": 2}, "at most the 260 train rows. Got 276 for n_u = 20, n_f = 2, n_y = 0, q = 2"),
         ({"n_u": 60, "n_f": 40}, "at most 5000 and"),
     ],

@@ -1,7 +1,5 @@
 """Network readout: scaling of features and output, limits, linear part; the graph gives the numbers of its equation."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

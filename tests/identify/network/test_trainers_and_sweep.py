@@ -1,7 +1,5 @@
 """Trainers by name and the sweep over hidden sizes: settings of the optimisers, shares of the processes, units."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Training of a network with one hidden layer: initial weights, stages, decay, thinning of rows, reported fractions."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What a record shows of linear dynamics, against devices of a simulator twelve times finer than their records."""
 
-from __future__ import annotations
-
 import json
 import time
 

@@ -10,12 +10,12 @@ from click.testing import CliRunner
 from hystfmu import Dataset, InputError, Model, fit, read
 from hystfmu.cli import main
 from hystfmu.data.signals import training
-from hystfmu.identify import METHODS
-from hystfmu.identify.catalogue import takes_records
+from hystfmu.identify.catalogue import method
 from hystfmu.identify.cuts import one_run
+from hystfmu.identify.methods import MODULES
 
 H = 1e-3
-KINDS = [key for key in METHODS if takes_records(key)]
+KINDS = [key for key in MODULES if method(key).records]
 CHEAP = {"play_bank_mlp": {"iterations": 20, "starts": 1, "hidden": 2}, "preisach": {"n": 6, "widths": 4, "means": 2}}
 
 

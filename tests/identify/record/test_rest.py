@@ -1,7 +1,5 @@
 """The memory before row 0: a device that was brought to its working point before the record began."""
 
-from __future__ import annotations
-
 import numpy as np
 import plants
 import pytest
@@ -51,7 +49,7 @@ def test_a_bent_output_does_not_hide_where_the_memory_rested() -> None:
 
 @pytest.mark.parametrize("seed", [31001, 31002])
 def test_a_bank_of_plays_finds_its_memory_after_reversals_before_the_record(seed: int) -> None:
-    """Plays behind tanh that were driven to four random inputs: without the estimate, .8 to 1.3 %FS."""
+    """Plays behind tanh that were driven to four random inputs: without the estimate, 1.8 to 2.1 %FS."""
     rng = np.random.default_rng([seed, 7])
     inside = drawn_plants.play_sum(np.random.default_rng([seed, 2]))
     before = signals.ramps([0.0, *rng.uniform(-0.9, 0.9, 4).tolist()])
@@ -63,11 +61,11 @@ def test_a_bank_of_plays_finds_its_memory_after_reversals_before_the_record(seed
 
     data = hy.Dataset.from_signal(*measured(signals.training(100, seed)))
     v, y = measured(signals.nested_reversals(60, seed + 1))
-    quick = {"starts": 1, "iterations": 30}
+    quick = {"starts": 1, "iterations": 60}
     found, at_rest = (hy.fit(data, "play_bank_mlp", **quick, **option) for option in ({}, {"u0": first}))
     error, worse = (100 * float(np.sqrt(np.mean((m.predict(v) - y) ** 2))) / data.span for m in (found, at_rest))
     assert error < 0.2
-    assert worse > 2 * error, "the option has the last word"
+    assert worse > 10 * error, "the option has the last word"
 
 
 @pytest.mark.parametrize("seed", [791833505, 1484129994, 1633532985, 1984664301, 1096862116, 1465311428])

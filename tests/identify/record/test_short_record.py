@@ -1,7 +1,5 @@
 """A shorter record for the race: thinned where nothing is lost, else the part that shows most."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

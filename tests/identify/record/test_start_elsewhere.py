@@ -1,7 +1,5 @@
 """A signal that begins at another input than the record: the device has moved there, and so has its model."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from foreign.solvers import FINER, bouc_wen, fine

@@ -1,7 +1,5 @@
 """A bent sum of plays step by step: where a fit starts, straight and constant bends, one Gauss-Newton step."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

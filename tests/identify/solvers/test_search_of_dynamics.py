@@ -1,7 +1,5 @@
 """Dynamics behind a hysteresis: the grid of starts, settings of the search, derivatives, standard errors, the rest."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Solvers step by step: trials of a line search, Powell-Beale directions, damping, which columns are solved at once."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar

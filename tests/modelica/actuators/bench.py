@@ -1,9 +1,6 @@
 """An actuator among genuine parts of the Modelica Standard Library, and its energies as pins and flanges show them."""
 
-from __future__ import annotations
-
 import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,21 +38,12 @@ WIRED = """
 HELD = "  connect(wall.flange, stack.flange_a);\n"
 
 
-def complaint(tmp_path: Path, declared: str, joined: str, stop: float, step: float, tolerance: float = 1e-10) -> str:
-    """Simulate a model of these parts into `out.npz` of the folder; what the compiler or the solver says, or ""."""
-    file = tmp_path / "Bench.mo"
-    file.write_text(f"model Bench\n{declared}equation\n{joined}end Bench;\n")
-    return simulate.rumoca(file, "Bench", repr(stop), repr(step), repr(tolerance), tmp_path / "out.npz", packages=ROOTS)
-
-
 def run(
-    tmp_path: Path, declared: str, joined: str, stop: float = 0.02, step: float = 1e-5, tolerance: float = 1e-10
+    declared: str, joined: str, stop: float = 0.02, step: float = 1e-5, tolerance: float = 1e-10
 ) -> dict[str, Array]:
     """Trajectories of a model of these parts, by name."""
-    said = complaint(tmp_path, declared, joined, stop, step, tolerance)
-    assert not said, said
-    with np.load(tmp_path / "out.npz") as found:
-        return {k: found[k] for k in found.files}
+    text = f"model Bench\n{declared}equation\n{joined}end Bench;\n"
+    return simulate.solve_text(text, stop, step, tolerance, packages=ROOTS).values
 
 
 def beside(
@@ -83,8 +71,7 @@ def beside(
         f"  {name.capitalize()} {name};\n"
         for name, (declared, joined) in circuits.items()
     )
-    with tempfile.TemporaryDirectory() as folder:
-        v = run(Path(folder), parts, "", stop, step, tolerance)
+    v = run(parts, "", stop, step, tolerance)
     return {
         name: {"time": v["time"], **{k.removeprefix(f"{name}."): x for k, x in v.items() if k.startswith(f"{name}.")}}
         for name in circuits
@@ -146,8 +133,3 @@ def energies(v: dict[str, Array], since: float, p: Values, stack: str = "stack")
     into = over(one["flange_b.f"], one["flange_b.s"]) + over(one["flange_a.f"], one["flange_a.s"])
     assert np.ptp(s) > 0
     return Energies(over(volts * i, t), -into, over(behind + p.d * ceramic, P), damped + moving, exchanged)
-
-
-def example(name: str, tmp_path: Path) -> dict[str, Array]:
-    """Trajectories of an example of the library."""
-    return simulate.run(f"HystFMU.Examples.{name}", tmp_path / "example.npz").instants()

@@ -1,7 +1,6 @@
 """Models of the built-in piezo stack of every kind that an actuator of the Modelica library takes."""
 
-from __future__ import annotations
-
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -67,12 +66,38 @@ def demo(key: str) -> hy.Model:
     return hy.fit(hy.synthetic.piezo(60, 1000.0), key.partition(",")[0], **OPTIONS[key])
 
 
-def as_it_comes(package: Path, tmp_path: Path) -> dict[str, np.ndarray]:
+def as_it_comes(package: Path) -> dict[str, np.ndarray]:
     """The example of an actuator at its own settings."""
-    file, out = package / "ActuatorExample.mo", tmp_path / "example.npz"
-    e = library.experiment_of(file.read_text())
-    settings = (repr(e[k]) for k in ("StopTime", "Interval", "Tolerance"))
-    said = simulate.rumoca(file, "Piezo.ActuatorExample", *settings, out, packages=(library.ROOT, package))
-    assert not said, said
-    with np.load(out) as found:
-        return {k: found[k] for k in found.files}
+    file = package / "ActuatorExample.mo"
+    return simulate.as_stated(file, "Piezo.ActuatorExample", (library.ROOT, package)).values
+
+
+# ---- Models of current-driven devices of every kind that the slot of an actuator takes
+ROD_KINDS = ("jiles_atherton", "jiles_atherton, strain", *OPTIONS)
+ROD_SHEET = {"stroke": 40e-6, "blocking_force": 1200.0, "resistance": 3.0, "resonance": 1500.0}
+
+
+def magnet(strain: float = 0.0, weight: float = 25.0) -> hy.Model:
+    """A Jiles-Atherton operator about a bias of 0.8 A, and a share of the square."""
+    beside = [Node("square", "product", {"n": 2, "m": 0})] if strain else []
+    nodes = [
+        Node("input", "scaling", {"n": 1}, {"gain": 0.3, "offset": 0.24}),
+        Node("operator", "jiles_atherton", {}, {"Ms": 1.0, "a": 0.38, "k": 0.25, "c": 0.2, "alpha": 0.13}),
+        *beside,
+        Node("hysteresis", "sum", {"n": 3 if strain else 2}, {"k": [1.0, weight, strain][: 3 if strain else 2]}),
+    ]
+    wires = [("input.y", "operator.u"), ("input.y", "hysteresis.u[1]"), ("operator.y", "hysteresis.u[2]")]
+    if strain:
+        wires += [("operator.y", "square.u[1]"), ("operator.y", "square.u[2]"), ("square.y", "hysteresis.u[3]")]
+    ports = [Input("u", ("input.u",), unit="A")], [Output("y", "hysteresis.y", unit="um")]
+    return hy.Model("g0_jiles_atherton", Graph(nodes, wires, *ports), 1e-3, provenance={"span_u": [-3.0, 3.0]})
+
+
+def rod(key: str) -> hy.Model:
+    """The model of a stack, its volts read as amperes, or one of a magnet."""
+    if key.startswith("jiles_atherton"):
+        return magnet(4.0 if "strain" in key else 0.0)
+    model = demo(key)
+    first, *others = model.graph.inputs
+    graph = model.graph
+    return replace(model, graph=Graph(graph.nodes, graph.wires, [replace(first, unit="A"), *others], graph.outputs))

@@ -1,7 +1,5 @@
 """Ways to connect an actuator that other libraries make a trap: sources, grounds, flanges, stacks, initial states."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import bench

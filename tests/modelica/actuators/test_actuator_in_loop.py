@@ -1,7 +1,5 @@
 """A loop around an actuator between pins and flanges: controllers of the library and of the standard library."""
 
-from __future__ import annotations
-
 import html
 import re
 import tomllib
@@ -26,21 +24,15 @@ def tracking(found: dict[str, np.ndarray]) -> float:
     return float(50 * np.sqrt(np.mean((found["reading.y"] - found["reference.r"])[late] ** 2)))
 
 
-def simulated(text: str, name: str, folder: Path, packages: tuple[Path, ...]) -> dict[str, np.ndarray]:
-    file = folder / f"{name}.mo"
-    file.write_text(text)
-    assert simulate.rumoca(file, name, "0.2", "1e-4", "1e-9", folder / "r.npz", packages=packages) == ""
-    with np.load(folder / "r.npz") as found:
-        return {k: found[k] for k in found.files}
+def simulated(text: str, packages: tuple[Path, ...]) -> dict[str, np.ndarray]:
+    return simulate.solve_text(text, 0.2, 1e-4, 1e-9, packages=packages).values
 
 
-def test_a_controller_of_the_library_holds_a_stack_on_its_reference(tmp_path: Path) -> None:
+def test_a_controller_of_the_library_holds_a_stack_on_its_reference() -> None:
     """A spring beside the load takes a twentieth of the stroke, which the integral part gives back."""
-    with_it = simulate.run("HystFMU.Examples.StackInLoop", tmp_path / "example.npz").instants()
+    with_it = simulate.run("HystFMU.Examples.StackInLoop").instants()
     without = simulated(
         "model Open extends HystFMU.Examples.StackInLoop(controller(Kp = 0, Ki = 0)); end Open;",
-        "Open",
-        tmp_path,
         (library.ROOT,),
     )
     assert tracking(with_it) < 0.2
@@ -48,13 +40,13 @@ def test_a_controller_of_the_library_holds_a_stack_on_its_reference(tmp_path: Pa
 
 
 @bench.needs_standard
-def test_a_controller_of_the_standard_library_does(tmp_path: Path) -> None:
+def test_a_controller_of_the_standard_library_does() -> None:
     """The loop that the guide shows."""
     page = library.text(library.ROOT / "UsersGuide" / "TutorialActuator.mo")
     code = re.search(r"<pre>\n(.*?)</pre>", page, re.DOTALL)
     assert code is not None
     text = html.unescape(code[1]).replace('\\"', '"')
-    assert tracking(simulated(text, "WithStandardBlocks", tmp_path, bench.ROOTS)) < 2
+    assert tracking(simulated(text, bench.ROOTS)) < 2
 
 
 F_N, ZETA = 500.0, 0.7  # Hz, of the plant of the scenario
@@ -110,7 +102,7 @@ def test_a_loop_around_an_exported_actuator_gives_the_figures_of_the_scenario(tm
     units = tomllib.loads((SCENARIO / "scenario.toml").read_text())["units"]
     law = ", ".join(f"{k} = {v!r}" for k, v in units["pid"]["values"].items())
     text = PLANT.format(volts=VOLTS, most=2 * VOLTS, per_metre=1 / STROKE, law=law)
-    v = simulated(text, "Loop", tmp_path, (library.ROOT, package))
+    v = simulated(text, (library.ROOT, package))
     late = v["time"] >= SETTLED
     found = float(50 * np.sqrt(np.mean((v["plant.y"] - v["reference.r"])[late] ** 2)))
     figures = tomllib.loads((SCENARIO / "baseline.toml").read_text())["case"]["sine_10"]["metrics"]

@@ -1,7 +1,5 @@
 """Every static kind in the slot of an actuator, untouched and under loads, and one line for each that has none."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -22,15 +20,13 @@ KINDS = [pytest.param(k, marks=() if k in QUICK else pytest.mark.stress) for k i
 LOADS = {"light": 0.1, "equal": 1.0, "heavy": 10.0}  # times the own mass
 
 
-@pytest.mark.parametrize("key", KINDS)
-def test_an_actuator_of_a_record_without_a_mode_has_no_mass_and_runs(key: str, tmp_path: Path) -> None:
-    """The record of the stack ends at 18 Hz: without a data sheet the example is as it comes, and quasi-static."""
-    package = stacks.demo(key).export_modelica(tmp_path / "Piezo")
+ROD_QUICK = ("jiles_atherton, strain", "prandtl_ishlinskii")
+RODS = [pytest.param(k, marks=() if k in ROD_QUICK else pytest.mark.stress) for k in stacks.ROD_KINDS]
+
+
+def runs_as_it_comes(package: Path, key: str) -> None:
     assert exported.complaints(package) == []
-    text = (package / "Actuator.mo").read_text()
-    assert "withMass = false" in text
-    assert not re.search(r"\n    m = ", text)
-    v = stacks.as_it_comes(package, tmp_path)
+    v = stacks.as_it_comes(package)
     off = np.ptp(v["actuator.residual"]) / np.ptp(v["actuator.supplied"])
     print(f"{key}: {np.ptp(v['load.s']):.2e} m, balance {off:.1e}")
     assert np.ptp(v["load.s"]) > 1e-5
@@ -38,25 +34,38 @@ def test_an_actuator_of_a_record_without_a_mode_has_no_mass_and_runs(key: str, t
 
 
 @pytest.mark.parametrize("key", KINDS)
+def test_an_actuator_of_a_record_without_a_mode_has_no_mass_and_runs(key: str, tmp_path: Path) -> None:
+    """The record of the stack ends at 18 Hz: without a data sheet the example is as it comes, and quasi-static."""
+    package = stacks.demo(key).export_modelica(tmp_path / "Piezo")
+    text = (package / "Actuator.mo").read_text()
+    assert "withMass = false" in text
+    assert not re.search(r"\n    m = ", text)
+    runs_as_it_comes(package, key)
+
+
+@pytest.mark.parametrize("key", RODS)
+def test_an_exported_rod_runs_as_it_comes(key: str, tmp_path: Path) -> None:
+    package = stacks.rod(key).export_modelica(tmp_path / "Piezo")
+    assert "BaseClasses.Magnetostrictive(" in (package / "Actuator.mo").read_text()
+    runs_as_it_comes(package, key)
+
+
+@pytest.mark.parametrize("key", KINDS)
 def test_an_actuator_with_a_mass_runs_under_loads(key: str, tmp_path: Path) -> None:
     """A tenth, one and ten times the own mass, each at the settings of the example."""
     package = stacks.demo(key).export_modelica(tmp_path / "Piezo", sheet=stacks.SHEET)
     m = float(re.search(r"\n    m = ([-\d.e+]+)", (package / "Actuator.mo").read_text())[1])
-    file, out = package / "Loads.mo", tmp_path / "loads.npz"
+    file = package / "Loads.mo"
     parts = [f"  ActuatorExample {name}(load(m = {ratio * m!r}));\n" for name, ratio in LOADS.items()]
     file.write_text(f"within Piezo;\nmodel Loads\n  import HystFMU;\n{''.join(parts)}end Loads;\n")
-    e = library.experiment_of((package / "ActuatorExample.mo").read_text())
-    settings = (repr(e[k]) for k in ("StopTime", "Interval", "Tolerance"))
-    said = simulate.rumoca(file, "Piezo.Loads", *settings, out, packages=(library.ROOT, package))
-    assert not said, said
-    with np.load(out) as found:
-        for name in LOADS:
-            s, f = found[f"{name}.load.s"], found[f"{name}.actuator.residual"]
-            off = np.ptp(f) / np.ptp(found[f"{name}.actuator.supplied"])
-            print(f"{key}, {name}: {np.ptp(s):.2e} m, balance {off:.1e}")
-            assert np.isfinite(s).all()
-            assert np.ptp(s) > 1e-5
-            assert off <= 1e-5
+    found = simulate.as_stated(file, "Piezo.Loads", (library.ROOT, package), of=package / "ActuatorExample.mo").values
+    for name in LOADS:
+        s, f = found[f"{name}.load.s"], found[f"{name}.actuator.residual"]
+        off = np.ptp(f) / np.ptp(found[f"{name}.actuator.supplied"])
+        print(f"{key}, {name}: {np.ptp(s):.2e} m, balance {off:.1e}")
+        assert np.isfinite(s).all()
+        assert np.ptp(s) > 1e-5
+        assert off <= 1e-5
 
 
 REFUSED = {

@@ -1,7 +1,5 @@
 """What is joined rigidly to an actuator: two masses are one, and the start is that of the actuator."""
 
-from __future__ import annotations
-
 import bench
 import numpy as np
 

@@ -1,7 +1,5 @@
 """A covariate that is a temperature: a port in K of the block, and the heat port of the actuator."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 
@@ -31,13 +29,9 @@ def model() -> hy.Model:
     return hy.fit(data, "actuator", N=8, operator="plays", bend=1, dynamics="no", creep="no")
 
 
-def simulated(tmp_path: Path, package: Path, declared: str, joined: str) -> dict[str, np.ndarray]:
-    file, out = tmp_path / "Bench.mo", tmp_path / "out.npz"
-    file.write_text(f"model Bench\n{bench.FEED}{declared}equation\n{joined}end Bench;\n")
-    said = simulate.rumoca(file, "Bench", "0.1", "1e-3", "1e-9", out, packages=(library.ROOT, package))
-    assert not said, said
-    with np.load(out) as found:
-        return simulate.Trajectory({k: found[k] for k in found.files}).instants()
+def simulated(package: Path, declared: str, joined: str) -> dict[str, np.ndarray]:
+    text = f"model Bench\n{bench.FEED}{declared}equation\n{joined}end Bench;\n"
+    return simulate.solve_text(text, 0.1, 1e-3, 1e-9, packages=(library.ROOT, package)).instants()
 
 
 def test_a_temperature_is_a_port_in_kelvin(tmp_path: Path) -> None:
@@ -53,7 +47,7 @@ def test_a_temperature_is_a_port_in_kelvin(tmp_path: Path) -> None:
   HystFMU.Sources.Sine command(amplitude = 40, offset = 50, frequency = 10);
   Piezo.Model tested;
 """
-    v = simulated(tmp_path, package, source, "  connect(room.T, tested.T);\n  connect(command.r, tested.u);\n")
+    v = simulated(package, source, "  connect(room.T, tested.T);\n  connect(command.r, tested.u);\n")
     at = np.arange(0, len(v["time"]) - 1)
     u = v["tested.u"][at]
     expected = model().predict(np.column_stack([u, np.full(len(u), ROOM)])).reshape(len(u), -1)[:, 0] * 1e-6
@@ -80,7 +74,7 @@ def test_an_actuator_follows_the_temperature_of_its_heat_port(tmp_path: Path) ->
     for feed, actuator in (("feed", "room"), ("other", "warm")):
         joined += f"  connect(command.r, {feed}.u);\n  connect({feed}.p, {actuator}.pin_p);\n"
         joined += f"  connect({feed}.n, {actuator}.pin_n);\n  connect(wall.flange, {actuator}.flange_a);\n"
-    v = simulated(tmp_path, package, parts, joined)
+    v = simulated(package, parts, joined)
     inner = slice(5, -2)
     for actuator, degrees in (("room", ROOM), ("warm", WARM)):
         u = v[f"{actuator}.v"]

@@ -1,9 +1,6 @@
 """Any model of the library that is simulated and compared: which comparison is its own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from pathlib import Path
 
 import compare_block
 import compare_implicit
@@ -11,7 +8,7 @@ import compare_operator
 import library
 from outcome import Outcome
 
-COMPARISONS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], Outcome]], ...] = (
+COMPARISONS: tuple[tuple[Callable[[str], bool], Callable[[str], Outcome]], ...] = (
     (compare_implicit.is_implicit, compare_implicit.compare),
     (compare_operator.is_operator, compare_operator.compare),
     (compare_block.is_block, compare_block.compare),
@@ -24,7 +21,7 @@ def models() -> list[str]:
     return sorted(n for n in library.classes() if any(belongs(n) for belongs, _ in COMPARISONS))
 
 
-def compare(name: str, out: Path) -> Outcome:
-    """Simulate the model `name`, with `out` for its trajectory, and compare it."""
+def compare(name: str) -> Outcome:
+    """Simulate the model `name` and compare it."""
     of = next(comparison for belongs, comparison in COMPARISONS if belongs(name))
-    return of(name, out)
+    return of(name)

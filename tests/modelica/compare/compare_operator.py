@@ -1,21 +1,16 @@
-"""A Validation model of an operator or inverse against the C core and the plain numpy form.
+"""A Validation model of an operator or inverse against the C core, whose oracles are in tests/blocks.
 
 The inputs are those that the simulation recorded.  Sampled: the rows just after the instants k Ts.  Events: every
 instant, since the memory sees the whole input; an instant has one input, that after its events.  Smooth: every row, and
-the true input at a fine grid between them, so that no extremum is missed by the two discrete forms.
+the true input at a fine grid between them, so that no extremum is missed by the discrete form.
 """
-
-from __future__ import annotations
-
-from pathlib import Path
 
 import library
 import numpy as np
-import numpy_forms
 import simulate
 import twin
 import validation_signal
-from outcome import NAN, Outcome, against_reference, relative
+from outcome import Outcome, against_reference, relative
 
 from hystfmu.graph import Node
 
@@ -23,12 +18,10 @@ Array = simulate.Array
 KINDS = ("Sampled", "Events", "Smooth")
 ROUNDING = 1e-12  # Sampled and Events, |difference| / max |output|
 TUBE = {"Sampled": 1e-9, "Events": 1e-9, "Smooth": 1e-5}
-THIN = 3  # every third row for the plain forms, which look at the whole history at each
 # Smooth: the solver at Tolerance = 1e-10, corners of the input's rate included; plays with a corner rounded over
 # width = 1e-3, weights up to 10 in sum; a branch of 50 pieces besides
 SOLVER, WIDTH, POLYGON = 1e-5, 1e-3, 2e-3
 GRAPHS = {"ImplicitInverse"}  # its unit is a graph: compare_implicit.py
-FORGETS = {"PrandtlIshlinskiiForgets"}  # a full memory: the numpy form has no limit
 
 
 def is_operator(name: str) -> bool:
@@ -56,35 +49,26 @@ def run_c(block: str, node: Node, u: Array, h: float) -> Array:
     return u[:, None] - y if block == "StopBank" else y
 
 
-def compare(name: str, out: Path) -> Outcome:
-    """Simulate a Validation model of an operator and compare it with the three."""
-    kind, short_name = name.split(".")[2:]
+def compare(name: str) -> Outcome:
+    """Simulate a Validation model of an operator and compare it with the unit."""
+    kind = name.split(".")[2]
     model = library.classes()[name]
     block, node, h = twin.tested(model)
     tested = library.find(str(model.tree.symbols["tested"].type), name)
     assert tested is not None
     limit = bound(tested)
-    form = None if short_name in FORGETS else numpy_forms.FORMS.get(block)
-    trajectory = simulate.run(name, out)
+    trajectory = simulate.run(name)
     rows = trajectory.at(h) if kind == "Sampled" else trajectory.instants() if kind == "Events" else trajectory.values
     u = twin.columns(rows, node, "input")[:, 0]
     ports = [("s" if block == "StopBank" else v.name, node.sizes[v.name]) for v in node.block.of("output")]
     got = np.hstack([simulate.port(rows, "tested", port, size) for port, size in ports])
     if kind == "Smooth":
         driven, keep, step = validation_signal.fine(name, rows["time"], 2e-5)
-        plain_driven, plain_keep, plain_step = validation_signal.fine(
-            name, rows["time"], 2e-5 if form and form.fast else 1e-4
-        )
     else:
-        driven, keep, step = plain_driven, plain_keep, plain_step = u, np.arange(len(u)), h
+        driven, keep, step = u, np.arange(len(u)), h
     expected = run_c(block, node, driven, step)[keep]
     assert np.ptp(expected, axis=0).min() > 0, "an output that does not move tests nothing"
-    plain, plain_limit, reference, tube = NAN, NAN, NAN, NAN
-    if form is None:
-        reference, tube = against_reference(name, rows["time"], got, TUBE[kind])
-    else:
-        plain_limit = max(limit, form.bound)
-        plain = relative(got[::THIN], form.outputs(plain_driven, twin.values_of(node), plain_step, plain_keep[::THIN]))
+    reference, tube = against_reference(name, rows["time"], got, TUBE[kind])
     return Outcome(
         name,
         len(got),
@@ -92,8 +76,6 @@ def compare(name: str, out: Path) -> Outcome:
         trajectory.seconds,
         error_c=relative(got, expected),
         bound_c=limit,
-        error_numpy=plain,
-        bound_numpy=plain_limit,
         error_reference=reference,
         tube=tube,
     )

@@ -1,10 +1,6 @@
 """What Events costs beside Smooth: ten plays on two tones, both in one run of one process."""
 
-from __future__ import annotations
-
-import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import simulate
@@ -33,22 +29,16 @@ class Cost:
     reversals: int
 
 
-def measure(kind: str, folder: Path, repeats: int = 3) -> Cost:
+def measure(kind: str, repeats: int = 3) -> Cost:
     """Simulate the realisation `kind`."""
-    file, out = folder / kind / "M.mo", folder / "r.npz"
-    file.parent.mkdir()
-    file.write_text(_MODEL.format(kind=kind))
 
-    def seconds(stop: float) -> float:
-        began = time.perf_counter()
-        assert simulate.rumoca(file, "M", repr(stop), repr(INTERVAL), "1e-6", out) == ""
-        return time.perf_counter() - began
+    def solved(stop: float) -> simulate.Trajectory:
+        return simulate.solve_text(_MODEL.format(kind=kind), stop, INTERVAL, 1e-6)
 
-    seconds(INTERVAL)  # imports
-    idle = min(seconds(INTERVAL) for _ in range(repeats))
-    took = min(seconds(float(STOP)) for _ in range(repeats)) - idle
-    with np.load(out) as stored:
-        rows = simulate.Trajectory({k: stored[k] for k in stored.files})
+    solved(INTERVAL)  # imports
+    idle = min(solved(INTERVAL).seconds for _ in range(repeats))
+    rows = min((solved(STOP) for _ in range(repeats)), key=lambda r: r.seconds)
+    took = rows.seconds - idle
     t = np.linspace(0, STOP, 1_000_000 * STOP + 1)
     rate = 0.7 * 3 * np.cos(6 * np.pi * t) + 0.4 * 17 * np.cos(34 * np.pi * t)
     return Cost(kind, took, len(rows.values["time"]), rows.events, int(np.count_nonzero(rate[1:] * rate[:-1] < 0)))

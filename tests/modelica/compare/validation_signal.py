@@ -1,7 +1,5 @@
 """Validation.BaseClasses.TestSignal, written once more in numpy, also at a finer grid than that of a simulation."""
 
-from __future__ import annotations
-
 import library
 import numpy as np
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Identified models as records: `python tests/modelica/export/data_record.py` writes modelica/HystFMU/Data."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

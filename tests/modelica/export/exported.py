@@ -1,7 +1,5 @@
 """Exported models: every kind from a small fit, its Example simulated by rumoca and compared with `predict`."""
 
-from __future__ import annotations
-
 import re
 import time
 from dataclasses import dataclass
@@ -89,13 +87,8 @@ def small(key: str) -> Model:
 def simulated(package: Path, file: Path | None = None) -> dict[str, Array]:
     """The Example of a package, or the model of another file of it: what it has at 0, Ts, 2 Ts, ..."""
     file = file or package / "Example.mo"
-    e = library.experiment_of(file.read_text())
-    out = package.parent / f"{package.name}.npz"
-    settings = (repr(e[k]) for k in ("StopTime", "Interval", "Tolerance"))
-    complaint = simulate.rumoca(file, f"{package.name}.{file.stem}", *settings, out, packages=(library.ROOT, package))
-    assert not complaint, f"{package.name}: rumoca says: {complaint}"
-    with np.load(out) as stored:
-        return simulate.Trajectory({k: stored[k] for k in stored.files}).at(e["Interval"])
+    found = simulate.as_stated(file, f"{package.name}.{file.stem}", (library.ROOT, package))
+    return found.at(library.experiment_of(file.read_text())["Interval"])
 
 
 def complaints(package: Path) -> list[str]:

@@ -1,7 +1,5 @@
 """Models made by hand for the export: every block of the library that no fit uses, and names that Modelica forbids."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

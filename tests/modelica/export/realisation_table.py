@@ -3,8 +3,6 @@
 `python tests/modelica/export/realisation_table.py` writes it.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The start of an exported model: at a constant input the output stands still from the first instant."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`hystfmu export --modelica`: what the exported block gives in rumoca is what `predict` gives, row by row."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`hystfmu export --modelica`: files, names, refusals; foreign files stay, writes are atomic."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

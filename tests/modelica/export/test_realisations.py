@@ -1,7 +1,5 @@
 """Exports in continuous time: what the realisations give, units of measure at the ports, why one is left out."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from itertools import pairwise

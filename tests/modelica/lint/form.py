@@ -1,7 +1,5 @@
 """Form of a library on disk: folders, package.order, `within`, names of files; blocks without a Validation model."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path

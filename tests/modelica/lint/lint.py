@@ -1,23 +1,16 @@
 """What rumoca does not notice in a class: one generator of complaints per rule."""
 
-from __future__ import annotations
-
 import html
 import re
 from collections.abc import Callable, Iterator
 
 import library
 import lint_annotations
-import lint_balance
-import lint_branches
 import lint_equations
 import lint_functions
 import lint_graphics
 import lint_inheritance
-import lint_package
-import lint_silent
 import lint_units
-import lint_values
 import lint_variability
 import numpy as np
 import pymoca.ast as ast
@@ -26,16 +19,11 @@ from syntax_tree import is_array, text_of
 Rule = Callable[[library.Class], Iterator[str]]
 PARTS = (
     lint_equations,
-    lint_silent,
     lint_graphics,
     lint_variability,
     lint_functions,
     lint_units,
-    lint_balance,
-    lint_package,
     lint_inheritance,
-    lint_values,
-    lint_branches,
     lint_annotations,
 )
 ARRAY_CALLS = {"fill", "zeros", "ones", "linspace", "cat"}

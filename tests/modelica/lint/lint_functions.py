@@ -1,7 +1,5 @@
 """Rules of the lint on functions: pure, every output assigned, nothing read before it is set, smoothness said."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Iterator
@@ -10,7 +8,7 @@ from typing import Any
 import library
 import pymoca.ast as ast
 from source import own_annotation
-from syntax_tree import calls, inside, plain, references
+from syntax_tree import calls, inside, is_array, nested, plain, references
 
 EVENTS = ("der", "pre", "edge", "change", "sample", "initial", "terminal", "reinit", "delay", "Clock")
 
@@ -25,7 +23,7 @@ def unassigned_output(c: library.Class) -> Iterator[str]:
     """Every output of a function that is not partial gets a value."""
     if c.tree.type != "function" or c.tree.partial or not c.tree.statements:
         return
-    given = set(_targets(c.tree.statements))
+    given = _targets(c.tree.statements)
     for name, s in library.components(c).items():
         if "output" in s.prefixes and name not in given and "value" not in library.modifiers(s.class_modification):
             yield f"its output {name} is never assigned"
@@ -35,7 +33,7 @@ def assigned_argument(c: library.Class) -> Iterator[str]:
     """The inputs of a function are not assigned."""
     if c.tree.type == "function":
         inputs = {n for n, s in library.components(c).items() if "input" in s.prefixes}
-        for name in sorted(inputs & set(_targets(c.tree.statements))):
+        for name in sorted(inputs & _targets(c.tree.statements)):
             yield f"its input {name} is assigned"
 
 
@@ -83,12 +81,6 @@ def false_inverse(c: library.Class) -> Iterator[str]:
             yield f"its inverse {of} does not give {argument} for its output"
 
 
-RULES = (
-    equation_in_function, unassigned_output, assigned_argument, event_in_function, used_unset, without_smoothness,
-    false_inverse,
-)  # fmt: skip
-
-
 @functools.cache
 def _continuous() -> set[str]:
     """Functions that equations outside `when`, or the functions called there, use."""
@@ -113,25 +105,51 @@ def _functions(e: Any) -> Iterator[str]:
         yield from _functions(inner)
 
 
-def _blocks(s: Any) -> list[list[Any]]:
-    return list(getattr(s, "blocks", None) or ([s.statements] if getattr(s, "statements", None) else []))
-
-
-def _targets(statements: list[Any]) -> Iterator[str]:
-    for s in statements:
+def _assigned(statements: list[Any]) -> Iterator[Any]:
+    """References that statements assign, in their order."""
+    for s in nested(statements):
         if isinstance(s, ast.AssignmentStatement):
-            yield from (plain(str(left)) for left in s.left)
-        for block in _blocks(s):
-            yield from _targets(block)
+            yield from s.left
+
+
+def _targets(statements: list[Any]) -> set[str]:
+    return {plain(str(left)) for left in _assigned(statements)}
 
 
 def _order(statements: list[Any]) -> Iterator[tuple[set[str], set[str]]]:
     """What each statement reads and sets, in the order of the text; branches count as set."""
-    for s in statements:
+    for s in nested(statements):
         if isinstance(s, ast.AssignmentStatement):
             yield {plain(r) for r in references(s.right)}, {plain(str(left)) for left in s.left}
         else:
-            conditions = getattr(s, "conditions", [])
-            yield {plain(r) for r in references(conditions)}, set()
-            for block in _blocks(s):
-                yield from _order(block)
+            yield {plain(r) for r in references(getattr(s, "conditions", []))}, set()
+
+
+# ---- Rules of the lint on legal Modelica that rumoca 0.10.2 silently simulates wrongly
+def lost_elements(c: library.Class) -> Iterator[str]:
+    """Elements of a protected array, set within an if of a function, are lost unless it has a value as a whole."""
+    if c.tree.type != "function":
+        return
+    arrays = {n for n, s in c.tree.symbols.items() if is_array(s) and not {"input", "output"} & set(s.prefixes)}
+    arrays -= {n for n in arrays if "value" in library.modifiers(c.tree.symbols[n].class_modification)}
+    for left in _assigned(c.tree.statements):
+        if left.name in arrays:
+            arrays.discard(left.name)
+            if any(i is not None for row in left.indices for i in row):
+                yield f"the elements of {left.name} are set before {left.name} as a whole"
+
+
+def redeclared_function(c: library.Class) -> Iterator[str]:
+    """The redeclaration of a function in a component or base class is ignored where another function calls it."""
+    changed = [(n, s.class_modification) for n, s in c.tree.symbols.items()]
+    changed += [(str(e.component), e.class_modification) for e in c.tree.extends]
+    for name, modification in changed:
+        for a in modification.arguments if modification else []:
+            if isinstance(a.value, ast.ShortClassDefinition) and a.value.type == "function":
+                yield f"{name} redeclares the function {a.value.name}"
+
+
+RULES = (
+    equation_in_function, unassigned_output, assigned_argument, event_in_function, used_unset, without_smoothness,
+    false_inverse, lost_elements, redeclared_function,
+)  # fmt: skip

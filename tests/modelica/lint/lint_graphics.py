@@ -1,7 +1,5 @@
 """Rules of the lint on what a user sees: lines, places, dialogs, labels, choices."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Rules of the lint on what changes when: parameters, derivatives, old values, starts, words of the language."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -9,7 +7,7 @@ from typing import Any
 import library
 import pymoca.ast as ast
 from source import declared
-from syntax_tree import assigned, calls, plain, references, text_of, with_bases
+from syntax_tree import assigned, calls, class_of, inside, nested, plain, references, text_of, with_bases
 
 from hystfmu.modelica.literals import RESERVED
 
@@ -30,35 +28,12 @@ def without_value(c: library.Class) -> Iterator[str]:
             yield f"the parameter {name} has no value"
 
 
-def der_of_discrete(c: library.Class) -> Iterator[str]:
-    """Only a continuous Real has a derivative."""
-    events = _at_events(c)
-    parts = library.components(c)
-    for name in differentiated(c):
-        head = parts.get(name)
-        fixed = head is not None and {"parameter", "constant", "discrete"} & set(head.prefixes)
-        if name in events or fixed or (head is not None and str(head.type) in DISCRETE):
-            yield f"der({name}): {name} changes at events only"
-
-
 def der_of_input(c: library.Class) -> Iterator[str]:
     """Nothing differentiates an input or the output of a component: it may jump at an event of what drives it."""
     ports = library.ports(c, "RealInput")
     for name in differentiated(c):
         if name in ports or "." in name:
             yield f"der({name}): what drives {name} may jump at an event"
-
-
-def pre_of_continuous(c: library.Class) -> Iterator[str]:
-    """pre, edge and change are of discrete variables, outside `when` in any case."""
-    events = _at_events(c)
-    parts = library.components(c)
-    for e in [*c.tree.equations, *c.tree.initial_equations]:
-        for call in [x for f in ("pre", "edge", "change") for x in calls(e, f)]:
-            for name in {plain(r) for r in references(call)} & set(parts):
-                s = parts[name]
-                if name not in events and "discrete" not in s.prefixes and str(s.type) not in DISCRETE:
-                    yield f"{call.operator}({name}): {name} is continuous"
 
 
 def undeclared_discrete(c: library.Class) -> Iterator[str]:
@@ -87,7 +62,7 @@ def twice(c: library.Class) -> Iterator[str]:
 
 def reinit_at_start(c: library.Class) -> Iterator[str]:
     """No reinit at initial(): tools take the assignments of such a when into the initial equations, and drop it."""
-    for e in _whens(c.tree.equations):
+    for e in (e for e in nested(c.tree.equations) if isinstance(e, ast.WhenEquation)):
         for condition, block in zip(e.conditions, e.blocks, strict=False):
             if calls(condition, "initial"):
                 for i in block:
@@ -114,17 +89,11 @@ def fixed_start_time(c: library.Class) -> Iterator[str]:
 def open_start(c: library.Class) -> Iterator[str]:
     """What a sample assigns has a value before it: else the initial conditions are not fully specified."""
     texts = "".join(text_of(k) for k in with_bases(c))
-    for e in _whens(c.tree.equations):
+    for e in (e for e in nested(c.tree.equations) if isinstance(e, ast.WhenEquation)):
         if any(calls(condition, "sample") for condition in e.conditions):
             for name in sorted(set(assigned(e))):
                 if not re.search(rf"\b{name}\b(?:\[[^;]*?\])?\s*\([^;]*?\bstart\s*=[^;]*?\bfixed\s*=", texts):
                     yield f"a sample assigns {name}, which has no start value that is fixed"
-
-
-RULES = (
-    without_value, der_of_discrete, der_of_input, pre_of_continuous, undeclared_discrete, keyword, twice,
-    reinit_at_start, fixed_start_time, open_start,
-)  # fmt: skip
 
 
 def _at_events(c: library.Class) -> set[str]:
@@ -146,14 +115,134 @@ def _members(c: library.Class) -> set[str]:
     return set(library.components(c))
 
 
-def _whens(found: list[Any]) -> Iterator[ast.WhenEquation]:
-    """When-equations, those in branches and loops included."""
-    for e in found:
-        if isinstance(e, ast.WhenEquation):
-            yield e
-        for block in getattr(e, "blocks", None) or [getattr(e, "equations", [])]:
-            yield from _whens(block)
-
-
 def _values(s: ast.Symbol) -> list[Any]:
     return [v for k, v in library.modifiers(s.class_modification).items() if k == "value"]
+
+
+# ---- Rules of the lint on types and variability of expressions: what is whole, what is a text, what may change
+_WHOLE = {"size", "integer", "Integer", "ndims"}
+_LIKE = {"+", "-", "*", "div", "mod", "rem", "max", "min", "abs", "sum", "pre", "noEvent", "fill"}
+
+
+def real_as_integer(c: library.Class) -> Iterator[str]:
+    """A size, an Integer and the range of a loop are whole numbers by their type, not by their value."""
+    for name, s in c.tree.symbols.items():
+        given = library.modifiers(s.class_modification).get("value")
+        if str(s.type) == "Integer" and kind(given, c) == "Real":
+            yield f"the Integer {name} has a Real value"
+        if any(kind(d, c) == "Real" for row in s.dimensions for d in row):
+            yield f"a size of {name} is a Real"
+    for loop in nested([*c.tree.equations, *c.tree.initial_equations, *c.tree.statements]):
+        for i in loop.indices if isinstance(loop, ast.ForEquation | ast.ForStatement) else ():
+            ends = i.expression
+            if isinstance(ends, ast.Slice) and "Real" in (kind(ends.start, c), kind(ends.stop, c)):
+                yield f"the range of {i.name} is Real"
+
+
+def string_sum(c: library.Class) -> Iterator[str]:
+    """Only texts are added to a text: a number is written by String()."""
+    for e in _sums([c.tree.equations, c.tree.statements, *_bindings(c)]):
+        kinds = [kind(x, c) for x in e.operands]
+        if "String" in kinds and set(kinds) - {"String", None}:
+            yield f"a text and a number are added ({next(k for k in kinds if k not in ('String', None))})"
+
+
+def higher_variability(c: library.Class) -> Iterator[str]:
+    """A constant follows from constants; a parameter, a size and an attribute from parameters."""
+    for name, s in c.tree.symbols.items():
+        given = library.modifiers(s.class_modification)
+        constant = "constant" in s.prefixes
+        wanted = {"constant"} if constant else {"constant", "parameter"}
+        places = [
+            [d for row in s.dimensions for d in row],
+            [v for k, v in given.items() if k in ("start", "min", "max")],
+        ]
+        if {"constant", "parameter"} & set(s.prefixes) and "value" in given:
+            places.append([given["value"]])
+        if c.tree.type in ("block", "model", "record"):
+            for ref in sorted({r for p in places for r in _read(p)}):
+                if changes(ref, c, wanted):
+                    yield f"{name} depends on {ref}, which changes {'after translation' if constant else 'in a run'}"
+
+
+def start_unfixed(c: library.Class) -> Iterator[str]:
+    """A state that has a start value says whether the solver must keep it."""
+    for name in differentiated(c):
+        s = c.tree.symbols.get(name)
+        given = library.modifiers(s.class_modification) if s is not None else {}
+        if "start" in given and "fixed" not in given:
+            yield f"the state {name} has a start value, and does not say whether it is fixed"
+
+
+def kind(e: Any, c: library.Class) -> str | None:
+    """Integer, Real, Boolean or String; None where that is not known."""
+    if isinstance(e, ast.Primary):
+        names = {bool: "Boolean", int: "Integer", float: "Real", str: "String"}
+        return names.get(type(e.value))
+    if isinstance(e, ast.ComponentRef):
+        s = library.components(c).get(e.name)
+        return _of_symbol(s, c) if s is not None and not e.child else None
+    if isinstance(e, ast.IfExpression):
+        return _widest([kind(x, c) for x in e.expressions])
+    if isinstance(e, ast.Expression):
+        name = str(e.operator)
+        if name in _WHOLE:
+            return "Integer"
+        if name == "String":
+            return "String"
+        found = [kind(x, c) for x in e.operands]
+        if name in ("/", "^"):
+            return "Real" if set(found) <= {"Integer", "Real"} else None
+        return _widest(found[:1] if name == "fill" else found) if name in _LIKE else None
+    return None
+
+
+def changes(ref: str, c: library.Class, wanted: set[str]) -> bool:
+    """Does a component of a class vary more than the prefixes that are wanted allow?"""
+    head, _, tail = ref.partition(".")
+    s = library.components(c).get(plain(head))
+    if ref == "time":
+        return True
+    if s is None or wanted & set(s.prefixes) or {"parameter"} & wanted & set(s.prefixes):
+        return False
+    of = class_of(s, c)
+    return changes(tail, of, wanted) if tail and of else not (tail or "constant" in s.prefixes)
+
+
+def _of_symbol(s: ast.Symbol, c: library.Class) -> str | None:
+    if str(s.type) in ("Integer", "Boolean", "String", "Real"):
+        return str(s.type)
+    of = class_of(s, c)
+    return "Real" if of is not None and of.tree.type == "type" and not of.tree.symbols else None
+
+
+def _widest(found: list[str | None]) -> str | None:
+    if None in found or not found:
+        return None
+    return "Real" if set(found) == {"Integer", "Real"} else found[0] if len(set(found)) == 1 else None
+
+
+def _read(e: Any) -> Iterator[str]:
+    """References outside size(): the size of an array is that of its declaration."""
+    if isinstance(e, ast.ComponentRef):
+        yield str(e)
+    elif not (isinstance(e, ast.Expression) and str(e.operator) in ("size", "ndims")):
+        for i in inside(e):
+            yield from _read(i)
+
+
+def _bindings(c: library.Class) -> list[Any]:
+    return [e for s in c.tree.symbols.values() for e in library.modifiers(s.class_modification).values()]
+
+
+def _sums(e: Any) -> Iterator[ast.Expression]:
+    if isinstance(e, ast.Expression) and str(e.operator) == "+":
+        yield e
+    for i in inside(e):
+        yield from _sums(i)
+
+
+RULES = (
+    without_value, der_of_input, undeclared_discrete, keyword, twice, reinit_at_start, fixed_start_time, open_start,
+    real_as_integer, string_sum, higher_variability, start_unfixed,
+)  # fmt: skip

@@ -3,8 +3,6 @@
 What OpenModelica and Dymola refuse or mark, and the compiler of the tests does not notice.
 """
 
-from __future__ import annotations
-
 import sys
 import tomllib
 from collections import Counter

@@ -1,7 +1,5 @@
 """What a class has other than the C block of the same name: names, defaults, ranges, units, sizes, words, ports."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import library

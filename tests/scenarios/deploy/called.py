@@ -1,7 +1,5 @@
 """Call an exported controller as a target does: set what was measured, make a step, read the command."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import zipfile

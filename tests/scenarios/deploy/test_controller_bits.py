@@ -1,7 +1,5 @@
 """A controller as it is deployed: the bits of its commands, and a bumpless start."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

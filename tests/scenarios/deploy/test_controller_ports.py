@@ -1,7 +1,5 @@
 """What an exported controller is: its ports, what is in it and what not, its step, and the loops that have none."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

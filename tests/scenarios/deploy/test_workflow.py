@@ -1,7 +1,5 @@
 """The example workflow for GitHub, step by step in a repository that holds nothing but a scenario."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

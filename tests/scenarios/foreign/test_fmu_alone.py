@@ -1,7 +1,5 @@
 """A foreign FMU runs alone: closed forms for every version, interface and type of variable."""
 
-from __future__ import annotations
-
 import re
 import zipfile
 from collections.abc import Callable

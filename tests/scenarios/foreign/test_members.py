@@ -1,7 +1,5 @@
 """What a scenario reads of a foreign FMU, and units as members of a run: the bits of the core."""
 
-from __future__ import annotations
-
 import copy
 import json
 import pickle

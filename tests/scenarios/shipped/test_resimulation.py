@@ -4,8 +4,6 @@ One case of each; its output agrees along the whole trajectory, and its error wi
 span.  `python tests/scenarios/shipped/test_resimulation.py` prints the differences.
 """
 
-from __future__ import annotations
-
 import sys
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The scenarios of the repository: complete, with the limits that are asked for, and a broken plant is noticed."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 from types import ModuleType

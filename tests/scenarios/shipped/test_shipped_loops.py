@@ -1,7 +1,5 @@
 """Shipped loops: adaptive inverse, internal model, rod, switching."""
 
-from __future__ import annotations
-
 import importlib.util
 import shlex
 import tomllib

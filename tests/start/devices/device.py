@@ -1,7 +1,5 @@
 """Resonant devices drawn at random, simulated in C on a grid 20 times finer than the step of the loop."""
 
-from __future__ import annotations
-
 import ctypes as C
 import functools
 import subprocess

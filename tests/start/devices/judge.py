@@ -1,7 +1,5 @@
 """What `hystfmu start` says of a record, and what its loop does on the device that the record is of."""
 
-from __future__ import annotations
-
 import json
 import resource
 import subprocess

@@ -4,8 +4,6 @@ The units of the scenario run as they are, all but the plant: what a deployed co
 in the place of the plant; its own delay adds to the step of computing that the scenario has.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

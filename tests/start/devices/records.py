@@ -1,7 +1,5 @@
 """Records of a device: the same device at rest, driven by what a laboratory would play, sampled with noise."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Small records of devices of many kinds: plays, rubber, battery, friction; equations in numpy, stepped row by row."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import numpy as np

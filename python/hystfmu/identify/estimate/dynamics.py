@@ -25,7 +25,6 @@ from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import discretised
 from hystfmu.identify.catalogue import Option, Options
 from hystfmu.identify.estimate.search import Differences, refined, standard_errors
-from hystfmu.identify.evidence import evidence
 from hystfmu.model import Model
 
 MOST_ROWS = 60_000  # maximum number of rows of a record whose modes are identified before the fit
@@ -184,6 +183,8 @@ def _modes(data: Dataset) -> list[Dynamics]:
     """
     if len(data.u) > MOST_ROWS:
         return []
+    from hystfmu.identify.evidence import evidence  # imports scipy.signal, which takes long
+
     shown = evidence(data)
     late = shown.delay if np.isfinite(shown.delay_se) else 0.0
     found = [Dynamics(m.f_n, m.zeta, late) for m in shown.modes]

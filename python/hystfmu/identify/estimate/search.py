@@ -152,20 +152,29 @@ def search(
         return Found(p, cost, whole=False)
 
 
+def spread(residuals: Array, jacobian: Array) -> tuple[Array, Array, float]:
+    """Return the accuracy of n variables from the residuals (m,) and their Jacobian (m, n).
+
+    The result is a root S (n, k) of the covariance S S' of the variables, the directions (l, n) without effect on the
+    residuals, and the ratio of the largest to the smallest singular value of the scaled Jacobian.
+    """
+    length = np.linalg.norm(jacobian, axis=0)
+    s, v = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), full_matrices=False)[1:]
+    null = s < NULL * s.max(initial=1e-300)
+    variance = float(residuals @ residuals) / max(len(residuals) - len(length), 1) * correlation_time(residuals)
+    length[length == 0] = np.inf
+    condition = float(s.max(initial=1.0)) / max(float(s.min(initial=1.0)), 1e-300)
+    return np.sqrt(variance) * (v[~null].T / s[~null]) / length[:, None], v[null], condition
+
+
 def standard_errors(residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> Array:
     """Return the standard errors (n,) of parameters from the residuals (m,) and their Jacobian (m, n).
 
     The error of a parameter that is not `free` (n,) is 0. The error of a parameter without effect is infinite.
     """
+    root, null, _ = spread(residuals, jacobian[:, free])
     found = np.zeros(jacobian.shape[1])
-    j = jacobian[:, free]
-    size = np.linalg.norm(j, axis=0)
-    if not size.all():
-        found[free] = np.where(size > 0, 0.0, np.inf)
-        return found
-    s, v = np.linalg.svd(j / size, full_matrices=False)[1:]
-    variance = float(residuals @ residuals) / max(len(residuals) - len(size), 1) * correlation_time(residuals)
-    found[free] = np.sqrt(variance * np.sum((v / np.maximum(s, 1e-12)[:, None]) ** 2, axis=0)) / size
+    found[free] = np.where((np.abs(null) > PART).any(axis=0), np.inf, np.linalg.norm(root, axis=1))
     return found
 
 
@@ -244,30 +253,22 @@ def determined(objective: Objective, p: Array) -> Determined:
     labels = tuple(np.array(_labels(found))[some].tolist())
 
     free = np.flatnonzero(~held)
-    length = np.linalg.norm(jacobian[:, free], axis=0)
-    scaled = jacobian[:, free] / np.where(length > 0, length, 1.0)
-    s, v = np.linalg.svd(scaled, full_matrices=False)[1:] if len(free) else (np.ones(1), np.zeros((1, 0)))
-    null = s < NULL * s.max(initial=1e-300)
-    variance = float(residuals @ residuals) / max(len(residuals) - len(free), 1) * correlation_time(residuals)
-    inverse = v[~null].T / s[~null]
-    length[length == 0] = np.inf
-    spread = np.sqrt(variance) * inverse / length[:, None]
-    errors: Array = np.linalg.norm(turn[:, free] @ spread, axis=1)
+    root, null, condition = spread(residuals, jacobian[:, free])
+    errors: Array = np.linalg.norm(turn[:, free] @ root, axis=1)
     moves = np.abs(turn) > 0
     of: list[tuple[str, ...]] = []
-    for direction in v[null]:
+    for direction in null:
         names = np.flatnonzero(moves[:, free[np.abs(direction) > PART]].any(axis=1))
         errors[names] = np.inf
         of.append(tuple(labels[k] for k in names))
-    known = np.linalg.norm(spread, axis=1)
+    known = np.linalg.norm(root, axis=1)
     for k, i in enumerate(free):
-        if i < n and not null.any() and known[k] > WIDE * (c.hi[i] - c.lo[i]):
+        if i < n and not len(null) and known[k] > WIDE * (c.hi[i] - c.lo[i]):
             names = np.flatnonzero(moves[:, i])
             errors[names] = np.inf
             of.append(tuple(labels[j] for j in names))
     bound = np.asarray(moves[:, held].any(axis=1) & ~moves[:, free].any(axis=1), dtype=bool)
-    least = float(s.min(initial=1.0))
-    return Determined(labels, values, errors, bound, float(s.max(initial=1.0)) / max(least, 1e-300), tuple(of))
+    return Determined(labels, values, errors, bound, condition, tuple(of))
 
 
 def _labels(values: Mapping[str, Array]) -> list[str]:

@@ -77,9 +77,10 @@ def rest(data: Dataset) -> float:
 
 def places_memory(key: str) -> bool:
     """Return whether the kind `key` has an option for its memory before row 0 that its fit does not estimate itself."""
-    if getattr(method(key), "ESTIMATES_MEMORY", False):
-        return False
-    return any(o.name == "u0" or (o.name == "start" and {"low", "high"} <= {*o.choices}) for o in options(key))
+    kind = method(key)
+    return not kind.own_memory and any(
+        o.name == "u0" or (o.name == "start" and {"low", "high"} <= {*o.choices}) for o in kind.options
+    )
 
 
 def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:

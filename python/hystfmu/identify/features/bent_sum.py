@@ -30,7 +30,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
-from hystfmu.graph.recursion import parallel_lags
+from hystfmu.graph.recursion import lag, parallel_lags
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 
 LEVELS = ("none", "offset", "gain", "bend")
@@ -83,8 +83,6 @@ class Following:
     def value(self, v: Array, q: Array, c: Array, g: Array) -> Array:
         """Return b(v, theta), shape (n,), for the coefficients q of b and the coefficients c of b_j."""
         own: Array = self.factor(g) * np.asarray(legendre.legval(v, q), float)
-        if not self.levels:
-            return own
         return np.asarray(own + np.sum(self.theta * np.asarray(legendre.legval(v, c.T), float).T, axis=1))
 
     def slope(self, v: Array, q: Array, c: Array, g: Array) -> Array:
@@ -125,11 +123,6 @@ class BentSum:
     c: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
-    def variables(self) -> tuple[Array, Array, Array]:
-        """Variables of the Gauss-Newton steps: w, k and g."""
-        return self.w, self.k, self.g
-
-    @property
     def monotone(self) -> bool:
         """True if the nonlinearity is strictly monotone in v, for all v and scaled covariates in [-1, 1]."""
         slope = legendre.legval(GRID, legendre.legder(self.q)) if len(self.q) > 1 else np.zeros(1)
@@ -151,6 +144,8 @@ class Problem:
     ``penalties`` keep the weights smooth. Each penalty is a pair of a strength and a matrix (l, p). The matrix is
     multiplied by the median norm of the columns. None instead of a matrix means a ridge penalty on all weights. Without
     penalties, the data would not determine weights of columns with little excitation.
+
+    If `signed` is True, weights of lags can be negative: the output relaxes back, as that of an ionic polymer.
     """
 
     columns: Array
@@ -162,6 +157,7 @@ class Problem:
     least: float = 0.0
     following: Following = field(default_factory=lambda: Following(np.zeros((1, 0)), ()))
     penalties: tuple[tuple[float, Array | None], ...] = ()
+    signed: bool = False
 
     def solved(self, linear: Array, target: Array, free: Array) -> tuple[Array, Array]:
         """Return the non-negative weights of `linear` and the free weights of `free` that best approximate `target`.
@@ -184,18 +180,10 @@ class Problem:
 
     def crept(self, columns: Array, k: Array) -> Array:
         """Return columns plus their creep, x + sum_j k_j L_j[x]."""
-        used = k > 0
+        used = k != 0
         if not used.any():
             return columns
         return parallel_lags(-np.expm1(-self.h / self.T[used]), k[used]).run(columns)
-
-
-def lagged(columns: Array, share: float) -> Array:
-    """Return the columns x (n, p) filtered by the lag q[i] = q[i - 1] + share (x[i] - q[i - 1]), with q[0] = x[0].
-
-    For a lag with the time constant T and the step h, `share` is 1 - e^(-h/T).
-    """
-    return parallel_lags(np.array([share]), np.ones(1), 0.0).run(columns)
 
 
 def model(p: Problem, s: BentSum) -> Array:
@@ -230,7 +218,7 @@ def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
     for left in range(STEPS - 1, -1, -1):
         step = _newton(p, best)
         for share in SHARES:
-            w, k, g = (old + share * (new - old) for old, new in zip(best.variables, step.variables, strict=True))
+            w, k, g = (a + share * (b - a) for a, b in ((best.w, step.w), (best.k, step.k), (best.g, step.g)))
             trial = _with_bend(p, replace(best, w=w, k=k, g=g))
             if trial.rms < best.rms:
                 break
@@ -264,7 +252,8 @@ def _newton(p: Problem, s: BentSum) -> BentSum:
     """Return `s` with new w, k and g, which minimise the error of the model linearised at `s`."""
     linear, free, target = _after(p, s, _before(p, s))
     x, v = p.solved(linear, target, free)
-    w, k, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
+    w, of_lags, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
+    k = of_lags[: len(p.T)] - (of_lags[len(p.T) :] if p.signed else 0.0)
     w[0] = max(w[0], p.least * w.sum())
     g[p.following.gains] = v[1:]
     return replace(s, w=w, k=k, g=g)
@@ -277,7 +266,7 @@ def _before(p: Problem, s: BentSum) -> Array:
     """
     v = p.columns @ s.w
     slope, b = (f(v, s.q, s.c, s.g)[:, None] for f in (p.following.slope, p.following.value))
-    parts = [p.crept(slope * p.columns, s.k), p.crept(b, s.k), *(lagged(b - b[:1], -np.expm1(-p.h / T)) for T in p.T)]
+    parts = [p.crept(slope * p.columns, s.k), p.crept(b, s.k), *(lag(p.h, T).run(b - b[:1]) for T in p.T)]
     if len(p.following.gains):
         own = np.asarray(legendre.legval(v, s.q), float)[:, None]
         parts.append(p.crept(p.following.theta[:, p.following.gains] * own, s.k))
@@ -293,7 +282,7 @@ def _after(p: Problem, s: BentSum, before: Array) -> tuple[Array, Array, Array]:
     n, m = len(s.w), len(p.T)
     seen = p.seen(before)
     moved, creep, gained = seen[:, :n], seen[:, n + 1 : n + 1 + m], seen[:, n + 1 + m :]
-    linear = np.hstack([moved, creep])
+    linear = np.hstack([moved, creep, -creep] if p.signed else [moved, creep])
     target = p.y - seen[:, n] + moved @ s.w + creep @ s.k
     free = np.hstack([np.ones((len(p.y), 1)), gained])
     return linear, free, target + gained @ s.g[p.following.gains]

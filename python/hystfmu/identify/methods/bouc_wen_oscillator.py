@@ -22,7 +22,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options
+from hystfmu.identify.catalogue import LAGS, Built, Candidate, Kind, Option, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective
 from hystfmu.identify.estimate.search import determined, search
@@ -103,3 +103,6 @@ def linear_oscillator(u: Array, y: Array, h: float, rounds: int = 10) -> tuple[f
         x = np.linalg.lstsq(np.vstack([A.real, A.imag]), np.concatenate([b.real, b.imag]), rcond=None)[0] / scale
         weight = 1 / np.maximum(np.abs(powers @ x), 1e-300)
     return float(x[0]), float(x[1]), float(x[2])
+
+
+KINDS = {"bouc_wen_oscillator": Kind(TEXT, build, OPTIONS, CANDIDATES)}

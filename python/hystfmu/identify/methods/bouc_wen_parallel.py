@@ -28,18 +28,18 @@ from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.data.reversals import reversals
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import OPENS, Built, Candidate, Memory, Option, Options
+from hystfmu.graph.recursion import lag
+from hystfmu.identify.catalogue import OPENS, Built, Candidate, Kind, Memory, Option, Options
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.search import Differences, refined
+from hystfmu.identify.estimate.template import bounded, limits
 from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
-from hystfmu.identify.features.bent_sum import lagged
 from hystfmu.identify.graphs import device, scaled_input
-from hystfmu.identify.methods.bouc_wen import limits, searched, shape
+from hystfmu.identify.methods.bouc_wen import point, shape, variables
 from hystfmu.model.accuracy import rms
 
 TEXT = "Bouc-Wen operator with a curve, lags and dashpots: spring, damper, creep"
-MEMORY = Memory(1200.0)
 DEGREES = (1, 3, 5, 8, 12)  # degrees of the curve that are tried
 LAGS = 6
 BETTER = 0.95  # ratio of validation errors below which a component is kept
@@ -114,7 +114,8 @@ class _Fitting:
         self.scaling, gain, offset = scaled_input(data.u[data.counted])
         self.data, self.x = data, gain * data.u[: data.train.stop] + offset
         self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
-        lo, hi, scale = limits(options["n_max"])
+        self.variables = variables(options["n_max"])
+        lo, hi, scale = limits(self.variables)
         seconds = (data.train.stop - data.train.start) * data.h
         of_dashpot = np.array([[STEPS * data.h, LONG * seconds], [1 / (LONG * seconds), 1 / (STEPS * data.h)]])
         self.seconds = seconds
@@ -126,7 +127,7 @@ class _Fitting:
         own = operator(self.x, parts.p, self.data.h)
         curve = legendre.legvander(np.clip(self.x, -1, 1), parts.degree)
         of_x, of_z = (
-            [lagged(v[:, None], -np.expm1(-self.data.h / T)) for T in some]
+            [lag(self.data.h, T).run(v[:, None]) for T in some]
             for v, some in ((self.x, parts.T), (own[:, 0], parts.late))
         )
         return np.column_stack([curve, *of_x, own, *of_z])
@@ -193,13 +194,8 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     progress(0.8)
     parts = f.fit(best[1], f.all, EVALUATIONS[1])
     c = f.project(parts, f.all)[1]
-    told = {"parts": _named(parts), "bounded": searched(parts.p, f.lo, f.hi)}
+    told = {"parts": _named(parts), "bounded": bounded(f.variables, parts.p[: len(f.variables)])}
     return _graph(f, parts, c), len(c) + len(parts.p), told
-
-
-def point(z_max: float, share: float, n: float) -> Array:
-    """Return the search variables of z for the values of `STARTS`."""
-    return np.array([np.log(z_max), share, n, 0.0])
 
 
 def _several_durations(data: Dataset) -> bool:
@@ -236,3 +232,6 @@ def _graph(f: _Fitting, parts: Parts, c: Array) -> Graph:
     wires += [(end, f"readout.u[{i}]") for i, end in enumerate(ends, 1)]
     nodes.append(Node("readout", "sum", {"n": len(k)}, {"k": k, "offset": at_0}))
     return device(f.data, nodes, wires, sort=False)  # only the dashpot in series uses a value of the last step
+
+
+KINDS = {"bouc_wen_parallel": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(1200.0))}

@@ -27,20 +27,20 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.catalogue import CLOSES, Candidate, Option, Options
+from hystfmu.identify.catalogue import CLOSES, Candidate, Kind, Option, Options
 from hystfmu.identify.features.plays import branch_option, u0_of, u0_option
+from hystfmu.identify.features.straightened import straightened
 from hystfmu.identify.graphs import scaled_input
-from hystfmu.identify.methods.fitted_operator_mlp import BEND, straightened
-from hystfmu.identify.network.readout import Features, fit_readout, hidden_sweep, network_options
+from hystfmu.identify.methods.operator_networks import BEND
+from hystfmu.identify.network.readout import QUICK, Features, fit_readout, hidden_sweep, network_options
 
 TEXT = "constraint-factor operator and a network on (x, h)"
-COVARIATES = True
 LEAST_SLOPE = 1e-3  # smallest slope on the grid, relative to the mean slope; g then also increases between grid points
 GRID = 400
 DEPENDENT = 1e-9  # relative singular value below which a combination of columns is not determined
 SHARE = 0.7  # share of the training rows to which a sweep fits; the other rows are the validation split
 
-CANDIDATES = (Candidate(CLOSES, 0.3, 0.1, quick={"starts": 1, "iterations": 30}),)
+CANDIDATES = (Candidate(CLOSES, 0.3, 0.1, quick=QUICK),)
 OPTIONS = (
     Option("m", 9, 1, 20, text="number of odd powers in the polynomial of the branch"),
     Option(
@@ -259,3 +259,6 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
         chosen["hidden"], began = min(scores, key=lambda n: scores[n]), 0.95
     graph, parameters, _ = fit_readout(front, data, chosen, seed, lambda f: progress(began + (1 - began) * f))
     return graph, parameters + len(branch.a)
+
+
+KINDS = {"constraint_factor_mlp": Kind(TEXT, build, OPTIONS, CANDIDATES, covariates=True)}

@@ -22,13 +22,12 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option, Options
+from hystfmu.identify.catalogue import OPENS, Candidate, Kind, Memory, Option, Options
 from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.features.plays import DEAD_BAND
 from hystfmu.identify.graphs import device, scaled_input, wired
 
 TEXT = "polynomial slopes for rising and falling input, least squares, refined on the free run"
-MEMORY = Memory(1700.0, "q")
 EVALUATIONS = (60, 30)  # maximum number of evaluations of residuals and Jacobian: for k and c, for all parameters
 STARTS = (0.0, 0.5, 1.0)  # start values of k, relative to the slope of the regression line
 TOLERANCE, STEP = 1e-8, 1e-7  # relative change that ends a search; step of a finite difference
@@ -189,3 +188,6 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
         Node("readout", "scaling", {"n": 1}, {"gain": size, "offset": centre + size * offset}),
     ]
     return device(data, nodes, wired(nodes)), len(found.p)
+
+
+KINDS = {"duhem": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(1700.0, "q"))}

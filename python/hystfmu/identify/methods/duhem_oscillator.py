@@ -25,7 +25,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options
+from hystfmu.identify.catalogue import LAGS, Built, Candidate, Kind, Option, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective
 from hystfmu.identify.estimate.search import determined, refined
@@ -136,3 +136,6 @@ def physical(p: Array) -> Array:
     right = np.minimum(f, f[::-1])
     first = np.arange(len(f)) < (len(f) + 1) // 2
     return np.concatenate([np.maximum(p[:3], SOFTEST), np.where(first, left, right)])
+
+
+KINDS = {"duhem_oscillator": Kind(TEXT, build, OPTIONS, CANDIDATES)}

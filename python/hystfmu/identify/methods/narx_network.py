@@ -18,13 +18,12 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option, Options
+from hystfmu.identify.catalogue import LAGS, Candidate, Kind, Memory, Option, Options
 from hystfmu.identify.graphs import device, wired
 from hystfmu.identify.network.training import train
 from hystfmu.identify.solvers.trainers import levenberg_marquardt
 
 TEXT = "network of lagged inputs and outputs, trained in simulation"
-MEMORY = Memory(2000.0)
 RIDGE = 1e-5  # ridge on the parameters, relative to the scaled output
 LIMIT = 10.0  # limit of the scaled output in a simulation
 STARTS = 3  # maximum number of random start weights
@@ -171,3 +170,6 @@ def simulate(
             direct[-1] = 1
             s[k + lags] = direct + (a[lags + 1 :] + g @ W1[:, lags + 1 :]) @ s[k : k + lags]
     return y[lags:], s[lags:]
+
+
+KINDS = {"narx_network": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(2000.0))}

@@ -19,15 +19,14 @@ Therefore fits with other strengths are fast.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options
-from hystfmu.identify.features.bent_sum import lagged
+from hystfmu.graph.recursion import lag
+from hystfmu.identify.catalogue import ANY, Candidate, Kind, Memory, Option, Options
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.graphs import device
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
@@ -36,8 +35,6 @@ FOLDS = 10
 
 Strengths = tuple[float, ...]
 TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the Everett function"
-MEMORY = Memory(9800.0, "n", 2)
-RECORDS = True
 # strengths that are tried: of the ridge, and of the smoothness penalties over the mean and over the half-difference
 LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))
 LAGS, DEAD_ZONES = 6, 6
@@ -172,7 +169,8 @@ class _Rate:
         self.T_bend = 4 * h
         self.middle = float(data.u[data.train].mean())
         self.s = knots(data.u[data.train] - self.middle, DEAD_ZONES)
-        *crept, bent = (data.along(partial(lag, h=h, T=T))[rows] for T in (*self.T, self.T_bend))
+        filters = [lag(h, T) for T in (*self.T, self.T_bend)]
+        *crept, bent = data.along(lambda u: np.hstack([f.run(u[:, None]) for f in filters]))[rows].T
         self.columns = np.column_stack([*crept, dead_zones(bent - self.middle, self.s)])
 
     def behind(self, hysteresis: Node, v: Array, data: Dataset) -> Graph:
@@ -209,6 +207,4 @@ def dead_zones(u: Array, s: Array) -> Array:
     return np.where(s > 0, np.maximum(d, 0), np.minimum(d, 0))
 
 
-def lag(u: Array, h: float, T: float) -> Array:
-    """Return u (n,) filtered by a first-order lag from its steady state, with step h (s) and time constant T (s)."""
-    return lagged(u[:, None], -np.expm1(-h / T))[:, 0]
+KINDS = {"preisach": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(9800.0, "n", 2), records=True)}

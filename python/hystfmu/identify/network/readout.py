@@ -21,6 +21,7 @@ from hystfmu.identify.network.training import LEAST_DECAY, MOST_ROWS, decay_for,
 from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.identify.solvers.trainers import TRAINERS
 
+QUICK = {"starts": 1, "iterations": 30}  # options of a short trial fit of a network
 WORKERS = 2  # number of threads of a sweep
 
 

@@ -1,7 +1,5 @@
 """Units of measure of expressions, in base units: what is not stated is unknown, a number has none of its own."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The source of a class as a list of its elements: the second parser leaves the annotations of components out."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Iterator

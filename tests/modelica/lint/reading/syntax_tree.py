@@ -1,10 +1,8 @@
 """Looking into the tree of a class: its own text, what its equations assign and refer to."""
 
-from __future__ import annotations
-
 import functools
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import library
@@ -58,6 +56,19 @@ def assigned(e: Any) -> Iterator[str]:
             yield from assigned(inner)
 
 
+def nested(found: Iterable[Any]) -> Iterator[Any]:
+    """Equations or statements with those in branches and loops."""
+    for e in found:
+        yield e
+        for block in getattr(e, "blocks", None) or [getattr(e, "equations", []) or getattr(e, "statements", [])]:
+            yield from nested(block)
+
+
+def plain_equations(e: Any) -> list[ast.Equation]:
+    """The plain equations in an equation, those in branches and loops included."""
+    return [i for i in nested([e]) if isinstance(i, ast.Equation)]
+
+
 def references(e: Any) -> Iterator[str]:
     """Every component reference in an equation or expression."""
     if isinstance(e, ast.ComponentRef):
@@ -85,3 +96,28 @@ def calls(e: Any, function: str) -> list[Any]:
 def plain(reference: str) -> str:
     """A reference without its indices."""
     return re.sub(r"\[.*", "", reference)
+
+
+# ---- Sizes in a class for the defaults of its parameters: which components there are, and how many scalars they have
+PRIMITIVE = ("Real", "Integer", "Boolean")
+Scope = dict[str, Any]
+
+
+def lineage(c: library.Class) -> Iterator[library.Class]:
+    for e in c.tree.extends:
+        base = library.find(str(e.component), c.name)
+        if base is not None:
+            yield from lineage(base)
+    yield c
+
+
+def class_of(s: ast.Symbol, c: library.Class) -> library.Class | None:
+    """The class of a component, by its name as written where it is declared; None for a built-in type."""
+    if str(s.type) in PRIMITIVE:
+        return None
+    where = next((k for k in lineage(c) if k.tree.symbols.get(s.name) is s), c)
+    return library.find(str(s.type), where.name)
+
+
+def is_causal(c: library.Class) -> bool:
+    return c.tree.type == "connector" and not c.tree.symbols
