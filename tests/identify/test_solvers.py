@@ -201,15 +201,6 @@ def test_interpolation_finds_the_minimum_of_a_cubic(a, b):
     assert trainers._between(*ends, -10.0, 0.5) == 0.5
 
 
-def test_interpolation_without_a_minimum_takes_the_middle():
-    assert trainers._between((0, 1.0, -1.0), (2, np.inf, 1.0), 0.5, 2.0) == 1.25
-    assert trainers._between((0, 1.0, -1.0), (2, 3.0, np.nan), 0.5, 2.0) == 1.25
-    assert trainers._between((0, 0.0, -1.0), (1, -1.0, -1.0), 1.0, 4.0) == 2.5  # a straight line
-    assert trainers._between((0, 0.0, 1.0), (1, 0.9, 1.0), 1.0, 4.0) == 2.5  # no stationary point
-    # values equal to rounding: the zero of the slope by a secant
-    assert trainers._between((1, 5.0, -3.0), (2, 5.0 + 1e-7, 1.0), 1.0, 2.0) == pytest.approx(1.75, rel=1e-12)
-
-
 def test_levenberg_marquardt_ends_at_the_least_squares():
     rng = np.random.default_rng(3)
     A, b = rng.normal(size=(20, 4)), rng.normal(size=20)
@@ -226,9 +217,3 @@ def test_levenberg_marquardt_ends_at_the_least_squares():
     )
     assert q == pytest.approx(p, abs=1e-12)
     assert len(jacobians) <= len(seen) + 1
-
-
-def test_levenberg_marquardt_with_a_variable_without_effect():
-    p, cost = levenberg_marquardt(np.array([3.0, 5.0]), lambda p: (p[:1] - 1, np.array([[1.0, 0.0]])), 40)
-    assert p == pytest.approx([1.0, 5.0], abs=1e-9)
-    assert cost < 1e-18

@@ -1,10 +1,11 @@
 """Duhem fit: scaling, starts from the increments, refinement of the free run, limits of the searches."""
 
 from itertools import repeat
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from searches import Spy
+from scipy.optimize import OptimizeResult
 
 from hystfmu import Dataset, InputError
 from hystfmu.identify.estimate import search
@@ -13,6 +14,20 @@ from hystfmu.identify.methods import duhem
 OPTIONS = {"m": 0, "q": 2, "dead_band": 0.0}
 P = 5  # terms of a direction for m = 0, q = 2
 TRAIN = slice(20, 600)
+
+
+class Spy:
+    """Stands in for `scipy.optimize.least_squares`: notes its calls, answers the start moved by `step`."""
+
+    def __init__(self, costs, step=0.0):
+        self.costs, self.step, self.calls = costs, step, []
+
+    def __call__(self, fun, x0, *_, **words):
+        self.calls.append(SimpleNamespace(fun=fun, x0=np.array(x0, dtype=float), words=words))
+        x = self.calls[-1].x0 + self.step
+        r, n = np.asarray(fun(x)), len(x)
+        jac = np.ones((len(r), n)) * np.arange(1, n + 1)
+        return OptimizeResult(x=x, cost=next(self.costs), fun=r, jac=jac)
 
 
 @pytest.fixture
