@@ -59,7 +59,8 @@ def initial(data: Dataset, r: Array) -> float | Array:
     some = (low < high).any(axis=1)
     if not some.any():
         return first
-    u, none = data.u[rows], np.zeros((len(some), 0))
+    u = data.u[rows]
+    none = np.zeros((len(u), 0))
     # plays of similar widths have similar outputs; this also determines the outputs of plays without weight
     similar = SIMILAR / float(np.ptp(u)) * (np.eye(len(r)) - np.eye(len(r), k=-1))
     z, errors = np.full(len(r), first), []
