@@ -194,6 +194,8 @@ class Row:
         Whether the kind can be fitted to several records, each simulated from the initial state.
     covariates : bool
         Whether models of the kind accept covariates.
+    own_memory : bool
+        Whether the fit itself estimates the initial memory of the device.
     """
 
     text: str
@@ -203,6 +205,7 @@ class Row:
     memory: Memory = Memory(LEAST)
     records: bool = False
     covariates: bool = False
+    own_memory: bool = False
 
 
 def method(key: str) -> Row:
