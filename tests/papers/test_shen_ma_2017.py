@@ -15,6 +15,7 @@ from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit, options
 from hystfmu.identify.catalogue import resolve
+from hystfmu.identify.features.straightened import straightened
 from hystfmu.identify.methods.constraint_factor_mlp import (
     GRID,
     LEAST_SLOPE,
@@ -25,7 +26,6 @@ from hystfmu.identify.methods.constraint_factor_mlp import (
     literal_branch,
     stack_coordinates,
 )
-from hystfmu.identify.methods.operator_networks import straightened
 from hystfmu.identify.network.readout import hidden_sweep
 from hystfmu.model import accuracy
 from papers import magnetostrictive_plant, reproduce, shen_ma_2017

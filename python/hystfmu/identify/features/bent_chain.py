@@ -43,8 +43,8 @@ MARGIN = 0.05  # covariates are limited to their training range, extended by thi
 class Parts:
     """Structure of a model: the operator, the degree of the nonlinearity, and the components that are present.
 
-    `T` contains the time constants of the creep (s), `g` is the linear dynamics, and `levels` states for each covariate
-    how the nonlinearity depends on it (see `bent_sum`).
+    `T` contains the time constants of the creep (s), and `signed` states whether its weights can be negative. `g` is
+    the linear dynamics. `levels` states for each covariate how the nonlinearity depends on it (see `bent_sum`).
     """
 
     operator: str = PLAYS
@@ -52,6 +52,7 @@ class Parts:
     T: tuple[float, ...] = ()
     g: Dynamics | None = None
     levels: tuple[str, ...] = ()
+    signed: bool = False
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ class Fitting:
         least, beside = self.options["w0_min"], Following(self.theta[:, : len(parts.levels)], parts.levels)
         after, T = self.filtered(parts.g), np.array(parts.T)
         held = self.relays.penalties if parts.operator == RELAYS else ()
-        return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside, held)
+        return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside, held, parts.signed)
 
     def filtered(self, g: Dynamics | None) -> Filter | None:
         """Return a function that filters columns with the dynamics g; return None if g is None."""
