@@ -1,8 +1,5 @@
 """The turning-point machine against definitions without a stack: plain plays, memory from the whole history."""
 
-import itertools
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,10 +9,10 @@ from plants import plays
 from whole_history import of_distance
 
 from hystfmu.base.errors import InputError
+from hystfmu.data.signals import nested_reversals
 from hystfmu.graph.blocks import PrandtlIshlinskii, PrandtlIshlinskiiInverse, ZhaoTan, ZhaoTanInverse
 
 Array = NDArray[np.float64]
-Branch = Callable[[Array], Array]
 
 
 # ---- the independent side -------------------------------------------------------------------------------------------
@@ -23,26 +20,11 @@ def zhao_tan_branch(d: Array) -> Array:
     return -np.expm1(-d) * d
 
 
-def play_branch(w0: float, r: Array, w: Array) -> Branch:
-    """g(d) = 2 phi(d/2), phi the initial loading curve."""
-    return lambda d: w0 * d + 2 * w @ np.maximum(d / 2 - r, 0)
-
-
 # ---- inputs ---------------------------------------------------------------------------------------------------------
-def reversals(n: int, seed: int, step: float = 0.02) -> Array:
-    """Piecewise linear through n random reversals within +-1."""
-    rng, levels, up = np.random.default_rng(seed), [0.0], True
-    for _ in range(n):
-        levels.append(rng.uniform(levels[-1], 1) if up else rng.uniform(-1, levels[-1]))
-        up = not up
-    parts = [np.linspace(a, b, max(2, int(abs(b - a) / step) + 1))[1:] for a, b in itertools.pairwise(levels)]
-    return np.concatenate([np.zeros(1), *parts])
-
-
 RNG = np.random.default_rng(7)
 SIGNALS: dict[str, Array] = {
     "white": RNG.uniform(-1, 1, 300),
-    "reversals": reversals(40, 3, 0.1),
+    "reversals": nested_reversals(40, 3, 0.1),
     "nested": 0.97 ** np.arange(120) * np.where(np.arange(120) % 2, 1.0, -1.0),
     "growing": 1.03 ** np.arange(120) * np.where(np.arange(120) % 2, 0.1, -0.1),
     "plateaus": np.repeat(RNG.uniform(-1, 1, 80), 3),
@@ -91,7 +73,7 @@ def test_four_hundred_thousand_random_steps(signed: bool) -> None:
     rng = np.random.default_rng(5)
     r = np.sort(rng.uniform(0, 1, 50))
     w = rng.normal(size=50) if signed else rng.uniform(0, 1, 50)
-    u = np.concatenate([rng.uniform(-1, 1, 200_000), reversals(20_000, 9, 0.05)])[:400_000]
+    u = np.concatenate([rng.uniform(-1, 1, 200_000), nested_reversals(20_000, 9, 0.05)])[:400_000]
     assert len(u) == 400_000
     y = PrandtlIshlinskii(w0=0.1, r=r, w=w)(u)
     z, expected = np.zeros(50), np.empty(len(u))
@@ -232,7 +214,7 @@ def test_the_last_extremum_drifts_under_noise() -> None:
 
 def test_the_last_extremum_is_unbounded() -> None:
     """2000 random reversals within +-1: g(2) = 1.73 bounds the operator; the last-extremum form exceeds it."""
-    u = reversals(2000, 0)
+    u = nested_reversals(2000, 0)
     assert np.ptp(ZhaoTan()(u)) <= zhao_tan_branch(np.float64(2.0)) + 1e-14
     assert np.ptp(ZhaoTan(memory="last")(u)) >= 3.0
 

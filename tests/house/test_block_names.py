@@ -17,7 +17,7 @@ STATIC = "expressions of this block for the Modelica inverse of a network of blo
 ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
     "identify/graphs.py": {"scaling": "scaled_input(): the first block of the graphs of kinds"},
-    "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
+    "identify/kinds.py": {EVERY: "Kind: the keys of the kinds of model"},
     "identify/estimate/template.py": {EVERY: "build(): the chain of an operator and dynamics"},
     "model/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
     "identify/estimate/dynamics.py": {

@@ -1,13 +1,15 @@
 """What the options of every kind promise: a model file names only what was given, so a default must not move unseen."""
 
+from importlib import import_module
+from pkgutil import iter_modules
+
 import numpy as np
 import pytest
 
 from hystfmu import InputError
-from hystfmu.identify import catalogue
+from hystfmu.identify import catalogue, methods
 from hystfmu.identify.catalogue import ANY, CLOSES, LAGS, LATE, OPENS, Candidate, Option
 from hystfmu.identify.features.plays import u0_option
-from hystfmu.identify.methods import MODULES
 from hystfmu.identify.network.readout import network_options
 
 U0 = {"u0": (None, -1e300, 1e300)}
@@ -179,5 +181,11 @@ COVARIATES = {
 
 
 def test_who_takes_several_records_and_covariates():
-    assert {k for k in MODULES if catalogue.method(k).records} == RECORDS
-    assert {k for k in MODULES if catalogue.method(k).covariates} == COVARIATES
+    rows = {
+        k: row
+        for m in iter_modules(methods.__path__)
+        for k, row in import_module(f"{methods.__name__}.{m.name}").KINDS.items()
+    }
+    assert (*sorted(rows), "auto") == catalogue.METHODS
+    assert {k for k in rows if catalogue.method(k).records} == RECORDS
+    assert {k for k in rows if catalogue.method(k).covariates} == COVARIATES

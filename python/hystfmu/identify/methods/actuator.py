@@ -29,7 +29,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Progress, silent
 from hystfmu.data import Dataset
-from hystfmu.identify.catalogue import ANY, Built, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import ANY, Built, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told, uncertainty
 from hystfmu.identify.features.bent_chain import PLAYS, RELAYS, STOPS, Fitting, Parts, Trial, chain
 from hystfmu.identify.features.bent_sum import LEVELS, Following
@@ -235,4 +235,4 @@ def _named(parts: Parts, data: Dataset) -> str:
     return ", ".join([*words, *([f"G0(s){modes} with delay"] if parts.g else [])])
 
 
-KINDS = {"actuator": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(3500.0, "N"), covariates=True)}
+KINDS = {"actuator": Row(TEXT, build, OPTIONS, CANDIDATES, Memory(3500.0, "N"), covariates=True)}

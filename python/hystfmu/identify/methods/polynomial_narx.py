@@ -29,7 +29,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import ANY, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.features.plays import RANGE, branch_option, u0_of, u0_option
 from hystfmu.identify.graphs import covariate_inputs, device, scaled_input
 from hystfmu.identify.solvers.ridge import least_squares
@@ -232,4 +232,4 @@ def lagged(v: Array, n: int, first: int = 1) -> Array:
     return np.column_stack([rested[i : i + len(v)] for i in starts]) if n else np.empty((len(v), 0))
 
 
-KINDS = {"polynomial_narx": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(4600.0), covariates=True)}
+KINDS = {"polynomial_narx": Row(TEXT, build, OPTIONS, CANDIDATES, Memory(4600.0), covariates=True)}
