@@ -131,16 +131,24 @@ def shares(summary: Summary) -> Bars | None:
     limited = sorted((s.within, f"{s.case}: {s.metric}") for s in summary.spreads if s.within is not None)
     if not limited:
         return None
-    named = [(summary.inside / summary.draws, "all limits of all cases"), *limited]
-    bars = []
-    for share, name in named[:MOST_BARS]:
-        ends = interval(round(share * summary.draws), summary.draws) if summary.interval is not None else None
-        text = f"{100 * share:.3g} %"
-        if ends is not None:
-            text += f" ({100 * ends[0]:.3g} to {100 * ends[1]:.3g})"
-        bars.append(Bar(name, 100 * share, text, ends and (100 * ends[0], 100 * ends[1])))
-    title = "draws inside the limits" + (", with 95 % intervals" if summary.interval is not None else "")
-    return Bars(title, "% of the draws", bars)
+    named = [(summary.inside / summary.draws, "all limits of all cases"), *limited][:MOST_BARS]
+    return share_bars([share_bar(name, share, summary.draws, summary.interval is not None) for share, name in named])
+
+
+def share_bar(name: str, share: float, draws: int, random: bool) -> Bar:
+    """Return the bar of a share of `draws` variations, with its confidence interval if the variations are random."""
+    text, ends = f"{100 * share:.3g} %", None
+    if random:
+        lo, hi = interval(round(share * draws), draws)
+        ends = 100 * lo, 100 * hi
+        text += f" ({ends[0]:.3g} to {ends[1]:.3g})"
+    return Bar(name, 100 * share, text, ends)
+
+
+def share_bars(bars: Sequence[Bar]) -> Bars:
+    """Return the diagram of shares inside limits."""
+    intervals = any(b.interval is not None for b in bars)
+    return Bars("draws inside the limits" + (", with 95 % intervals" if intervals else ""), "% of the draws", bars)
 
 
 def strongest(names: Sequence[str], metric: str, found: Effects, column: int) -> Bars | None:
