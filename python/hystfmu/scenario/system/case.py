@@ -99,6 +99,12 @@ class Case:
         return f"{self.origin}: case {self.name}"
 
 
+def check_name(name: str, where: str) -> None:
+    """Check the name of a scenario, a study, a unit or a target. Error messages begin with `where`."""
+    if not re.fullmatch(NAME, name):
+        raise InputError(f"{where}: The name must be a letter followed by letters, digits or _. Got {name!r} instead.")
+
+
 def split_end(end: str, where: str) -> tuple[str, str]:
     """Split `unit.variable` into the two names. Error messages begin with `where`, which states file and key."""
     m = _END.match(end)
